@@ -76,6 +76,7 @@ class LoopThread:
         atexit.register(self.stop)
 
     def _run(self) -> None:
+        self.ended.set_running_or_notify_cancel()  # so that nobody can cancel it
         failure: BaseException | None = None
         try:
             with asyncio.Runner(loop_factory=self._loop_factory) as runner:

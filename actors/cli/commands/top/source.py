@@ -12,6 +12,7 @@ from actors.cli.output import sanitize
 from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
+from actors.threads.errors import ThreadStoppedError
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.tools.overview import Sample
 from actors.tools.percentiles import Percentiles
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
     from actors.node.node import Node
+    from actors.threads.node_thread import NodeThread
 
 T = TypeVar("T")
 SHOWN_AT_ONCE: Final = 5
@@ -96,23 +98,22 @@ class TopDataSource(Protocol):
 
 
 class NodeSource:
-    """The data from a node.
-
-    It is made on the node's event loop, and can be used on any: one thread draws while another one measures.
+    """The data from a node in another thread: one thread draws while another one measures.
 
     Args:
+        thread: The node's thread.
         node: An entered node.
         target: The broker's URLs and domain.
     """
 
-    def __init__(self, node: Node, target: str) -> None:
+    def __init__(self, thread: NodeThread, node: Node, target: str) -> None:
         self.target = target
+        self._thread = thread
         self._node = node
-        self._loop = asyncio.get_running_loop()
 
     async def sample(self) -> Sample:
         """Return a sample."""
-        return await _run_on(self._loop, self._sample())
+        return await _run_in(self._thread, self._sample)
 
     async def _sample(self) -> Sample:
         if not self._node.connected:  # the node reconnects by itself
@@ -121,7 +122,7 @@ class NodeSource:
 
     async def listen(self, topic: str, snapshot: GraphSnapshot) -> TopicReader:
         """Subscribe to a topic."""
-        reader = NodeTopicReader(self._node, self._loop, topic, snapshot)
+        reader = NodeTopicReader(self._thread, self._node, topic, snapshot)
         await reader.open()
         return reader
 
@@ -130,17 +131,15 @@ class NodeTopicReader:
     """Receives one topic through a node; keeps the newest messages undecoded until `take`.
 
     Args:
+        thread: The node's thread.
         node: The node that subscribes.
-        loop: The node's event loop.
         topic: The topic's full name.
         snapshot: The graph.
     """
 
-    def __init__(
-        self, node: Node, loop: asyncio.AbstractEventLoop, topic: str, snapshot: GraphSnapshot
-    ) -> None:
+    def __init__(self, thread: NodeThread, node: Node, topic: str, snapshot: GraphSnapshot) -> None:
+        self._thread = thread
         self._node = node
-        self._loop = loop
         self._topic = topic
         self._decode = decoder_of(snapshot, topic)
         self._profile = profile_of(snapshot, topic, depth=DEPTH)
@@ -152,7 +151,7 @@ class NodeTopicReader:
 
     async def open(self) -> None:
         """Subscribe."""
-        await _run_on(self._loop, self._open())
+        await _run_in(self._thread, self._open)
 
     async def _open(self) -> None:
         self._subscription = self._node.create_subscription(
@@ -166,7 +165,7 @@ class NodeTopicReader:
 
     async def take(self) -> Received:
         """Return the messages since the last update."""
-        waiting, received = await _run_on(self._loop, self._take())
+        waiting, received = await _run_in(self._thread, self._take)
         for data, info in waiting:
             text = shown(data, self._decode)
             received.messages.append(
@@ -186,29 +185,23 @@ class NodeTopicReader:
 
     async def close(self) -> None:
         """Unsubscribe."""
-        await _run_on(self._loop, self._close())
+        await _run_in(self._thread, self._close)
 
     async def _close(self) -> None:
         assert self._subscription is not None
         self._node.destroy_subscription(self._subscription)
 
 
-async def _run_on(loop: asyncio.AbstractEventLoop, work: Coroutine[Any, Any, T]) -> T:
-    """Return the result of a coroutine that runs on a loop, which may be another thread's.
+async def _run_in(thread: NodeThread, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
+    """Return the result of a coroutine function that runs in the node's thread.
 
     Raises:
-        BrokerUnreachable: The loop has ended.
+        BrokerUnreachable: The thread has ended.
     """
     try:
-        future = asyncio.run_coroutine_threadsafe(work, loop)
-    except RuntimeError:
-        work.close()
+        return await asyncio.wrap_future(thread.submit(work))
+    except ThreadStoppedError:
         raise BrokerUnreachable("The node has ended") from None
-    try:
-        return await asyncio.wrap_future(future)
-    finally:
-        if loop.is_closed():  # perhaps before it began this
-            work.close()
 
 
 def _delay(info: MessageInfo) -> float:

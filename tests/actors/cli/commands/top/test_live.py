@@ -13,9 +13,7 @@ import pytest
 
 from actors.cli.commands.top import live
 from actors.cli.commands.top.app import TopApp
-from actors.cli.commands.top.live import NodeThread
 from actors.errors import BrokerUnreachable
-from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
@@ -31,31 +29,12 @@ def options(url: str) -> argparse.Namespace:
     )
 
 
-async def test_the_node_works_in_another_thread(desk: Desk) -> None:
-    """Reads the graph and a topic, then leaves the graph and ends its thread."""
-    async with desk.node("talker") as talker:
-        publisher = talker.create_publisher(String, "chatter", 10)
-        await talker.get_graph()
-        async with NodeThread(options(desk.url)) as source:
-            assert source.target == desk.url
-            sample = await source.sample()
-            assert sample.snapshot.nodes() == ["/talker"]
-            reader = await source.listen("/chatter", sample.snapshot)
-            await desk.matched(publisher)
-            publisher.publish(String(data="hello"))
-            async with asyncio.timeout(20):
-                while not (received := await reader.take()).messages:
-                    pass
-            assert received.messages[0].text == "data: hello"
-        assert (await talker.get_graph()).nodes() == ["/talker"]
-    assert "callboard-node" not in {thread.name for thread in threading.enumerate()}
-
-
-async def test_no_broker_is_an_error_at_once() -> None:
-    """Entering raises it, with a hint how to start a broker."""
+async def test_no_broker_is_an_error_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is raised before the screen opens, with a hint how to start a broker."""
+    monkeypatch.setattr(live, "SWITCH_INTERVAL_S", sys.getswitchinterval())
     with pytest.raises(BrokerUnreachable, match="Start one"):
-        async with NodeThread(options("callboard://127.0.0.1:1")):
-            pass
+        await asyncio.to_thread(live.run, options("callboard://127.0.0.1:1"))
+    assert "callboard-node" not in {thread.name for thread in threading.enumerate()}
 
 
 async def test_the_view_ends_with_the_error_of_its_node(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,3 +60,4 @@ async def test_the_view_ends_with_the_error_of_its_node(desk: Desk, monkeypatch:
     with pytest.raises(ValueError, match="the node is broken"):
         async with asyncio.timeout(20):
             await asyncio.to_thread(live.run, options(desk.url))
+    assert "callboard-node" not in {thread.name for thread in threading.enumerate()}

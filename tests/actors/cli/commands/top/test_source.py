@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import asyncio
 from typing import TYPE_CHECKING
 
 import msgpack
@@ -12,11 +13,23 @@ from actors.cli.commands.top.source import SHOWN_AT_ONCE, SHOWN_LENGTH, SHOWN_LI
 from actors.errors import BrokerUnreachable
 from actors.interfaces.codec import codec_for, decode_untyped
 from actors.interfaces.std_msgs.msg import String
+from actors.threads import NodeThread
 from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
     from actors.cli.commands.top.source import Received, ReceivedMessage, TopicReader
     from tests.actors.meeting import Meeting
+
+
+@pytest.fixture
+async def source(meeting: Meeting) -> AsyncIterator[NodeSource]:
+    """The data from a node in a thread of its own."""
+    with NodeThread() as thread:
+        node = await asyncio.to_thread(thread.enter, meeting.absent("_observer"))
+        yield NodeSource(thread, node, "here")
+        await asyncio.to_thread(thread.stop)
 
 
 async def take_messages(reader: TopicReader, count: int) -> tuple[list[ReceivedMessage], Received]:
@@ -37,12 +50,11 @@ async def take_messages(reader: TopicReader, count: int) -> tuple[list[ReceivedM
     return messages, await enough()
 
 
-async def test_a_sample_is_of_the_other_nodes(meeting: Meeting) -> None:
+async def test_a_sample_is_of_the_other_nodes(meeting: Meeting, source: NodeSource) -> None:
     """The observing node and its subscriptions are not in it."""
-    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
+    talker = await meeting.node("talker")
     talker.create_publisher(String, "chatter", 10)
-    source = NodeSource(observer, "here")
-    reader = await source.listen("/chatter", await observer.get_graph())
+    reader = await source.listen("/chatter", await talker.get_graph())
     sample = await source.sample()
     assert sample.snapshot.nodes() == ["/talker"]
     assert {entry.node for entry in sample.snapshot.entries.values()} == {"/talker"}
@@ -50,11 +62,11 @@ async def test_a_sample_is_of_the_other_nodes(meeting: Meeting) -> None:
     await reader.close()
 
 
-async def test_messages_are_received_with_where_they_are_from(meeting: Meeting) -> None:
+async def test_messages_are_received_with_where_they_are_from(meeting: Meeting, source: NodeSource) -> None:
     """Their text, their publisher's node and how long they took; after the end none."""
-    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
+    talker = await meeting.node("talker")
     publisher = talker.create_publisher(String, "chatter", 10)
-    reader = await NodeSource(observer, "here").listen("/chatter", await talker.get_graph())
+    reader = await source.listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
     assert await reader.take() == ([], 0, 0, None, None)
     publisher.publish(String(data="hello"))
@@ -65,38 +77,41 @@ async def test_messages_are_received_with_where_they_are_from(meeting: Meeting) 
     await until(lambda: publisher.get_subscription_count() == 0)
 
 
-async def test_only_the_newest_are_read(meeting: Meeting) -> None:
+async def test_only_the_newest_are_read(meeting: Meeting, source: NodeSource) -> None:
     """Whatever comes on top of what one can read is counted."""
-    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
+    talker = await meeting.node("talker")
     publisher = talker.create_publisher(String, "chatter", 1000)
-    reader = await NodeSource(observer, "here").listen("/chatter", await talker.get_graph())
+    reader = await source.listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
     for number in range(50):
         publisher.publish(String(data=str(number)))
-    await observer.get_graph()  # what was sent before the answer has come, too
     messages, received = await take_messages(reader, 50)
     assert messages[-1].text == "data: '49'"
     assert received.besides == 50 - SHOWN_AT_ONCE
     assert received.measured == 50
 
 
-async def test_a_latched_message_has_no_delay(meeting: Meeting) -> None:
+async def test_a_latched_message_has_no_delay(meeting: Meeting, source: NodeSource) -> None:
     """It is as old as it is, which says nothing of the way."""
-    talker, observer = await meeting.node("talker"), await meeting.node("_observer")
+    talker = await meeting.node("talker")
     talker.create_publisher(String, "map", latched(1)).publish(String(data="old"))
-    reader = await NodeSource(observer, "here").listen("/map", await talker.get_graph())
+    reader = await source.listen("/map", await talker.get_graph())
     (message,), received = await take_messages(reader, 1)
     assert (message.text, received.measured, received.p50_s) == ("data: old", 0, None)
 
 
-async def test_a_lost_broker_is_reported_at_once(meeting: Meeting) -> None:
+async def test_a_lost_broker_is_reported_at_once(meeting: Meeting, source: NodeSource) -> None:
     """Without waiting for the node, which comes back by itself."""
-    observer = await meeting.node("_observer")
-    source = NodeSource(observer, "callboard://here:1")
     await source.sample()
     await meeting.stop_broker()
-    await until(lambda: not observer.connected)
-    with pytest.raises(BrokerUnreachable, match="No broker at callboard://here:1"):
+
+    async def sample_until_it_fails() -> None:
+        while True:
+            await source.sample()
+
+    with pytest.raises(BrokerUnreachable):
+        await sample_until_it_fails()
+    with pytest.raises(BrokerUnreachable, match="No broker at here"):
         await source.sample()
 
 
