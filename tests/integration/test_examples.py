@@ -25,6 +25,14 @@ async def test_embedded_needs_nothing_else(system: System) -> None:
     assert program.lines == ["heard: hello from the same program", "5 + 3 = 8"]
 
 
+async def test_a_driver_publishes_from_its_thread(system: System) -> None:
+    """The main thread receives everything, and calls a service, without asyncio."""
+    await system.broker()
+    program = await system.example("driver_thread")
+    assert await program.wait_for_exit() == 0
+    assert program.lines == ["ticks: 1000, 1000 published, 0 dropped", "1000 + 1 = 1001"]
+
+
 async def test_load_balanced_service_shows_an_even_split(system: System) -> None:
     """Three servers answer ten of thirty requests each."""
     await system.broker()

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 
-@pytest.mark.parametrize("name", ["actions", "interfaces", "lifecycle", "parameters", "rclpy", "time"])
+@pytest.mark.parametrize(
+    "name", ["actions", "interfaces", "lifecycle", "parameters", "rclpy", "threads", "time"]
+)
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""
     guide = (ROOT / "docs" / "how-to" / f"{name}.md").read_text(encoding="utf-8")
