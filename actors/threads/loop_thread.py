@@ -11,8 +11,8 @@ import asyncio
 import atexit
 import os
 import threading
-from concurrent.futures import Future
-from contextlib import suppress
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.callbacks.functions import as_coroutine
@@ -20,8 +20,9 @@ from actors.errors import WaitTimeout
 from actors.node.lifecycle import GRACE_SEC
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from actors.runtime.run import LAST_TASKS_SEC
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStoppedError, TooManyCallsError
 from proto.aio.process import new_event_loop
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -32,6 +33,9 @@ T = TypeVar("T")
 
 STOP_TIMEOUT_SEC: Final = 30.0
 """How long to wait for the thread's end: longer than four nodes take whose callbacks ignore cancellation."""
+
+MAX_CALLS: Final = 100_000
+"""Calls that have not ended. More of them mean that the loop is blocked, or that nobody waits for results."""
 
 
 class LoopThread:
@@ -79,11 +83,8 @@ class LoopThread:
         self.ended.set_running_or_notify_cancel()  # so that nobody can cancel it
         failure: BaseException | None = None
         try:
-            with asyncio.Runner(loop_factory=self._loop_factory) as runner:
-                try:
-                    runner.run(self._serve())
-                finally:
-                    runner.get_loop().run_until_complete(end_remaining_tasks(LAST_TASKS_SEC))
+            with closing(self._loop_factory()) as loop:
+                self._run_loop(loop)
         except BaseException as error:  # noqa: BLE001 - raised where the thread is stopped
             failure = self._failure = error
         self.refuse_calls()
@@ -93,6 +94,17 @@ class LoopThread:
             self.ended.set_result(None)
         else:
             self.ended.set_exception(failure)
+
+    def _run_loop(self, loop: asyncio.AbstractEventLoop) -> None:
+        # asyncio.Runner ends the executor with a new thread, which Python refuses while it exits.
+        executor = ThreadPoolExecutor(thread_name_prefix=self._thread.name)
+        loop.set_default_executor(executor)
+        try:
+            loop.run_until_complete(self._serve())
+        finally:
+            loop.run_until_complete(end_remaining_tasks(LAST_TASKS_SEC))
+            loop.run_until_complete(loop.shutdown_asyncgens())
+            executor.shutdown(cancel_futures=True)
 
     async def _serve(self) -> None:
         self._stop_asked = asyncio.Event()
@@ -143,10 +155,12 @@ class LoopThread:
     def submit(self, work: Work) -> Future[Any]:
         """Run a coroutine, or a function and the coroutine that it returns, in the loop."""
         future: Future[Any] = Future()
-        self._calls.add(future)
         try:
+            if len(self._calls) >= MAX_CALLS:
+                raise TooManyCallsError(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")
+            self._calls.add(future)
             self.post(self._begin, future, work)
-        except ThreadStoppedError:
+        except CallboardError:
             self._calls.discard(future)
             _close(work)
             raise

@@ -163,6 +163,7 @@ class NodeThread:
         Raises:
             WaitTimeout: It did not end within `timeout_sec`.
             ThreadStoppedError: The thread does not run, or ends meanwhile.
+            TooManyCallsError: 100,000 calls have not ended.
             RuntimeError: This is the loop's own thread, where it would wait for itself.
             concurrent.futures.CancelledError: The coroutine was cancelled in the loop.
             Exception: Its exception.
@@ -190,6 +191,7 @@ class NodeThread:
 
         Raises:
             ThreadStoppedError: The thread does not run.
+            TooManyCallsError: 100,000 calls have not ended.
         """
         return self._thread.submit(work)
 

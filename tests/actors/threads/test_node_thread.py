@@ -16,7 +16,7 @@ import pytest
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.threads import NodeThread, ThreadStoppedError
+from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
 from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
@@ -135,6 +135,22 @@ def test_a_future_can_be_cancelled() -> None:
         assert not late.running.is_set()
 
 
+def test_the_number_of_calls_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One too many is refused, and not made; when one has ended another one can be made."""
+    monkeypatch.setattr("actors.threads.loop_thread.MAX_CALLS", 2)
+    with NodeThread("worker") as thread:
+        first, _ = thread.submit(Endless().wait), thread.submit(Endless().wait)
+        with pytest.raises(TooManyCallsError, match="2 calls in 'worker' have not ended"):
+            thread.call(Endless().wait())
+        first.cancel()
+        while True:  # the call ends soon
+            try:
+                assert thread.call(lambda: 1) == 1
+                break
+            except TooManyCallsError:
+                continue
+
+
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="needs pthread_kill")
 def test_ctrl_c_cancels_the_call() -> None:
     """The main thread gets KeyboardInterrupt at once, and the thread goes on."""
@@ -150,11 +166,17 @@ def test_ctrl_c_cancels_the_call() -> None:
 
 def test_stopping_ends_calls_that_run() -> None:
     """They raise ThreadStoppedError, also if the loop is blocked; the coroutines are cancelled."""
-    endless, gate = Endless(), threading.Event()
+    endless, blocked, gate = Endless(), threading.Event(), threading.Event()
+
+    def block() -> None:
+        blocked.set()
+        gate.wait(DEADLINE_SEC)
+
     with NodeThread("worker") as thread:
         running = thread.submit(endless.wait)
         assert endless.running.wait(DEADLINE_SEC)
-        blocking, waiting = thread.submit(lambda: gate.wait(DEADLINE_SEC)), thread.submit(Endless().wait())
+        blocking, waiting = thread.submit(block), thread.submit(Endless().wait())
+        assert blocked.wait(DEADLINE_SEC)
         with pytest.raises(actors.WaitTimeout, match="'worker' did not end within 0 s: a callback blocks it"):
             thread.stop(timeout_sec=0)
         for future in (running, blocking, waiting):
@@ -346,7 +368,7 @@ def test_a_forgotten_thread_is_stopped_when_the_program_ends() -> None:
 
 FORKED = """
 import os, sys, warnings
-from actors.threads import NodeThread, ThreadStoppedError
+from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
 warnings.simplefilter("ignore")
 
 with NodeThread() as thread:
