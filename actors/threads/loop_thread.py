@@ -11,6 +11,7 @@ import asyncio
 import atexit
 import os
 import threading
+import weakref
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -77,17 +78,18 @@ class LoopThread:
         self._loop = self._started.result()
         self._pid = os.getpid()
         self._running = True
+        _threads.add(self)
         atexit.register(self.stop)
 
     def _run(self) -> None:
         self.ended.set_running_or_notify_cancel()  # so that nobody can cancel it
-        failure: BaseException | None = None
         try:
             with closing(self._loop_factory()) as loop:
                 self._run_loop(loop)
         except BaseException as error:  # noqa: BLE001 - raised where the thread is stopped
-            failure = self._failure = error
+            self._failure = self._failure or error
         self.refuse_calls()
+        failure = self._failure
         if not self._started.done():
             self._started.set_exception(failure or ThreadStoppedError("The loop has ended at once"))
         if failure is None:
@@ -101,6 +103,9 @@ class LoopThread:
         loop.set_default_executor(executor)
         try:
             loop.run_until_complete(self._serve())
+        except BaseException as error:
+            self._failure = error  # SystemExit in a callback: the cause for calls that end now
+            raise
         finally:
             loop.run_until_complete(end_remaining_tasks(LAST_TASKS_SEC))
             loop.run_until_complete(loop.shutdown_asyncgens())
@@ -119,8 +124,6 @@ class LoopThread:
             if self._tasks:
                 await asyncio.wait(self._tasks, timeout=GRACE_SEC)
             await self._leave()
-        if self._failure is not None:
-            raise self._failure
 
     def fail(self, error: BaseException) -> None:
         """End the thread with an error; for the loop's thread."""
@@ -129,7 +132,7 @@ class LoopThread:
 
     def require_running(self) -> None:
         """Raise ThreadStoppedError unless the thread runs, in this process."""
-        if not self._running or self._pid != os.getpid():
+        if not self._running:
             raise self._stopped()
 
     def _stopped(self) -> ThreadStoppedError:
@@ -234,6 +237,10 @@ class LoopThread:
         if failure is not None:
             raise failure
 
+    def forked(self) -> None:
+        """Refuse calls in a forked child, where the thread does not exist."""
+        self._running = False  # without the lock, which another thread may have held
+
     def join(self, timeout_sec: float = STOP_TIMEOUT_SEC) -> BaseException | None:
         """Stop as `stop` does, but return the error with which the thread failed."""
         if self._pid != os.getpid():  # not started, or another process's
@@ -256,6 +263,19 @@ class LoopThread:
                 f"{what}() in the thread '{self._thread.name}' would wait for itself for ever:"
                 " await the coroutine, or use another thread"
             )
+
+
+_threads: Final[weakref.WeakSet[LoopThread]] = weakref.WeakSet()
+"""Those that have been started."""
+
+
+def _after_fork_in_child() -> None:
+    for thread in tuple(_threads):
+        thread.forked()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)
 
 
 async def _run_work(work: Work) -> Any:

@@ -85,14 +85,18 @@ class ThreadPublisher(Generic[T]):
             data = msg
         else:
             data = self._codec.encode(msg)
-        endpoint.context.link.require_fits(f"A message on '{self.topic_name}'", len(data))
+        link = endpoint.context.link
+        if len(data) > link.largest:
+            link.require_fits(f"A message on '{self.topic_name}'", len(data))
         with self._lock:
-            self._make_space(len(data))
+            queue, size = self._queue, len(data)
+            if self._keep_all or len(queue) >= self._limit or self._queued_bytes + size > QUEUED_BYTES:
+                self._make_space(size)
             if not self._posted:
                 self._thread.post(self._hand_over)
                 self._posted = True
-            self._queue.append(data)
-            self._queued_bytes += len(data)
+            queue.append(data)
+            self._queued_bytes += size
             self.published += 1
 
     def _make_space(self, size: int) -> None:

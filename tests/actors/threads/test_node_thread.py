@@ -320,11 +320,20 @@ def test_sys_exit_in_the_loop_ends_the_thread() -> None:
     assert endless.running.wait(DEADLINE_SEC)
     thread.submit(lambda: asyncio.get_running_loop().call_soon(sys.exit, 3))
     assert isinstance(thread.ended.exception(DEADLINE_SEC), SystemExit)
-    with pytest.raises(ThreadStoppedError):
+    with pytest.raises(ThreadStoppedError, match="has ended: SystemExit: 3"):
         waiting.result(DEADLINE_SEC)
-    with pytest.raises(ThreadStoppedError, match="SystemExit: 3"):
+    with pytest.raises(ThreadStoppedError, match="has ended: SystemExit: 3"):
         thread.call(lambda: None)
     assert left.is_set()
+    with pytest.raises(SystemExit):
+        thread.stop()
+
+
+def test_sys_exit_in_a_call_reaches_the_caller() -> None:
+    """And ends the thread."""
+    thread = NodeThread().start()
+    with pytest.raises(SystemExit):
+        thread.call(raises(SystemExit(4)))
     with pytest.raises(SystemExit):
         thread.stop()
 

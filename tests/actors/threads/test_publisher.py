@@ -162,6 +162,23 @@ def test_threads_publish_at_the_same_time(host: Host) -> None:
         assert pair.publisher.published == pair.inner.published == count * threads
 
 
+def test_the_counts_add_up_when_threads_overflow_the_queue(host: Host) -> None:
+    """Each message is handed over, dropped or queued."""
+    count, threads = 3000, 4
+    with NodeThread() as thread:
+        pair = Pair(host, thread, 100_000, limit=2)
+        workers = [threading.Thread(target=pair.publish, args=(range(count),)) for _ in range(threads)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        pair.publisher.flush()
+        publisher = pair.publisher
+        assert publisher.published == count * threads
+        assert publisher.published == pair.inner.published + publisher.dropped
+        assert publisher.dropped
+
+
 def test_errors_are_raised_where_they_are_caused(host: Host) -> None:
     """A wrong type, a wrong value, too large a message, a destroyed publisher, a thread that has ended."""
     with NodeThread() as thread:
