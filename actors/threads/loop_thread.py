@@ -158,6 +158,10 @@ class LoopThread:
     def submit(self, work: Work) -> Future[Any]:
         """Run a coroutine, or a function and the coroutine that it returns, in the loop."""
         future: Future[Any] = Future()
+        self._submit(future, work)
+        return future
+
+    def _submit(self, future: Future[Any], work: Work) -> None:
         try:
             if len(self._calls) >= MAX_CALLS:
                 raise TooManyCallsError(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")
@@ -167,7 +171,6 @@ class LoopThread:
             self._calls.discard(future)
             _close(work)
             raise
-        return future
 
     def call(self, work: Work, timeout_sec: float | None) -> Any:
         """Return the result of `submit`; cancel it after `timeout_sec`, or if this thread is interrupted."""
@@ -176,8 +179,9 @@ class LoopThread:
         except RuntimeError:
             _close(work)
             raise
-        future = self.submit(work)
+        future: Future[Any] = Future()  # not from `submit`, so that Ctrl-C finds it at any time
         try:
+            self._submit(future, work)
             return future.result(timeout_sec)
         except TimeoutError:
             if future.cancel():

@@ -20,7 +20,7 @@ from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
 from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable
+    from collections.abc import AsyncGenerator
 
     from tests.actors.threads.conftest import Host
 
@@ -28,13 +28,11 @@ if TYPE_CHECKING:
 class Endless:
     """A coroutine that waits for ever, and shows that it runs and that it was cancelled."""
 
-    def __init__(self, started: Callable[[], None] = lambda: None) -> None:
+    def __init__(self) -> None:
         self.running, self.cancelled = threading.Event(), threading.Event()
-        self._started = started
 
     async def wait(self) -> None:
         self.running.set()
-        self._started()
         try:
             await asyncio.Event().wait()
         except asyncio.CancelledError:
@@ -154,14 +152,31 @@ def test_the_number_of_calls_is_limited(monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="needs pthread_kill")
 def test_ctrl_c_cancels_the_call() -> None:
     """The main thread gets KeyboardInterrupt at once, and the thread goes on."""
-    main = threading.get_ident()
+    main, interrupted, endless = threading.get_ident(), threading.Event(), Endless()
     assert main == threading.main_thread().ident
-    endless = Endless(lambda: signal.pthread_kill(main, signal.SIGINT))
-    with NodeThread() as thread:
-        with pytest.raises(KeyboardInterrupt):
-            thread.call(endless.wait)
-        assert endless.cancelled.wait(DEADLINE_SEC)
-        assert thread.call(lambda: 1) == 1
+
+    def interrupt(number: int, frame: object) -> None:
+        if not interrupted.is_set():
+            interrupted.set()
+            raise KeyboardInterrupt
+
+    def press_ctrl_c() -> None:
+        assert endless.running.wait(DEADLINE_SEC)
+        while not interrupted.wait(0.05):  # Python misses a signal while it is about to wait for a lock
+            signal.pthread_kill(main, signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    user = threading.Thread(target=press_ctrl_c)
+    user.start()
+    try:
+        with NodeThread() as thread:
+            with pytest.raises(KeyboardInterrupt):
+                thread.call(endless.wait)
+            assert endless.cancelled.wait(DEADLINE_SEC)
+            assert thread.call(lambda: 1) == 1
+    finally:
+        user.join()
+        signal.signal(signal.SIGINT, before)
 
 
 def test_stopping_ends_calls_that_run() -> None:
