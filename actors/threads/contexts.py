@@ -104,4 +104,5 @@ class HeldContext:
         self.leaving = True
         self._leave.set()
         await asyncio.wait({self.task})
-        self.task.result()
+        if not self.task.cancelled():
+            self.task.result()

@@ -234,21 +234,32 @@ def test_a_node_without_a_broker_is_the_callers_error(host: Host) -> None:
     assert host.thread.enter(host.node("found")).connected
 
 
-def test_what_is_entered_too_late_is_left() -> None:
-    """`enter` cancels it, and `stop` waits for its end."""
-    ended = threading.Event()
+def test_what_is_entered_too_late_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`enter` cancels it, and `stop` waits for its end, before it leaves what was entered earlier."""
+    monkeypatch.setattr("actors.threads.loop_thread.GRACE_SEC", 0)
+    started, left = threading.Event(), list[str]()
 
     @asynccontextmanager
-    async def slow() -> AsyncGenerator[None]:
+    async def early() -> AsyncGenerator[None]:
+        yield
+        left.append("early")
+
+    @asynccontextmanager
+    async def late() -> AsyncGenerator[None]:
+        started.set()
         try:
             await asyncio.Event().wait()
             yield
         finally:
-            ended.set()
+            await asyncio.sleep(0.1)
+            left.append("late")
 
-    with NodeThread() as thread, pytest.raises(actors.WaitTimeout):
-        thread.enter(slow(), timeout_sec=0.01)
-    assert ended.is_set()
+    with NodeThread() as thread:
+        thread.enter(early())
+        while not started.is_set():  # the time may be over before it begins
+            with pytest.raises(actors.WaitTimeout):
+                thread.enter(late(), timeout_sec=0.01)
+    assert left == ["late", "early"]
 
 
 def enter_failing_node(thread: NodeThread, host: Host) -> None:
