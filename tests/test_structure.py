@@ -20,6 +20,7 @@ MAX_METHODS: Final = 20
 EXCEPTIONS: Final[dict[str, str]] = {
     "actors.callbacks.mailbox.Mailbox": "one state machine: who holds the node's callbacks, and who is next",
     "actors.launch.description.actions": "one class for each action, mostly their docstrings",
+    "actors.launch.engine.machine": "one state machine with a method for each event and its effects",
     "actors.launch.engine.machine.Machine": "one state machine with a method for each event and its effects",
     "actors.node.graph_queries.NodeGraph": "has rclpy's graph queries, one method each",
     "actors.node.node": "rclpy's surface, mostly docstrings",

@@ -54,6 +54,7 @@ from actors.launch.description.event_handlers import (
     OnProcessStart as OnProcessStart,
     OnServiceAvailable as OnServiceAvailable,
     OnShutdown as OnShutdown,
+    OnStateTransition as OnStateTransition,
     OnTopicPublished as OnTopicPublished,
 )
 from actors.launch.description.library_substitutions import (
@@ -62,6 +63,12 @@ from actors.launch.description.library_substitutions import (
     FileContent as FileContent,
     FindExecutable as FindExecutable,
     FindPackageShare as FindPackageShare,
+)
+from actors.launch.description.lifecycle import (
+    ChangeState as ChangeState,
+    LifecycleNode as LifecycleNode,
+    LifecycleTransition as LifecycleTransition,
+    matches_action as matches_action,
 )
 from actors.launch.description.logic import (
     AllSubstitution as AllSubstitution,

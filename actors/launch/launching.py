@@ -16,6 +16,7 @@ from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.engine.graph_watch import graph_watch
+from actors.launch.engine.launch_node import launch_node_name
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
 from actors.launch.engine.worker import call_in_thread
@@ -106,7 +107,14 @@ class Launch:
         self._stopped = False
         self._machine = Machine(keep=keep)
         self._listeners = list(listeners)
-        self._runner = Runner(self._machine, self._listeners, stop_timeout_sec=stop_timeout_sec)
+        self._node_name = launch_node_name()
+        self._runner = Runner(
+            self._machine,
+            self._listeners,
+            place=self.place,
+            node_name=self._node_name,
+            stop_timeout_sec=stop_timeout_sec,
+        )
 
     def plan(self) -> Sequence[Step]:
         """Plan it, unless that has been done. This blocks, and needs no event loop.
@@ -173,7 +181,7 @@ class Launch:
         async with AsyncExitStack() as stack:
             await self._find_broker(stack)
             if self._watch_graph or awaits_graph(steps):
-                await stack.enter_async_context(graph_watch(self.place, self._runner.graph))
+                await stack.enter_async_context(graph_watch(self.place, self._node_name, self._runner.graph))
             return await self._runner.run(steps)
 
     def listen(self, listener: Listener) -> None:

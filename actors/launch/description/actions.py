@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.conditions import Condition
     from actors.launch.description.event_handlers import EventHandler, Reaction
+    from actors.launch.description.lifecycle import ChangeState
     from actors.runtime.programs import Factory
 
 Scalar: TypeAlias = str | int | float | bool
@@ -422,14 +423,14 @@ class Shutdown(Action):
 
 @dataclass(frozen=True, kw_only=True)
 class EmitEvent(Action):
-    """ROS 2's form of `Shutdown`.
+    """Cause an event: `ChangeState`, or ROS 2's form of `Shutdown`.
 
     Attributes:
-        event: The Shutdown.
+        event: The ChangeState or Shutdown.
         condition: When to carry it out; None: always.
     """
 
-    event: Shutdown
+    event: Shutdown | ChangeState
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from actors.launch.description.validation import Part
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from actors.launch.description.lifecycle import LifecycleNode
     from actors.launch.description.substitutions import Text
 
 Actions: TypeAlias = "Action | Sequence[Action]"
@@ -41,7 +42,8 @@ class EventHandler(Part):
     @property
     def actions(self) -> Sequence[Action]:
         """The actions to take, as far as they are known before."""
-        reactions = [getattr(self, each.name) for each in fields(self) if each.name.startswith("on_")]
+        names = (each.name for each in fields(self))
+        reactions = [getattr(self, each) for each in names if each.startswith("on_") or each == "entities"]
         return [action for each in reactions if each is not None for action in known_actions(each)]
 
 
@@ -105,6 +107,31 @@ class OnProcessIO(ProcessHandler):
     on_output: Reaction | None = None
     on_stdout: Reaction | None = None
     on_stderr: Reaction | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnStateTransition(EventHandler):
+    """React to a step of a lifecycle node's transition.
+
+    Of what is given everything must be as it says. A function can read `transition`, `start_state` and
+    `goal_state` of the event.
+
+    Attributes:
+        entities: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        target_lifecycle_node: The action that started the node, or its process's name: the label without the
+            number; None: any.
+        transition: The label of the transition, such as "configure" or "transition_success".
+        start_state: The label of the state that the node was in, such as "configuring".
+        goal_state: The label of the state that the node is in now, such as "inactive".
+        handle_once: Whether to react only the first time.
+    """
+
+    entities: Reaction
+    target_lifecycle_node: LifecycleNode | str | None = None
+    transition: Text | None = None
+    start_state: Text | None = None
+    goal_state: Text | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ _LABELS: Final = (
     *("function", "event_handler"),
 )
 """What an action is known by; the first one that it has."""
-_KNOWN: Final = ("target_action", "depends_on", "node")
+_KNOWN: Final = ("target_action", "target_lifecycle_node", "action", "depends_on", "node")
 """Arguments that refer to another action."""
 
 
@@ -53,7 +53,9 @@ def text_of_part(part: object) -> str:
     fields = {name: each for name, each in changed(part).items() if name != "actions"}
     if isinstance(part, Part) and part.noun == "event handler":
         fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
-    one = len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition"}
+    one = (
+        len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition", "matcher"}
+    )
     texts = (f"{'' if one else f'{name}='}{written(each, name)}" for name, each in fields.items())
     return f"{type(part).__name__}({', '.join(texts)})"
 

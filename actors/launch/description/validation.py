@@ -116,6 +116,10 @@ def _is_process(value: object) -> bool:
     return _is_action(value) and hasattr(value, "respawn")
 
 
+def _is_lifecycle_node(value: object) -> bool:
+    return _is_action(value) and hasattr(value, "autostart")
+
+
 def _is_reaction(value: object) -> bool:
     return _is_action(value) or _is_list(value, _is_action) or callable(value)
 
@@ -191,6 +195,7 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str)
     ),
     "Callable[..., Any]": ArgumentType("a function", callable),
+    "Callable[..., bool]": ArgumentType("matches_action(…) or a function", callable),
     "Condition | None": ArgumentType(
         "a condition, such as IfCondition('true'), or None",
         lambda value: value is None or is_part(value, "condition"),
@@ -198,7 +203,18 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
     "Sequence[Action]": ArgumentType(
         "a list of actions, such as [LogInfo(…)]", lambda value: _is_list(value, _is_action)
     ),
-    "Shutdown": ArgumentType("Shutdown()", lambda value: _is_action(value) and hasattr(value, "reason")),
+    "Shutdown | ChangeState": ArgumentType(
+        "Shutdown() or ChangeState(…)",
+        lambda value: is_part(value, "event") or (_is_action(value) and hasattr(value, "reason")),
+    ),
+    "LifecycleNode": ArgumentType("a LifecycleNode", _is_lifecycle_node),
+    "LifecycleNode | str | None": ArgumentType(
+        "a LifecycleNode, the name of one, or None",
+        lambda value: value is None or isinstance(value, str) or _is_lifecycle_node(value),
+    ),
+    "Sequence[int | Text]": ArgumentType(
+        "a list of numbers and texts", lambda value: _is_list(value, _is_number)
+    ),
     "Reaction": _REACTION,
     "Reaction | None": _optional(_REACTION),
     "EventHandler": ArgumentType(

@@ -29,8 +29,10 @@ from actors.launch.description.event_handlers import (
     OnProcessStart,
     OnServiceAvailable,
     OnShutdown,
+    OnStateTransition,
     OnTopicPublished,
 )
+from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
     FLAG,
@@ -153,15 +155,11 @@ _LAUNCHED: Final = (
     _key("on_exit", OnExit(), "What to do when it ends: elements, or the word shutdown."),
 )
 
-_NODE: Final = _element(
-    "node",
-    "A program with a node in it: of a package, a Python file, or a class.",
-    Node,
+_PROGRAM: Final = (
     _key("pkg package", TEXT, "An installed package, with exec.", "package"),
     _key("exec executable", TEXT, "A program of the package.", "executable"),
     _key("script", TEXT, "A Python file, seen from this file's folder."),
     _key("class", PLAIN_NAME, "module:Class of a node that runs in the launch's own process.", "node"),
-    _key("name", TEXT, "The node's name."),
     _key("namespace", TEXT, "The node's namespace, within the one that has been pushed."),
     _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
     _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
@@ -169,7 +167,27 @@ _NODE: Final = _element(
     _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
     _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
     *_LAUNCHED,
-    alternatives=(("package", "executable"), ("script",), ("node",)),
+)
+_ALTERNATIVES: Final = (("package", "executable"), ("script",), ("node",))
+
+_NODE: Final = _element(
+    "node",
+    "A program with a node in it: of a package, a Python file, or a class.",
+    Node,
+    _key("name", TEXT, "The node's name."),
+    *_PROGRAM,
+    alternatives=_ALTERNATIVES,
+)
+
+_LIFECYCLE_NODE: Final = _element(
+    "lifecycle_node",
+    "A program with a lifecycle node in it.",
+    LifecycleNode,
+    _key("name", TEXT, "The node's name.", required=True),
+    _key("autostart", FLAG, "Whether to configure and activate it each time that it has been started."),
+    _key("transition_timeout", NUMBER, "Seconds within which each transition must be done."),
+    *_PROGRAM,
+    alternatives=_ALTERNATIVES,
 )
 
 _EXECUTABLE: Final = _element(
@@ -202,6 +220,16 @@ _HANDLERS: Final = (
         _key("do", _ELEMENTS, "What to do then.", "on_output"),
         _key("stdout", _ELEMENTS, "What to do if it was stdout.", "on_stdout"),
         _key("stderr", _ELEMENTS, "What to do if it was stderr.", "on_stderr"),
+    ),
+    _handler(
+        "on_state_transition",
+        "Whenever a lifecycle node makes a step of a transition.",
+        OnStateTransition,
+        _key("target", PLAIN_NAME, "Its process: the label without the number.", "target_lifecycle_node"),
+        _key("transition", TEXT, "The label of the step, such as transition_success."),
+        _key("start_state", TEXT, "The state that it was in."),
+        _key("goal_state", TEXT, "The state that it is in now."),
+        _do("entities"),
     ),
     _handler("on_shutdown", "When the launch ends.", OnShutdown, _do("on_shutdown")),
     _handler(
@@ -238,6 +266,14 @@ ELEMENTS: Final = (
         _key("choice choices", Choices(), "What it can be.", "choices"),
     ),
     _NODE,
+    _LIFECYCLE_NODE,
+    _element(
+        "lifecycle_transition",
+        "Transitions of lifecycle nodes, one after the other as far as they succeed.",
+        LifecycleTransition,
+        _key("lifecycle_node_names", Texts(least=1), "The names of the nodes.", required=True),
+        _key("transition_ids", Texts(least=1), "Their numbers, or labels such as configure.", required=True),
+    ),
     _EXECUTABLE,
     _element(
         "group",

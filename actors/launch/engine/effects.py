@@ -64,4 +64,32 @@ class Ask:
     give: Callable[[], Sequence[Step]]
 
 
-Effect: TypeAlias = Run | Stop | StopAll | ForceStopAll | Notify | Ask
+@dataclass(frozen=True, eq=False)
+class RequestTransition:
+    """Request a transition of a lifecycle node, and say `transition_ended`.
+
+    Attributes:
+        label: Its process.
+        node: Its full name.
+        transition: The transition's number or label.
+        timeout_sec: How long that may take, including the time until the node is there.
+    """
+
+    label: str
+    node: str
+    transition: int | str
+    timeout_sec: float
+
+
+@dataclass(frozen=True)
+class CancelTransition:
+    """Stop waiting for the end of a transition.
+
+    Attributes:
+        request: Which one.
+    """
+
+    request: RequestTransition
+
+
+Effect: TypeAlias = Run | Stop | StopAll | ForceStopAll | Notify | Ask | RequestTransition | CancelTransition

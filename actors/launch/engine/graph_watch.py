@@ -7,15 +7,13 @@ link is down the last snapshot stays valid, because most nodes are likely to liv
 from __future__ import annotations
 
 import asyncio
-import os
-import secrets
 from collections import Counter
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.presence import Presence, presence_of
-from actors.logging.logger import LoggingSeverity, get_logger
-from actors.node.node import Node
+from actors.logging.logger import get_logger
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
@@ -25,24 +23,22 @@ if TYPE_CHECKING:
     from actors.config.contexts import BrokerTarget
     from actors.graph.snapshot import GraphSnapshot
 
-STOP_TIMEOUT_SEC: Final = 0.5
-"""The node has nothing to send but its goodbye."""
-
 
 @asynccontextmanager
 async def graph_watch(
-    place: BrokerTarget, on_change: Callable[[set[Presence]], None]
+    place: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]
 ) -> AsyncGenerator[None]:
-    """Report what the graph has whenever that changes, without the watching node itself.
+    """Report what the graph has whenever that changes, without the nodes of the launch itself.
 
     Entering waits for nothing. A broker that is unreachable, or refuses the node, does not end the context.
     Leaving takes two seconds at most.
 
     Args:
         place: Where the broker is, and which of its graphs is meant.
+        name: Of the watching node; the launch's other nodes have names that begin with it.
         on_change: Gets all that is there; each time another set. It must not wait.
     """
-    watch = keep_running("The launch's watch of the graph", lambda: _watch(place, on_change))
+    watch = keep_running("The launch's watch of the graph", lambda: _watch(place, name, on_change))
     watching = asyncio.create_task(watch, name="launch graph")
     try:
         yield
@@ -50,19 +46,8 @@ async def graph_watch(
         await cancel_and_wait(watching)
 
 
-async def _watch(place: BrokerTarget, on_change: Callable[[set[Presence]], None]) -> None:
-    # A process id alone is not unique: in a container it is 1.
-    node = Node(
-        f"_launch_{os.getpid()}_{secrets.token_hex(3)}",
-        url=place.url,
-        domain=place.domain,
-        use_global_arguments=False,
-        parameter_overrides={"start_type_description_service": False},
-        start_parameter_services=False,
-        stop_timeout_sec=STOP_TIMEOUT_SEC,
-        slow_callback_sec=None,
-    )
-    node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
+async def _watch(place: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
+    node = launch_node(place, name)
     known = Presences(own_node=node.get_fully_qualified_name())
     try:
         async with node:
@@ -81,7 +66,7 @@ class Presences:
     Changes that arrive together are one update.
 
     Args:
-        own_node: The node that is left out, with what it has.
+        own_node: Nodes whose names begin with this one are left out, with what they have.
 
     Attributes:
         now: All that is there. It is not changed: later there is another set.
@@ -110,7 +95,7 @@ class Presences:
                     del self._counts[gone]
         for key in entries.keys() - seen.keys():
             entry = entries[key]
-            new = seen[key] = None if entry.node == self._own_node else presence_of(entry)
+            new = seen[key] = None if entry.node.startswith(self._own_node) else presence_of(entry)
             if new is not None:
                 self._counts[new] += 1
         if self._counts.keys() == self.now:

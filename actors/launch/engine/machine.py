@@ -12,6 +12,7 @@ after the other in the order of their events. So the result does not depend on h
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -19,6 +20,7 @@ from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, S
 from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
+from actors.launch.engine.transitions import Transitions
 from actors.launch.planning.events import (
     Appeared,
     Event,
@@ -30,10 +32,12 @@ from actors.launch.planning.events import (
     ProcessStarted,
     ProcessWaits,
     ShuttingDown,
+    StateTransition,
 )
 from actors.launch.planning.steps import (
     MAX_PROCESSES,
     Call,
+    ChangeStates,
     End,
     LogText,
     ProcessSpec,
@@ -46,7 +50,7 @@ from actors.processes.outcome import Outcome
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from actors.launch.engine.effects import Effect
+    from actors.launch.engine.effects import Effect, RequestTransition
     from actors.launch.engine.handlers import Reaction
     from actors.launch.engine.process_table import ProcessEntry
     from actors.launch.planning.events import Stream
@@ -91,6 +95,7 @@ class Machine:
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
         self._reactions = ReactionQueue(self._effects.append, self._notify)
+        self._transitions = Transitions(self._effects.append, self._notify)
 
     # What is to be known
 
@@ -131,6 +136,7 @@ class Machine:
         process = self._table[label]
         process.pid = pid
         self._happen(ProcessStarted(process.spec, pid))
+        self._transitions.started(process.spec)
         return self._done()
 
     def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
@@ -150,6 +156,18 @@ class Machine:
         """A function of the description has returned."""
         self._now = now
         self._reactions.answered(ask, answer)
+        return self._done()
+
+    def state_changed(self, event: StateTransition, now: float) -> list[Effect]:
+        """A lifecycle node has made a step of a transition."""
+        self._now = now
+        self._happen(event)
+        return self._done()
+
+    def transition_ended(self, request: RequestTransition, failure: str | None, now: float) -> list[Effect]:
+        """A request of a transition has ended; None: the transition is done."""
+        self._now = now
+        self._transitions.answered(request, failure)
         return self._done()
 
     def graph(self, presences: frozenset[Presence], now: float) -> list[Effect]:
@@ -267,8 +285,30 @@ class Machine:
                 yield from self._stop(step.reason)
             case Call():
                 yield from self._follow((yield Ask(step.steps)))
+            case ChangeStates():
+                yield from self._change_states(step)
             case React():
                 yield from self._register(step)
+
+    def _change_states(self, step: ChangeStates) -> Reaction:
+        nodes = [each.spec for each in self._table.alive() if each.spec.lifecycle is not None]
+        if step.calls:  # it is carried out when the function has chosen
+
+            def choose() -> list[Step]:
+                chosen = {each.label for each in nodes if step.matches(each)}
+
+                def is_chosen(spec: ProcessSpec) -> bool:
+                    return spec.label in chosen
+
+                return [replace(step, matches=is_chosen, calls=False)]
+
+            yield from self._follow((yield Ask(choose)))
+            return
+        meant = [each for each in nodes if step.matches(each)]
+        for spec in meant:
+            self._transitions.add(spec, step.transitions)
+        if not meant:
+            self._notify(Message(Level.WARN, f"no transition is requested: {step.what} does not run"))
 
     def _register(self, handler: React) -> Reaction:
         if self._handlers.full:
@@ -334,6 +374,7 @@ class Machine:
         lived_sec = self._now - process.since
         self._note_run(process, outcome)
         self._table.move(process, ProcessState.DEAD, self._now)
+        self._transitions.ended(spec.label)
         pid, process.pid = process.pid, None
         event = ProcessExited(spec, pid, outcome)
         self._notify(event)
@@ -393,5 +434,6 @@ class Machine:
         for state in (ProcessState.WAITING, ProcessState.RESTARTING):
             for process in self._table.in_state(state):
                 self._table.move(process, ProcessState.DEAD, self._now)
+        self._transitions.abandon()
         self._effects.append(StopAll())
         return self._respond(event)

@@ -104,6 +104,10 @@ class ProcessTable:
         """Forget a dead process."""
         del self._processes[process.spec.label]
 
+    def alive(self) -> list[ProcessEntry]:
+        """Return all processes that are not dead."""
+        return [each for each in self._processes.values() if each.state is not ProcessState.DEAD]
+
     def in_state(self, state: ProcessState) -> list[ProcessEntry]:
         """Return all processes in a state."""
         return [each for each in self._processes.values() if each.state is state]

@@ -6,20 +6,32 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import (
+    Ask,
+    CancelTransition,
+    ForceStopAll,
+    Notify,
+    RequestTransition,
+    Run,
+    Stop,
+    StopAll,
+)
 from actors.launch.engine.handlers import ask
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
 from actors.launch.engine.worker import call_in_thread
-from actors.launch.planning.events import Message
+from actors.launch.planning.events import Message, StateTransition
 from actors.processes.driver import Driver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from actors.config.contexts import BrokerTarget
+    from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
     from actors.launch.engine.effects import Effect
     from actors.launch.engine.handlers import Answer
     from actors.launch.engine.machine import Machine
+    from actors.launch.engine.transition_client import TransitionClient
     from actors.launch.planning.events import Event, Level, Listener, Stream
     from actors.launch.planning.presence import Presence
     from actors.launch.planning.steps import ProcessSpec, Step
@@ -33,16 +45,29 @@ class Runner:
     Args:
         machine: Decides what to do.
         listeners: Called with each event when it happens.
+        place: The broker of its lifecycle nodes, and the number of its graph.
+        node_name: What the names of its hidden nodes begin with.
         stop_timeout_sec: Seconds between SIGINT and SIGTERM, and between SIGTERM and SIGKILL, for processes
             without timeouts of their own. All processes are stopped at the same time.
     """
 
-    def __init__(self, machine: Machine, listeners: Sequence[Listener], *, stop_timeout_sec: float) -> None:
+    def __init__(
+        self,
+        machine: Machine,
+        listeners: Sequence[Listener],
+        *,
+        place: BrokerTarget,
+        node_name: str,
+        stop_timeout_sec: float,
+    ) -> None:
         self._machine = machine
         self._listeners = listeners
+        self._place = place
+        self._node_name = node_name
         self._stop_timeout_sec = stop_timeout_sec
         self._driver: Driver[Effect] = Driver(machine, self._perform)
         self._call: asyncio.Future[Answer] | None = None
+        self._transitions: TransitionClient | None = None
         self._began = False
         self._stopped_before = False
 
@@ -62,6 +87,8 @@ class Runner:
         cancelled = await self._driver.wait(partial(self.stop, "interrupted"))
         if self._call is not None:
             self._call.cancel()
+        if self._transitions is not None:
+            await self._transitions.close()
         if self._driver.failure is not None:
             raise self._driver.failure
         if cancelled:
@@ -103,6 +130,10 @@ class Runner:
             case Ask():
                 self._call = call_in_thread(partial(ask, effect.give), self._driver.context)
                 self._call.add_done_callback(partial(self._answered, effect))
+            case RequestTransition():
+                self._transition_client().request(effect)
+            case CancelTransition():
+                self._transition_client().cancel(effect.request)
 
     def _start(self, spec: ProcessSpec, *, split: bool) -> None:
         label, driver = spec.label, self._driver
@@ -133,12 +164,43 @@ class Runner:
             "on_ended": ended,
             "stop_timeout_sec": self._stop_timeout_sec,
         }
+        if spec.lifecycle is not None:
+            self._transition_client().watch(spec)
         execution: Execution
         if spec.program is None:
             execution = LaunchedProcess(spec, driver.guard, split=split, **reports)
         else:
             execution = NodeExecution(spec, **reports)
         driver.start(label, execution)
+
+    def _transition_client(self) -> TransitionClient:
+        """Return the client of lifecycle nodes; a launch without such nodes needs none."""
+        if self._transitions is None:
+            from actors.launch.engine.transition_client import TransitionClient  # noqa: PLC0415
+
+            self._transitions = TransitionClient(
+                self._place,
+                f"{self._node_name}_lifecycle",
+                self._driver.context,
+                on_event=self._state_changed,
+                on_answer=self._transition_ended,
+            )
+        return self._transitions
+
+    def _state_changed(self, process: ProcessSpec, event: TransitionEvent) -> None:
+        execution = self._driver.executions.get(process.label)
+        found = StateTransition(
+            process,
+            None if execution is None else execution.pid,
+            transition=event.transition.label,
+            start_state=event.start_state.label,
+            goal_state=event.goal_state.label,
+            timestamp=event.timestamp,
+        )
+        self._driver.happened(partial(self._machine.state_changed, found))
+
+    def _transition_ended(self, request: RequestTransition, failure: str | None) -> None:
+        self._driver.happened(partial(self._machine.transition_ended, request, failure))
 
     def _answered(self, effect: Ask, answer: asyncio.Future[Answer]) -> None:
         if not answer.cancelled():

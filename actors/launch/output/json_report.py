@@ -16,6 +16,7 @@ from actors.launch.planning.events import (
     ProcessStarted,
     ProcessWaits,
     ShuttingDown,
+    StateTransition,
 )
 
 if TYPE_CHECKING:
@@ -77,6 +78,9 @@ def _facts(event: Event) -> tuple[str, dict[str, Any]]:
             name, facts["missing"], facts["so_far_sec"] = "waiting", missing, event.so_far_sec
         case ProcessRestarts():
             name, facts["delay_sec"], facts["reason"] = "restarting", event.delay_sec, event.reason
+        case StateTransition():
+            name, facts["transition"] = "transition", event.transition
+            facts |= {"start_state": event.start_state, "goal_state": event.goal_state}
         case Appeared():
             name, facts = "appeared", _presence(event.presence)
         case Message():

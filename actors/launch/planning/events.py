@@ -147,6 +147,23 @@ class ProcessRestarts(ProcessEvent):
 
 
 @dataclass(frozen=True)
+class StateTransition(ProcessEvent):
+    """Its lifecycle node has made a step of a transition.
+
+    Attributes:
+        transition: The label of the step, such as "configure" or "transition_success".
+        start_state: The label of the state that the node was in.
+        goal_state: The label of the state that the node is in now.
+        timestamp: When, in ns since the epoch, by the node's clock.
+    """
+
+    transition: str
+    start_state: str
+    goal_state: str
+    timestamp: int
+
+
+@dataclass(frozen=True)
 class Appeared(Event):
     """A node, a topic or a service is there, and was not before; at first all that is there."""
 

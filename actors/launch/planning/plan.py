@@ -27,12 +27,19 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.description import LaunchDescription, declared
 from actors.launch.description.description_source import included_scope
-from actors.launch.description.event_handlers import OnProcessExit, ProcessHandler, known_actions
+from actors.launch.description.event_handlers import (
+    OnProcessExit,
+    OnStateTransition,
+    ProcessHandler,
+    known_actions,
+)
+from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
 from actors.launch.description.substitutions import Scope, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
+from actors.launch.planning.lifecycle import change_state, lifecycle_transition
 from actors.launch.planning.mistakes import placed
 from actors.launch.planning.process_specs import ending, make_spec, seconds
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
@@ -164,7 +171,7 @@ class _Planner:
             self.partial = True
         return []
 
-    def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911 - a table
+    def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911, PLR0912 - a table
         match action:
             case Node() | ExecuteProcess():
                 return self._start(action, scope)
@@ -186,8 +193,12 @@ class _Planner:
                 return self._opaque(action, scope)
             case RegisterEventHandler():
                 return self._react(action.event_handler, scope)
-            case EmitEvent():
-                return self.plan([action.event], scope)
+            case EmitEvent(event=ChangeState() as event):
+                return [change_state(event, scope)]
+            case EmitEvent(event=Shutdown() as shutdown):
+                return self.plan([shutdown], scope)
+            case LifecycleTransition():
+                return lifecycle_transition(action, scope)
             case Shutdown():
                 return [End(reason=resolve(action.reason, scope))]
             case _:
@@ -242,7 +253,11 @@ class _Planner:
 
     def _react(self, handler: EventHandler, scope: Scope) -> list[React]:
         """Plan what a handler does: now, or if it is a function, when it is due."""
-        target = handler.target_action if isinstance(handler, ProcessHandler) else None
+        target = None
+        if isinstance(handler, ProcessHandler):
+            target = handler.target_action
+        elif isinstance(handler, OnStateTransition):
+            target = handler.target_lifecycle_node
         if isinstance(target, str) and not self._running:
             self._targets.append(target)
         found = triggers(handler, scope, self._nodes)

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.launch.description.actions import Action, EmitEvent, ExecuteProcess, Launched, Node, Shutdown
 from actors.launch.description.conditions import truth
+from actors.launch.description.lifecycle import LifecycleNode
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import dependencies
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import full_name, ros_arguments
 from actors.launch.planning.settings import variables
-from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, OutputMode, ProcessSpec
+from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, LifecycleSpec, OutputMode, ProcessSpec
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ def make_spec(
         depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
         # As in ROS 2, whose Shutdown comes before the next start.
         respawn=truth(action.respawn, scope) and end is None,
+        lifecycle=_lifecycle(action, scope) if isinstance(action, LifecycleNode) else None,
         **_respawn_options(action, scope),
         sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
         sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
@@ -113,6 +115,13 @@ def _respawn_options(action: Launched, scope: Scope) -> dict[str, Any]:
         "respawn_max_delay_sec": max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
         "respawn_max_retries": int(retries),
     }
+
+
+def _lifecycle(action: LifecycleNode, scope: Scope) -> LifecycleSpec:
+    return LifecycleSpec(
+        autostart=("configure", "activate") if truth(action.autostart, scope) else (),
+        timeout_sec=seconds("transition_timeout", action.transition_timeout, scope, forever=True),
+    )
 
 
 def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from actors.launch.description.actions import Action, Launched
@@ -15,8 +16,8 @@ from actors.launch.description.event_handlers import (
     OnProcessStart,
     OnServiceAvailable,
     OnShutdown,
+    OnStateTransition,
     OnTopicPublished,
-    ProcessHandler,
 )
 from actors.launch.description.substitutions import resolve
 from actors.launch.description.validation import excerpt
@@ -30,8 +31,10 @@ from actors.launch.planning.events import (
     ProcessIO,
     ProcessStarted,
     ShuttingDown,
+    StateTransition,
     Stream,
 )
+from actors.launch.planning.lifecycle import state_transitions
 from actors.launch.planning.mistakes import of_function, of_result
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.steps import React
@@ -65,11 +68,13 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
     """
     match handler:
         case OnProcessStart():
-            found = [_of_process(handler, "starts", ProcessStarted, handler.on_start)]
+            found = [_of_process(handler.target_action, "starts", ProcessStarted, handler.on_start)]
         case OnProcessExit():
-            found = [_of_process(handler, "exits", ProcessExited, handler.on_exit)]
+            found = [_of_process(handler.target_action, "exits", ProcessExited, handler.on_exit)]
         case OnProcessIO():
             found = _of_output(handler)
+        case OnStateTransition():
+            found = [_of_transition(handler, scope)]
         case OnShutdown():
             found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
         case OnNodeUp(node=node):
@@ -143,18 +148,15 @@ def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **
 
 
 def _of_process(
-    handler: ProcessHandler,
+    target: Launched | str | None,
     verb: str,
     kind: type[ProcessEvent],
     reaction: Reaction,
-    stream: Stream | None = None,
+    fits: Callable[[Any], bool] | None = None,
+    **options: Any,
 ) -> Trigger:
-    target = handler.target_action
-
     def matches(event: Event) -> bool:
-        if not isinstance(event, kind):
-            return False
-        if isinstance(event, ProcessIO) and stream is not None and event.stream is not stream:
+        if not isinstance(event, kind) or (fits is not None and not fits(event)):
             return False
         process = event.process
         if isinstance(target, str):
@@ -162,20 +164,30 @@ def _of_process(
         return target is None or process.origin is target
 
     who = "a process" if target is None else _who(target)
-    return _trigger(reaction, f"{who} {verb}", matches, split=stream is not None)
+    return _trigger(reaction, f"{who} {verb}", matches, **options)
 
 
 def _of_output(handler: OnProcessIO) -> list[Trigger]:
-    wanted = [
-        (handler.on_output, "writes", None),
-        (handler.on_stdout, "writes to stdout", Stream.STDOUT),
-        (handler.on_stderr, "writes to stderr", Stream.STDERR),
-    ]
-    return [
-        _of_process(handler, verb, ProcessIO, reaction, stream)
-        for reaction, verb, stream in wanted
-        if reaction is not None
-    ]
+    target = handler.target_action
+    found: list[Trigger] = []
+    if handler.on_output is not None:
+        found.append(_of_process(target, "writes", ProcessIO, handler.on_output))
+    for reaction, stream in ((handler.on_stdout, Stream.STDOUT), (handler.on_stderr, Stream.STDERR)):
+        if reaction is not None:
+            fits = partial(_is_of_stream, stream)
+            verb = f"writes to {stream.value}"
+            found.append(_of_process(target, verb, ProcessIO, reaction, fits, split=True))
+    return found
+
+
+def _is_of_stream(stream: Stream, event: ProcessIO) -> bool:
+    return event.stream is stream
+
+
+def _of_transition(handler: OnStateTransition, scope: Scope) -> Trigger:
+    fits, facts = state_transitions(handler, scope)
+    verb = "changes its state" + (f" ({', '.join(facts)})" if facts else "")
+    return _of_process(handler.target_lifecycle_node, verb, StateTransition, handler.entities, fits)
 
 
 def _is_shutdown(event: Event) -> bool:

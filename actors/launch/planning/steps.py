@@ -43,6 +43,19 @@ class OutputMode(Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LifecycleSpec:
+    """What a lifecycle node is asked to do.
+
+    Attributes:
+        autostart: The transitions to request when it has been started.
+        timeout_sec: How long each transition may take.
+    """
+
+    autostart: tuple[int | str, ...]
+    timeout_sec: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class ProcessSpec:
     """A process to start; or, with `program`, a node in this process.
 
@@ -50,6 +63,7 @@ class ProcessSpec:
         label: What its lines begin with; unique in the launch.
         name: The label without its number.
         node: The full name of its node, where the description says it; None: as the program has it.
+        lifecycle: Of a lifecycle node.
         command: The program and its arguments. Of a node in this process: the arguments.
         program: Makes the node that runs in this process; None for a process of its own.
         shown: The command as people would type it.
@@ -78,6 +92,7 @@ class ProcessSpec:
     label: str
     name: str
     node: str | None = None
+    lifecycle: LifecycleSpec | None = None
     command: tuple[str, ...]
     program: Factory | None = None
     shown: str
@@ -156,6 +171,23 @@ class Call(Timed):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ChangeStates(Timed):
+    """Request transitions of lifecycle nodes.
+
+    Attributes:
+        what: Which nodes, for people.
+        matches: Whether a process is meant. What it raises is a mistake in the description.
+        transitions: The numbers or labels of the transitions, in their order.
+        calls: Whether `matches` calls a function of the description, which may block.
+    """
+
+    what: str
+    matches: Callable[[ProcessSpec], bool]
+    transitions: tuple[int | str, ...]
+    calls: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class React(Timed):
     """From then on take further steps whenever something happens.
 
@@ -180,7 +212,7 @@ class React(Timed):
     split: bool = False
 
 
-Step: TypeAlias = Start | LogText | End | Call | React
+Step: TypeAlias = Start | LogText | End | Call | ChangeStates | React
 
 
 def all_steps(steps: Iterable[Step]) -> Iterator[Step]:

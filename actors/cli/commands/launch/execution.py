@@ -26,7 +26,17 @@ from actors.launch.engine.captured_output import captured_logs, captured_streams
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
-from actors.launch.planning.steps import STOP_TIMEOUT_SEC, Call, End, LogText, OutputMode, React, Start
+from actors.launch.planning.lifecycle import transition_label
+from actors.launch.planning.steps import (
+    STOP_TIMEOUT_SEC,
+    Call,
+    ChangeStates,
+    End,
+    LogText,
+    OutputMode,
+    React,
+    Start,
+)
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
@@ -38,7 +48,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.actions import DeclareLaunchArgument
     from actors.launch.description.description import LaunchDescription
-    from actors.launch.planning.steps import Step
+    from actors.launch.planning.steps import ProcessSpec, Step
 
 
 OPEN_FILES: Final = 8192
@@ -183,23 +193,35 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
         when = f"{indent}after {step.after_sec:g} s: " if step.after_sec else indent
         match step:
             case Start(process=process):
-                extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
-                waits = ", ".join(map(str, process.depends_on))
-                when += f"when there is {waits}: " if waits else ""
-                yield f"{when}[{process.label}] {extra}{process.shown}"
-                if process.on_exit is not None:
-                    yield from _shown_steps([process.on_exit], f"{indent}    ")
+                yield from _shown_start(process, indent, when)
             case LogText():
                 yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
             case End():
                 yield f"{when}end: {step.reason}"
             case Call():
                 yield f"{when}call {step.name}"
+            case ChangeStates():
+                yield f"{when}change the state of {step.what}: {_transitions(step.transitions)}"
             case React():
                 yield f"{when}{'once' if step.once else 'whenever'} {step.what}:"
                 yield from _shown_steps(step.preview, f"{indent}    ")
                 if not step.preview:
                     yield f"{indent}    what a function says then"
+
+
+def _shown_start(process: ProcessSpec, indent: str, when: str) -> Iterator[str]:
+    extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
+    waits = ", ".join(map(str, process.depends_on))
+    when += f"when there is {waits}: " if waits else ""
+    yield f"{when}[{process.label}] {extra}{process.shown}"
+    if process.lifecycle is not None and process.lifecycle.autostart:
+        yield f"{indent}    then: {_transitions(process.lifecycle.autostart)}"
+    if process.on_exit is not None:
+        yield from _shown_steps([process.on_exit], f"{indent}    ")
+
+
+def _transitions(transitions: Iterable[int | str]) -> str:
+    return ", ".join(map(transition_label, transitions))
 
 
 # Doing it

@@ -11,6 +11,7 @@ import pytest
 
 from actors.launch.description.actions import (
     DeclareLaunchArgument,
+    EmitEvent,
     ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
@@ -20,7 +21,8 @@ from actors.launch.description.actions import (
     RegisterEventHandler,
     TimerAction,
 )
-from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit
+from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit, OnStateTransition
+from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, matches_action
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution
 from actors.launch.description.validation import ARGUMENT_TYPES, MAX_SHOWN, Part, excerpt
 from actors.launch.errors import LaunchError
@@ -30,12 +32,12 @@ if TYPE_CHECKING:
 
 FREE = {"Factory | str | None", "ParameterEntry", "tuple[Truth, ...]"}
 """What is looked at when it is used."""
-MODULES = ("actions", "conditions", "event_handlers", "library_substitutions", "logic", "substitutions")
+MODULES = ("actions", "conditions", "event_handlers", "library_substitutions", "lifecycle", "logic")
 
 
 def parts() -> Iterator[type]:
     """Yield all parts that a description can have."""
-    for name in (*MODULES, "description_source", "python_expression"):
+    for name in (*MODULES, "description_source", "python_expression", "substitutions"):
         module = importlib.import_module(f"actors.launch.description.{name}")
         for value in vars(module).values():
             if isinstance(value, type) and issubclass(value, Part) and is_dataclass(value):
@@ -58,6 +60,23 @@ def test_each_argument_of_each_part_is_checked() -> None:
             "cmd must be a list of texts, such as ['echo', 'hello'], not",
         ),
         (ExecuteProcess, {"cmd": LaunchConfiguration("a")}, "cmd must be a list"),
+        (EmitEvent, {"event": LogInfo(msg="a")}, "event must be Shutdown() or ChangeState(…), not"),
+        (matches_action, {"action": Node(script="a.py")}, "action must be a LifecycleNode, not"),
+        (
+            OnStateTransition,
+            {"entities": (), "target_lifecycle_node": Node(script="a.py")},
+            "target_lifecycle_node must be a LifecycleNode, the name of one, or None, not",
+        ),
+        (
+            LifecycleTransition,
+            {"lifecycle_node_names": ["a"], "transition_ids": 1},
+            "transition_ids must be a list of numbers and texts, not 1",
+        ),
+        (
+            ChangeState,
+            {"lifecycle_node_matcher": "a", "transition_id": 1},
+            "lifecycle_node_matcher must be matches_action(…) or a function, not 'a'",
+        ),
         (ExecuteProcess, {"cmd": [None]}, "cmd must be a list"),
         (ExecuteProcess, {"cmd": None}, "cmd must be a list"),
         (Node, {"arguments": "--x"}, "arguments must be a list of texts"),

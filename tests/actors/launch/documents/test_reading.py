@@ -38,8 +38,10 @@ from actors.launch.description.event_handlers import (
     OnProcessStart,
     OnServiceAvailable,
     OnShutdown,
+    OnStateTransition,
     OnTopicPublished,
 )
+from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
 from actors.launch.documents.reading import read_document
 from actors.launch.documents.table import ELEMENTS
@@ -187,6 +189,26 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
     ("node: {script: a.py, additional_env: {A: $(var x)}}", Node(script="a.py", additional_env={"A": VAR})),
     ("node: {script: a.py, on_exit: shutdown}", Node(script="a.py", on_exit=Shutdown())),
     ("node: {script: a.py, on_exit: [{log: {message: bye}}]}", Node(script="a.py", on_exit=(BYE,))),
+    (
+        "lifecycle_node: {pkg: p, exec: e, name: n, autostart: true, transition_timeout: 5}",
+        LifecycleNode(package="p", executable="e", name="n", autostart=True, transition_timeout=5.0),
+    ),
+    (
+        "lifecycle_transition: {lifecycle_node_names: [a, $(var x)], transition_ids: [1, activate]}",
+        LifecycleTransition(lifecycle_node_names=("a", VAR), transition_ids=("1", "activate")),
+    ),
+    (
+        f"on_state_transition: {{target: a, transition: configure, start_state: $(var x), goal_state: active, {DO}}}",
+        RegisterEventHandler(
+            OnStateTransition(
+                target_lifecycle_node="a",
+                transition="configure",
+                start_state=VAR,
+                goal_state="active",
+                entities=(BYE,),
+            )
+        ),
+    ),
     (f"on_process_start: {{{DO}}}", RegisterEventHandler(OnProcessStart(on_start=(BYE,)))),
     (
         f"on_process_exit: {{target: talker, once: true, {DO}, if: 'true'}}",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import os
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
@@ -38,7 +37,7 @@ async def watched(stage: Stage) -> AsyncIterator[list[set[str]]]:
     """Watch the graph from a host "launch"; give what was reported so far."""
     said: list[set[str]] = []
     with on_host("launch"):
-        watching = graph_watch(find_broker_target(), lambda now: said.append(names(now)))
+        watching = graph_watch(find_broker_target(), "_launch_1", lambda now: said.append(names(now)))
         await watching.__aenter__()
     try:
         yield said
@@ -153,12 +152,11 @@ def test_leaving_ends_with_a_broker_that_is_silent() -> None:
 
 
 async def test_a_broker_that_refuses_the_node_ends_no_launch(
-    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The launch goes on without the graph, and says why."""
-    monkeypatch.setattr("actors.launch.engine.graph_watch.secrets.token_hex", lambda size: "0")
-    await meeting.node(f"_launch_{os.getpid()}_0")
-    async with graph_watch(find_broker_target(meeting.url), lambda now: None):
+    await meeting.node("_launch_1")
+    async with graph_watch(find_broker_target(meeting.url), "_launch_1", lambda now: None):
         await until(lambda: "cannot see which nodes are there" in caplog.text)
 
 
@@ -173,7 +171,7 @@ async def test_a_failed_watch_starts_again(meeting: Meeting, caplog: pytest.LogC
         told.append(now)
 
     await meeting.node("talker")
-    async with graph_watch(find_broker_target(meeting.url), notify):
+    async with graph_watch(find_broker_target(meeting.url), "_launch_1", notify):
         await until(lambda: told)
     assert "RuntimeError: a bug" in caplog.text
 
@@ -184,7 +182,9 @@ async def test_a_cancelled_exit_leaves_nothing_behind() -> None:
     left = asyncio.Event()
 
     async def launch() -> None:
-        async with graph_watch(find_broker_target("callboard+unix:///nowhere"), lambda now: None):
+        async with graph_watch(
+            find_broker_target("callboard+unix:///nowhere"), "_launch_1", lambda now: None
+        ):
             left.set()
             await asyncio.sleep(math.inf)
 

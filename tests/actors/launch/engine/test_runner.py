@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.config.contexts import find_broker_target
 from actors.launch.engine import runner as runner_module
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
@@ -72,7 +73,8 @@ def processes(names: str) -> list[Step]:
 
 def of(*listeners: Callable[[Event], None]) -> Runner:
     """Return a runner."""
-    return Runner(Machine(), listeners, stop_timeout_sec=1)
+    place = find_broker_target()
+    return Runner(Machine(), listeners, place=place, node_name="_launch_1", stop_timeout_sec=1)
 
 
 async def test_it_ends_when_all_have_ended() -> None:

@@ -1,0 +1,43 @@
+"""The hidden nodes of a launch."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from typing import TYPE_CHECKING, Final
+
+from actors.logging.logger import LoggingSeverity
+from actors.node.node import Node
+
+if TYPE_CHECKING:
+    from actors.config.contexts import BrokerTarget
+
+STOP_TIMEOUT_SEC: Final = 0.5
+"""The nodes have nothing to send but their goodbyes."""
+
+
+def launch_node_name() -> str:
+    """Return a name for a launch; the names of its nodes begin with it."""
+    # A process id alone is not unique: in a container it is 1.
+    return f"_launch_{os.getpid()}_{secrets.token_hex(3)}"
+
+
+def launch_node(place: BrokerTarget, name: str) -> Node:
+    """Return a hidden node.
+
+    Args:
+        place: The broker, and the number of its graph.
+        name: Of the node.
+    """
+    node = Node(
+        name,
+        url=place.url,
+        domain=place.domain,
+        use_global_arguments=False,
+        parameter_overrides={"start_type_description_service": False},
+        start_parameter_services=False,
+        stop_timeout_sec=STOP_TIMEOUT_SEC,
+        slow_callback_sec=None,
+    )
+    node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
+    return node

@@ -1,0 +1,166 @@
+"""Requests transitions of lifecycle nodes, and listens to them, with a hidden node of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
+from actors.interfaces.lifecycle_msgs.srv import ChangeState
+from actors.launch.engine.launch_node import launch_node
+from actors.launch.planning.steps import MAX_PROCESSES
+from actors.logging.logger import get_logger
+from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextvars import Context
+
+    from actors.config.contexts import BrokerTarget
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.launch.engine.effects import RequestTransition
+    from actors.launch.planning.steps import ProcessSpec
+    from actors.node.node import Node
+
+
+class TransitionClient:
+    """The client; made for the first lifecycle node of a launch, in the event loop.
+
+    A broker that is unreachable, or refuses the hidden node, only makes requests fail.
+
+    Args:
+        place: The broker, and the number of its graph.
+        name: Of the hidden node.
+        context: Everything runs in copies of it.
+        on_event: Called with the process of a watched node, and each transition event of the node.
+        on_answer: Called at the end of a request: None if the transition is done; otherwise why not, empty if
+            the node has not said.
+    """
+
+    def __init__(
+        self,
+        place: BrokerTarget,
+        name: str,
+        context: Context,
+        *,
+        on_event: Callable[[ProcessSpec, TransitionEvent], None],
+        on_answer: Callable[[RequestTransition, str | None], None],
+    ) -> None:
+        self._place = place
+        self._name = name
+        self._context = context
+        self._on_event = on_event
+        self._on_answer = on_answer
+        self._watched: dict[str, ProcessSpec] = {}
+        """By the full names of their nodes, as the subscriptions."""
+        self._subscriptions: dict[str, Subscription[TransitionEvent]] = {}
+        self._requests: dict[RequestTransition, asyncio.Task[str | None]] = {}
+        self._node: Node | None = None
+        self._entered = asyncio.Event()
+        self._problem = ""
+        running = keep_running("The launch's client of lifecycle nodes", self._run)
+        self._running = asyncio.create_task(running, name="launch lifecycle", context=context.copy())
+
+    def watch(self, process: ProcessSpec) -> None:
+        """Listen to the transitions of a process's node, from now to the end.
+
+        Args:
+            process: Its process. If there are more nodes than a launch has processes, the node that was
+                watched first is forgotten.
+        """
+        name = process.node or ""
+        if name not in self._watched and len(self._watched) == MAX_PROCESSES:
+            first = next(iter(self._watched))
+            del self._watched[first]
+            if (old := self._subscriptions.pop(first, None)) is not None:
+                old.destroy()
+        self._watched[name] = process
+        self._context.copy().run(self._subscribe, name)
+
+    def request(self, request: RequestTransition) -> None:
+        """Request a transition, and say its end.
+
+        Args:
+            request: Which one.
+        """
+        task = asyncio.create_task(
+            self._request(request), name=f"launch {request.label}", context=self._context.copy()
+        )
+        self._requests[request] = task
+        task.add_done_callback(partial(self._ended, request))
+
+    def cancel(self, request: RequestTransition) -> None:
+        """Wait no longer for the end of a transition, and say nothing of it.
+
+        Args:
+            request: Which one; one that has ended is ignored.
+        """
+        if (task := self._requests.pop(request, None)) is not None:
+            task.cancel()
+
+    async def close(self) -> None:
+        """Cancel all requests, and leave the broker. This takes two seconds at most."""
+        for request in tuple(self._requests):
+            self.cancel(request)
+        await cancel_and_wait(self._running)
+
+    async def _run(self) -> None:
+        self._entered.clear()
+        self._node = node = launch_node(self._place, self._name)
+        for name in self._watched:
+            self._subscribe(name)
+        try:
+            async with node:
+                self._entered.set()
+                await asyncio.Event().wait()
+        except CallboardError as error:
+            self._problem = str(error)
+            get_logger("launch").warning(f"cannot watch lifecycle nodes: {error}")
+            self._entered.set()
+        finally:
+            self._node = None
+            self._subscriptions.clear()
+
+    def _subscribe(self, name: str) -> None:
+        def heard(event: TransitionEvent) -> None:
+            if (process := self._watched.get(name)) is not None:
+                self._on_event(process, event)
+
+        if self._node is not None and name not in self._subscriptions:
+            topic = f"{name}/transition_event"
+            self._subscriptions[name] = self._node.create_subscription(TransitionEvent, topic, heard)
+
+    async def _request(self, request: RequestTransition) -> str | None:
+        limit = request.timeout_sec
+        try:
+            async with asyncio.timeout(None if math.isinf(limit) else limit):
+                return await self._change_state(request)
+        except TimeoutError:
+            return f"it has not ended within {limit:g} s"
+        except CallboardError as error:
+            return str(error)
+
+    async def _change_state(self, request: RequestTransition) -> str | None:
+        await self._entered.wait()
+        if self._node is None:
+            return self._problem
+        wanted = request.transition
+        transition = Transition(id=wanted) if isinstance(wanted, int) else Transition(label=wanted)
+        client = self._node.create_client(ChangeState, f"{request.node}/change_state")
+        try:
+            await client.wait_for_service()
+            response = await client.call(ChangeState.Request(transition=transition), math.inf)
+        finally:
+            client.destroy()
+        return None if response.success else ""
+
+    def _ended(self, request: RequestTransition, task: asyncio.Task[str | None]) -> None:
+        if self._requests.pop(request, None) is None:
+            return  # it was cancelled
+        error = asyncio.CancelledError() if task.cancelled() else task.exception()
+        if error is not None:  # a bug
+            get_logger("launch").error(f"Requesting a transition of {request.node} failed", exc_info=error)
+        self._on_answer(request, task.result() if error is None else type(error).__name__)

@@ -1,0 +1,121 @@
+"""Lifecycle: which transitions of which nodes a description requests, and to which it reacts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.launch.description.lifecycle import matches_action
+from actors.launch.description.substitutions import resolve
+from actors.launch.description.summaries import function_name, in_short
+from actors.launch.errors import LaunchError
+from actors.launch.planning.dependencies import presence
+from actors.launch.planning.mistakes import of_function
+from actors.launch.planning.presence import PresenceKind
+from actors.launch.planning.steps import ChangeStates
+from actors.lifecycle.states import REQUESTS, STATES, TRANSITIONS
+from actors.tools.suggestions import did_you_mean
+from proto.errors import escape
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from actors.launch.description.event_handlers import OnStateTransition
+    from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
+    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.planning.events import StateTransition
+    from actors.launch.planning.steps import ProcessSpec, Step
+
+
+def change_state(event: ChangeState, scope: Scope) -> Step:
+    """Return the step that requests the transition of an event.
+
+    Raises:
+        LaunchError: There is no such transition.
+    """
+    matcher: Callable[..., bool] = event.lifecycle_node_matcher
+    transitions = (_transition(event.transition_id, scope),)
+    if isinstance(matcher, matches_action):
+        action = matcher.action
+        return ChangeStates(
+            what=in_short(action), matches=lambda spec: spec.origin is action, transitions=transitions
+        )
+
+    def matches(spec: ProcessSpec) -> bool:
+        try:
+            return bool(matcher(spec.origin))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # as of other functions of a description
+            raise of_function(matcher, error, scope.file) from error
+
+    what = f"nodes that {function_name(matcher)} chooses"
+    return ChangeStates(what=what, matches=matches, transitions=transitions, calls=True)
+
+
+def lifecycle_transition(action: LifecycleTransition, scope: Scope) -> list[Step]:
+    """Return the steps that request the transitions of an action, one for each node.
+
+    Raises:
+        LaunchError: There is no such transition, or no node or transition is given.
+        InvalidNameError: No node can have that name.
+    """
+    names = [resolve(each, scope) for each in action.lifecycle_node_names]
+    transitions = tuple(_transition(each, scope) for each in action.transition_ids)
+    if not names:
+        raise LaunchError("No lifecycle_node_names provided.")
+    if not transitions:
+        raise LaunchError("No transition_ids provided.")
+    nodes = [presence(PresenceKind.NODE, name, scope.namespace).name for name in names]
+    return [ChangeStates(what=node, matches=_has_name(node), transitions=transitions) for node in nodes]
+
+
+def state_transitions(
+    handler: OnStateTransition, scope: Scope
+) -> tuple[Callable[[StateTransition], bool], list[str]]:
+    """Return what tells whether a state transition is meant by a handler, and the same for people.
+
+    Raises:
+        LaunchError: There is no such state or transition.
+    """
+    states = {each.label for each in STATES}
+    labels = {each.label for each in TRANSITIONS}
+    given = {
+        "transition": _label("transition", handler.transition, labels, scope),
+        "start_state": _label("start_state", handler.start_state, states, scope),
+        "goal_state": _label("goal_state", handler.goal_state, states, scope),
+    }
+    wanted = {name: value for name, value in given.items() if value is not None}
+
+    def fits(event: StateTransition) -> bool:
+        return all(getattr(event, name) == value for name, value in wanted.items())
+
+    return fits, [f"{name} {value}" for name, value in wanted.items()]
+
+
+def transition_label(wanted: int | str) -> str:
+    """Return the label of a transition that is given by its number or label."""
+    return next((each.label for each in REQUESTS if each.id == wanted), str(wanted))
+
+
+def _has_name(node: str) -> Callable[[ProcessSpec], bool]:
+    return lambda spec: spec.node == node
+
+
+def _transition(given: int | Text, scope: Scope) -> int | str:
+    """Return the number or label of a transition that can be requested."""
+    text = str(given) if isinstance(given, int) else resolve(given, scope)
+    labels = {each.label for each in REQUESTS}
+    if text in labels:
+        return text
+    if text not in {str(each.id) for each in REQUESTS}:
+        raise LaunchError(
+            f"Given transition_id '{escape(text)}' is invalid{did_you_mean(text, labels) or '.'}"
+        )
+    return int(text)
+
+
+def _label(what: str, given: Text | None, known: Iterable[str], scope: Scope) -> str | None:
+    text = None if given is None else resolve(given, scope)
+    if text is not None and text not in known:
+        raise LaunchError(f"{what}: there is no '{escape(text)}'{did_you_mean(text, sorted(known))}")
+    return text
