@@ -179,6 +179,16 @@ async def test_course_launches_from_any_language(language: str, system: System) 
     assert "Traceback" not in program.output
 
 
+async def test_lifecycle_nodes_are_brought_up_in_order(system: System) -> None:
+    """The second one when the first one is active."""
+    program = await system.python("-m", "actors", "launch", "examples/launch/lifecycle.launch.py")
+    await program.find_line("[second]: Activated")
+    steps = re.findall(r"\[(first|second)\]: (\w+)", program.output)
+    assert steps == [(name, step) for name in ("first", "second") for step in ("Configured", "Activated")]
+    assert await program.stop() == 0
+    assert "Traceback" not in program.output
+
+
 def test_course_is_the_same_in_all_languages() -> None:
     """The three launch files result in the same plan."""
     folder = ROOT / "examples" / "launch"

@@ -11,7 +11,7 @@ from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.steps import MAX_PROCESSES
-from actors.logging.logger import get_logger
+from actors.logging.logger import LoggingSeverity, get_logger
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
@@ -110,6 +110,7 @@ class TransitionClient:
     async def _run(self) -> None:
         self._entered.clear()
         self._node = node = launch_node(self._place, self._name)
+        node.get_logger().set_level(LoggingSeverity.ERROR)  # the broker may refuse an endpoint
         for name in self._watched:
             self._subscribe(name)
         try:
@@ -139,7 +140,7 @@ class TransitionClient:
             async with asyncio.timeout(None if math.isinf(limit) else limit):
                 return await self._change_state(request)
         except TimeoutError:
-            return f"it has not ended within {limit:g} s"
+            return f"no answer from '{request.node}/change_state' within {limit:g} s"
         except CallboardError as error:
             return str(error)
 
