@@ -13,6 +13,7 @@ import pytest
 import actors
 from actors import LifecycleState, TransitionCallbackReturn
 from actors.config.contexts import find_broker_target
+from actors.launch.engine import transition_client
 from actors.launch.engine.effects import RequestTransition
 from actors.launch.engine.transition_client import TransitionClient
 from tests.actors.launch.happenings import spec
@@ -186,6 +187,28 @@ def test_a_cancelled_request_says_nothing() -> None:
         assert stage.loop.time() - began < 1
         said.client.cancel(second)
         assert not said.answers
+
+    play(scene)
+
+
+def test_only_so_many_nodes_are_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one that was watched first is forgotten; one that is watched again stays."""
+    monkeypatch.setattr(transition_client, "MAX_PROCESSES", 1)
+
+    async def scene(stage: Stage) -> None:
+        for name in ("managed", "other"):
+            await stage.enter_as(Managed, name)
+        async with client_on("launch") as said:
+            said.client.watch(spec("again-2", node="/managed"))
+            said.request("configure")
+            await stage.until(partial(said.has, 1))
+            assert {each.partition(" ")[0] for each in said.events} == {"again-2"}
+            said.events.clear()
+            said.client.watch(spec("other-3", node="/other"))
+            said.request("activate")
+            said.request("configure", "/other")
+            await stage.until(partial(said.has, 3))
+            assert {each.partition(" ")[0] for each in said.events} == {"other-3"}
 
     play(scene)
 
