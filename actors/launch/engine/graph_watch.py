@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.presence import Presence, presence_of
-from actors.logging.logger import get_logger
+from actors.logging.logger import LoggingSeverity, get_logger
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
@@ -48,6 +48,7 @@ async def graph_watch(
 
 async def _watch(place: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
     node = launch_node(place, name)
+    node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
     known = Presences(own_node=node.get_fully_qualified_name())
     try:
         async with node:

@@ -6,7 +6,6 @@ import os
 import secrets
 from typing import TYPE_CHECKING, Final
 
-from actors.logging.logger import LoggingSeverity
 from actors.node.node import Node
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def launch_node(place: BrokerTarget, name: str) -> Node:
         place: The broker, and the number of its graph.
         name: Of the node.
     """
-    node = Node(
+    return Node(
         name,
         url=place.url,
         domain=place.domain,
@@ -39,5 +38,3 @@ def launch_node(place: BrokerTarget, name: str) -> Node:
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,
     )
-    node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
-    return node

@@ -110,7 +110,8 @@ class TransitionClient:
     async def _run(self) -> None:
         self._entered.clear()
         self._node = node = launch_node(self._place, self._name)
-        node.get_logger().set_level(LoggingSeverity.ERROR)  # the broker may refuse an endpoint
+        # That the broker refuses an endpoint; not that it is away, which failed requests say.
+        node.get_logger().set_level(LoggingSeverity.ERROR)
         for name in self._watched:
             self._subscribe(name)
         try:
