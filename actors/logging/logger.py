@@ -14,7 +14,9 @@ import sys
 import time
 from enum import IntEnum
 from functools import cache
-from typing import TYPE_CHECKING, Final, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Final, TypedDict, Unpack
+
+from actors.logging.sinks import sinks_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -300,12 +302,19 @@ class Logger:
         )
         # The record's own `created` is a float, too coarse for nanoseconds.
         record.stamp_ns = stamp_ns
+        passed: Any = logger.filter(record)
+        if not passed:
+            return False
+        if isinstance(passed, logging.LogRecord):  # a filter's own, since Python 3.12
+            record = passed
         if logger.hasHandlers():
-            logger.handle(record)
+            logger.callHandlers(record)
         else:
             from actors.logging.output import write_unhandled  # noqa: PLC0415 - it imports this module
 
             write_unhandled(record)
+        for sink in sinks_of(self.name):
+            sink.take(record)
         return True
 
     def _filters_pass(self, key: tuple[CodeType, int], level: int, options: LogOptions) -> bool:

@@ -21,6 +21,27 @@ if TYPE_CHECKING:
 _LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
 
 
+_plain: Final = logging.Formatter()
+
+
+def stamp_ns(record: logging.LogRecord) -> int:
+    """Return when a record was made, in nanoseconds since 1970."""
+    stamp = getattr(record, "stamp_ns", None)
+    return stamp if isinstance(stamp, int) else round(record.created * 1e9)
+
+
+def full_text(record: logging.LogRecord) -> str:
+    """Return a record's message, with its traceback and its stack below if it has them."""
+    parts = [record.getMessage()]
+    if record.exc_info:
+        parts.append(_plain.formatException(record.exc_info))
+    elif record.exc_text:
+        parts.append(record.exc_text)
+    if record.stack_info:
+        parts.append(_plain.formatStack(record.stack_info))
+    return "\n".join(parts)
+
+
 class RosFormatter(logging.Formatter):
     """Formats any record as ROS 2 does.
 
@@ -41,27 +62,14 @@ class RosFormatter(logging.Formatter):
         Args:
             record: The record.
         """
-        stamp_ns = getattr(record, "stamp_ns", None)
-        if not isinstance(stamp_ns, int):
-            stamp_ns = round(record.created * 1e9)
-        seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+        seconds, nanoseconds = divmod(stamp_ns(record), 1_000_000_000)
         label = _LABELS.get(record.levelno, record.levelname)
         name = record.name.removeprefix(ROOT_NAME + ".")
-        message = escape_controls(self._message(record))
+        message = escape_controls(full_text(record))
         text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {message}"
         if self._color and label in LEVEL_COLORS:
             return f"{LEVEL_COLORS[label]}{text}{RESET}"
         return text
-
-    def _message(self, record: logging.LogRecord) -> str:
-        parts = [record.getMessage()]
-        if record.exc_info:
-            parts.append(self.formatException(record.exc_info))
-        elif record.exc_text:
-            parts.append(record.exc_text)
-        if record.stack_info:
-            parts.append(self.formatStack(record.stack_info))
-        return "\n".join(parts)
 
 
 class _RosHandler(logging.StreamHandler["TextIO"]):
@@ -86,6 +94,7 @@ def configure_logging(
     *,
     stream: TextIO | None = None,
     color: bool | None = None,
+    only_fatal: bool = False,
 ) -> None:
     """Send all log records of this process to a stream in ROS 2's format. For scripts, not for libraries.
 
@@ -96,6 +105,8 @@ def configure_logging(
         level: Level of callboard's loggers, or its name; UNSET means INFO. Other libraries keep theirs.
         stream: The stream; None: stderr.
         color: Whether to use colours; None: as NO_COLOR and FORCE_COLOR say, else if it is a terminal.
+        only_fatal: Whether to write only fatal records of callboard's loggers. The others go to `/rosout` and
+            to the program's own handlers nevertheless.
 
     Raises:
         ValueError: The level is unknown.
@@ -108,7 +119,13 @@ def configure_logging(
     if root.handlers and stream is None:
         return
     target = sys.stderr if stream is None else stream
-    root.addHandler(_handler(target, color=_wants_color(target) if color is None else color))
+    handler = _handler(target, color=_wants_color(target) if color is None else color)
+    handler.filters = [_is_fatal_or_foreign] if only_fatal else []
+    root.addHandler(handler)
+
+
+def _is_fatal_or_foreign(record: logging.LogRecord) -> bool:
+    return record.levelno >= logging.CRITICAL or not record.name.startswith(ROOT_NAME + ".")
 
 
 def _wants_color(stream: TextIO) -> bool:

@@ -126,7 +126,7 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
 def set_up_logging(arguments: RosArguments) -> None:
     """Send the process's log to stderr, with the levels of the arguments and the environment."""
     level = arguments.log_level or environment.log_level() or LoggingSeverity.INFO
-    configure_logging(level if arguments.stdout_logs else LoggingSeverity.FATAL)
+    configure_logging(level, only_fatal=not arguments.stdout_logs)
     for name, severity in arguments.logger_levels:
         get_logger(name).set_level(severity)
 

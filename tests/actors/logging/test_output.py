@@ -189,3 +189,17 @@ def test_when_colors_are_used(
         configure_logging(stream=stream)
         get_logger("test_colors").error("x")
         assert ("\x1b[31m" in stream.getvalue()) is colored
+
+
+def test_only_fatal_records_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """What `--disable-stdout-logs` asks for; levels stay, other libraries are printed, and it can end."""
+    with bare_root():
+        configure_logging(only_fatal=True)
+        logger = get_logger("test_only_fatal")
+        assert logger.info("hidden")
+        logger.fatal("shown")
+        logging.getLogger("test_other_library").warning("theirs")
+        configure_logging()
+        logger.info("again")
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.rpartition(": ")[2] for line in lines] == ["shown", "theirs", "again"]

@@ -1,0 +1,80 @@
+"""Sinks: they take the records of one logger and of the loggers below it, beside the program's handlers.
+
+A node publishes its log with one. A handler of the standard module would not do: a logger that has a handler
+is no longer written to stderr, and a handler of `a` also gets the records of the node `/a/b`.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import weakref
+from typing import TYPE_CHECKING, Final, Protocol
+
+if TYPE_CHECKING:
+    import logging
+    from collections.abc import Callable, Iterator
+
+
+class LogSink(Protocol):
+    """Something that takes records."""
+
+    def take(self, record: logging.LogRecord) -> None:
+        """Take a record, in the thread that logs. It must not raise."""
+        ...
+
+
+_sinks: Final[dict[str, tuple[weakref.ref[LogSink], ...]]] = {}
+_lock = threading.RLock()
+"""For writers. A garbage collection inside may remove another sink, so it is reentrant."""
+
+
+def add_sink(name: str, sink: LogSink) -> Callable[[], object]:
+    """Give a sink the records of a logger, and of those below it that have no sink further down.
+
+    Args:
+        name: The logger's name.
+        sink: The sink; only a weak reference is kept.
+
+    Returns:
+        A function that removes it.
+    """
+    reference = weakref.ref(sink)
+    with _lock:
+        _sinks[name] = (*_sinks.get(name, ()), reference)
+    remove = weakref.finalize(sink, _remove, name, reference)
+    remove.atexit = False
+    return remove
+
+
+def _remove(name: str, reference: weakref.ref[LogSink]) -> None:
+    with _lock:
+        left = tuple(each for each in _sinks.pop(name, ()) if each is not reference)
+        if left:
+            _sinks[name] = left
+
+
+def sinks_of(name: str) -> Iterator[LogSink]:
+    """Iterate over the sinks that take the records of a logger.
+
+    Args:
+        name: The logger's name.
+    """
+    while name and _sinks:
+        if references := _sinks.get(name):
+            for reference in references:
+                if (sink := reference()) is not None:
+                    yield sink
+            return
+        name = name.rpartition(".")[0]
+
+
+def _after_fork_in_child() -> None:
+    """Remove all sinks: a child has no connections, and another thread may hold the lock."""
+    global _lock  # noqa: PLW0603
+    _lock = threading.RLock()
+    _sinks.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)
