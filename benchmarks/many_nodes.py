@@ -138,6 +138,7 @@ if __name__ == "__main__":
     arguments = parser.parse_args()
     bare = {
         "start_parameter_services": False,
+        "enable_rosout": False,
         "parameter_overrides": {"start_type_description_service": False},
     }
     without = bare if arguments.without_standard_endpoints else {}

@@ -45,7 +45,7 @@ class RosArguments:
         log_config_file: Accepted and ignored.
         log_file_name: Accepted and ignored.
         enclave: Accepted and ignored.
-        rosout_logs: Accepted and ignored: there is no /rosout.
+        rosout_logs: Whether nodes publish their log on `/rosout`.
         stdout_logs: Whether the script's log lines go to the terminal.
         external_lib_logs: Accepted and ignored: there is no external logging library.
         remaining: All arguments that are not ROS's, in order.

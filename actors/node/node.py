@@ -74,6 +74,8 @@ class Node(NodeGraph, NodeParameters):
         automatically_declare_parameters_from_overrides: Declare every override.
         start_parameter_services: Let other nodes read, set and watch the parameters: ROS 2's services below
             the node's name, and the topic `/parameter_events`.
+        enable_rosout: Publish the log of the node's logger and its children on `/rosout`, too. The ROS
+            argument `--disable-rosout-logs` turns it off for all nodes of a process.
         connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
             this; None enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
@@ -109,6 +111,7 @@ class Node(NodeGraph, NodeParameters):
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
         start_parameter_services: bool = True,
+        enable_rosout: bool = True,
         connect_timeout_sec: float | None = None,
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
@@ -146,8 +149,12 @@ class Node(NodeGraph, NodeParameters):
             argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
             allow_undeclared=allow_undeclared_parameters,
         )
+        if enable_rosout and own.rosout_logs and shared.rosout_logs:
+            from actors.node.rosout import Rosout  # noqa: PLC0415 - hidden nodes do without
+
+            Rosout(self._context, self._names)
         if start_parameter_services:
-            from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
+            from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - the same
 
             ParameterServices(self._context, self._names, self._parameters)
         if self._parameters.get("start_type_description_service").value:

@@ -34,7 +34,7 @@ async def test_the_program_in_the_guide_runs(system: System) -> None:
     (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     run = await system.python("-c", program.replace("callboard://127.0.0.1:7411", system.url))
     assert await run.wait_for_exit() == 0
-    assert re.fullmatch(r"/addison \d+\.\d+\n/parameter_events 0\.0", run.output)
+    assert re.fullmatch(r"/addison \d+\.\d+\n/parameter_events 0\.0\n/rosout \d+\.\d+", run.output)
 
 
 @pytest.mark.parametrize("key", [b"q", b"\x03"], ids=["q", "ctrl-c"])

@@ -70,9 +70,11 @@ class FrameChecks:
                 self._retire_sent.add((channel, frame.id))
             send(channel, frame)
 
-        def recording_departs(queues: DepartingQueues, queue: PublisherQueue) -> None:
+        def recording_departs(
+            queues: DepartingQueues, queue: PublisherQueue, *, standard: bool = False
+        ) -> None:
             self._departing.append(queue)
-            departs(queues, queue)
+            departs(queues, queue, standard=standard)
 
         with (
             mock.patch.object(Channel, "send", recording_send),

@@ -27,6 +27,8 @@ class DepartingQueues:
         self._link = link
         self._log = log
         self._queues: list[PublisherQueue] = []
+        self._standard: set[PublisherQueue] = set()
+        """Those of publishers that every node has: no warning speaks of them, and no broker is waited for."""
         self._most = DEPARTING_SLACK
 
     def __len__(self) -> int:
@@ -35,14 +37,15 @@ class DepartingQueues:
 
     @property
     def empty(self) -> bool:
-        """Whether all of them are empty."""
-        return all(queue.empty for queue in self._queues)
+        """Whether nothing in them is worth waiting for."""
+        connected = self._link.connected
+        return all(queue.empty or (queue in self._standard and not connected) for queue in self._queues)
 
     def __iter__(self) -> Iterator[PublisherQueue]:
         """Iterate over them, the oldest first."""
         return iter(self._queues)
 
-    def add(self, queue: PublisherQueue) -> None:
+    def add(self, queue: PublisherQueue, *, standard: bool = False) -> None:
         """Add a destroyed publisher's queue, and remove those that have become empty."""
         while self._queues and self._queues[0].empty:
             self._forget(self._queues.pop(0))
@@ -55,8 +58,11 @@ class DepartingQueues:
                     self._queues.append(known)
             self._most = DEPARTING_SLACK + 2 * len(self._queues)
         self._queues.append(queue)
+        if standard:
+            self._standard.add(queue)
 
     def _forget(self, queue: PublisherQueue) -> None:
+        self._standard.discard(queue)
         self._link.publishers.pop(queue.publisher, None)  # it needs no more credit
 
     def session_ended(self) -> None:
@@ -66,16 +72,19 @@ class DepartingQueues:
         """
         self.report_unsent(queue for queue in self._queues if queue.publisher)
         self._queues = [queue for queue in self._queues if not queue.publisher]
+        self._standard.intersection_update(self._queues)
 
     def report_unsent(self, queues: Iterable[PublisherQueue] | None = None) -> None:
         """Warn of messages that were never sent, those dropped beyond the depth included."""
-        unsent = sum(
-            queue.unsent for queue in (self._queues if queues is None else queues) if not queue.empty
+        unsent = standard = 0
+        for queue in self._queues if queues is None else queues:
+            if not queue.empty:
+                unsent += queue.unsent
+                standard += queue.unsent if queue in self._standard else 0
+        why = (
+            "no time was left" if self._link.connected else f"no link to a broker at {self._link.broker_urls}"
         )
-        if unsent:
-            why = (
-                "no time was left"
-                if self._link.connected
-                else f"no link to a broker at {self._link.broker_urls}"
-            )
-            self._log.warning(f"{unsent} published messages were never sent: {why}")
+        if unsent > standard:
+            self._log.warning(f"{unsent - standard} published messages were never sent: {why}")
+        if standard:
+            self._log.debug(f"{standard} log lines and parameter events were never sent: {why}")

@@ -182,11 +182,12 @@ class PublisherEndpoint(Endpoint):
         if self.accepted_now:
             self._undeclare()
             if link.channel is not None:
-                context.departing.add(self.queue)
+                context.departing.add(self.queue, standard=self.standard)
         elif self.queue.pending and (link.channel is not None or context.stopping):
-            context.departing.add(self.queue)  # it is declared, and sends then
+            context.departing.add(self.queue, standard=self.standard)  # it is declared, and sends then
         else:
-            context.departing.report_unsent([self.queue])
+            if not self.standard:
+                context.departing.report_unsent([self.queue])
             link.remove(self)
         link.wake()
 

@@ -35,6 +35,7 @@ def launch_node(place: BrokerTarget, name: str) -> Node:
         use_global_arguments=False,
         parameter_overrides={"start_type_description_service": False},
         start_parameter_services=False,
+        enable_rosout=False,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,
     )

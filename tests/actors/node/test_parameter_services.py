@@ -278,9 +278,8 @@ async def test_a_broker_may_refuse_them(tmp_path: Path, caplog: pytest.LogCaptur
                 assert node.set_parameters([Parameter("a", value=2)])[0].successful
     told = [record for record in caplog.records if record.name == "callboard.guest"]
     assert {record.levelname for record in told} == {"DEBUG"}
-    assert (
-        sum("refused a standard" in record.message for record in told) == len(SERVICES) + 2
-    )  # /parameter_events, ~/get_type_description
+    refused = sum("refused a standard" in record.message for record in told)
+    assert refused == len(SERVICES) + 3  # /rosout, /parameter_events, ~/get_type_description
     node.get_logger().set_level(LoggingSeverity.UNSET)
 
 

@@ -1,0 +1,168 @@
+"""A node's log on the topic `/rosout`.
+
+Lines may come from any thread. They are collected until the loop turn ends and are then encoded together.
+They leave as the messages of a latched publisher do, so that the broker has the last ones for late joiners.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from actors.endpoints.publisher.endpoint import PublisherEndpoint
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.rcl_interfaces.msg import Log
+from actors.logging.logger import ROOT_NAME
+from actors.logging.output import full_text, stamp_ns
+from actors.logging.sinks import add_sink
+from actors.qos.profile import qos_profile_rosout_default
+
+if TYPE_CHECKING:
+    import logging
+
+    from actors.arguments.remapping import Remapper
+    from actors.diagnostics.records import PublisherDiagnostics
+    from actors.endpoints.context import NodeContext
+    from proto import frames
+
+TOPIC: Final = "/rosout"
+MAX_LINES: Final = 10_000
+"""Lines that wait for the end of the loop turn or for the first session; beyond it the oldest are dropped."""
+MAX_CHARACTERS: Final = 16_384
+"""Characters of a line that are published: many times a long traceback. A line is printed whole."""
+MAX_NAME: Final = 1024
+"""Characters of a logger's, file's or function's name that are published."""
+
+_codec: Final = codec_for(Log)
+
+
+class Rosout(PublisherEndpoint):
+    """The publisher of one node's log.
+
+    Args:
+        context: The node.
+        names: Remaps the topic.
+    """
+
+    standard = True
+
+    def __init__(self, context: NodeContext, names: Remapper) -> None:
+        self._lines: deque[Log] = deque()
+        self._overflow = 0
+        """Lines dropped before they were published."""
+        self._flush_due = False
+        self._lock = threading.RLock()
+        """Protects the three above. A garbage collection inside may log, so it is reentrant."""
+        self._thread = 0
+        """The thread of the node's loop, from the first session on."""
+        self._silent = False
+        """Whether the node's thread publishes lines now: what it logs meanwhile is not published."""
+        super().__init__(context, Log, names.resolve_topic(TOPIC), qos_profile_rosout_default, None)
+        self._remove_sink = add_sink(context.log.name, self)
+
+    def take(self, record: logging.LogRecord) -> None:
+        """Publish a record at the end of the loop turn. From any thread."""
+        here = threading.get_ident() == self._thread
+        if here and self._silent:
+            return
+        line = _line(record)
+        with self._lock:
+            if self.refusal or self.destroyed:
+                self._overflow += 1
+                return
+            if len(self._lines) >= MAX_LINES:
+                self._lines.popleft()
+                self._overflow += 1
+            self._lines.append(line)
+            loop = self.context.link.loop
+            if self._flush_due or loop is None or loop.is_closed():
+                return  # without a loop, the first session flushes
+            self._flush_due = True
+        if here:
+            self.context.link.flush_later(self)
+            return
+        try:
+            loop.call_soon_threadsafe(self.context.link.flush_later, self)
+        except RuntimeError:  # it has been closed meanwhile
+            return
+
+    def flush_turn(self) -> None:
+        """Encode the lines, and put them into the publisher queue."""
+        with self._lock:
+            lines, self._lines = self._lines, deque()
+            self._flush_due = False
+        if lines:
+            was_silent, self._silent = self._silent, True
+            try:
+                for line in lines:
+                    self._add(line)
+            finally:
+                self._silent = was_silent
+        super().flush_turn()
+
+    def _add(self, line: Log) -> None:
+        try:
+            data = _codec.encode(line)
+        except InvalidMessageError:  # a stamp after 2038, say
+            self._overflow += 1
+            return
+        if self._batch.add(data):
+            super().flush_turn()
+
+    def declaration(self) -> frames.Frame:
+        """Declare the publisher, in the loop's thread."""
+        self._thread = threading.get_ident()
+        return super().declaration()
+
+    def accepted(self, number: int) -> None:
+        """Send what has been collected. An error about that is not published."""
+        self._silent = True
+        super().accepted(number)
+        self._silent = False
+
+    def refused(self, code: int, text: str) -> None:
+        """Drop what has been collected. The log line about that is not published."""
+        self._silent = True
+        super().refused(code, text)
+        self._silent = False
+
+    def destroy(self) -> None:
+        """Take no further lines, and send those that were taken."""
+        self._remove_sink()
+        super().destroy()
+
+    def diagnostics(self) -> PublisherDiagnostics:
+        """Return its state and counts, with the lines that wait here or were dropped here."""
+        found = super().diagnostics()
+        with self._lock:
+            waiting, overflow = len(self._lines), self._overflow
+        return replace(
+            found,
+            published=found.published + waiting + overflow,
+            dropped=found.dropped + overflow,
+            queued=found.queued + waiting,
+        )
+
+
+def _line(record: logging.LogRecord) -> Log:
+    seconds, nanoseconds = divmod(stamp_ns(record), 1_000_000_000)
+    return Log(
+        stamp=Time(sec=seconds, nanosec=nanoseconds),
+        level=record.levelno,
+        name=_text(record.name.removeprefix(ROOT_NAME + "."), MAX_NAME),
+        msg=_text(full_text(record), MAX_CHARACTERS),
+        file=_text(record.pathname, MAX_NAME),
+        function=_text(record.funcName or "", MAX_NAME),
+        line=record.lineno or 0,
+    )
+
+
+def _text(text: str, most: int) -> str:
+    """Return a text that fits into a message: cut, and with lone surrogates escaped."""
+    if len(text) > most:
+        text = f"{text[:most]}… and {len(text) - most} more characters"
+    return text if text.isascii() else text.encode(errors="backslashreplace").decode()
