@@ -76,6 +76,8 @@ class Node(NodeGraph, NodeParameters):
             the node's name, and the topic `/parameter_events`.
         enable_rosout: Publish the log of the node's logger and its children on `/rosout`, too. The ROS
             argument `--disable-rosout-logs` turns it off for all nodes of a process.
+        enable_logger_service: Let other nodes read and set the levels of this process's loggers: the services
+            `~/get_logger_levels` and `~/set_logger_levels`.
         connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
             this; None enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
@@ -112,6 +114,7 @@ class Node(NodeGraph, NodeParameters):
         automatically_declare_parameters_from_overrides: bool = False,
         start_parameter_services: bool = True,
         enable_rosout: bool = True,
+        enable_logger_service: bool = False,
         connect_timeout_sec: float | None = None,
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
@@ -157,6 +160,10 @@ class Node(NodeGraph, NodeParameters):
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - the same
 
             ParameterServices(self._context, self._names, self._parameters)
+        if enable_logger_service:
+            from actors.node.logger_services import LoggerServices  # noqa: PLC0415 - few nodes have them
+
+            LoggerServices(self._context, self._names)
         if self._parameters.get("start_type_description_service").value:
             from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - the same
 
