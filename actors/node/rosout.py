@@ -1,13 +1,13 @@
 """A node's log on the topic `/rosout`.
 
-Lines may come from any thread. They are collected until the loop turn ends and are then encoded together.
-They leave as the messages of a latched publisher do, so that the broker has the last ones for late joiners.
+Lines may come from any thread. They are collected until the loop turn ends, or for a moment if nobody
+subscribes, and are then encoded together. They leave as the messages of a latched publisher do, so that the
+broker has the last ones for late joiners.
 """
 
 from __future__ import annotations
 
 import threading
-from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -22,6 +22,7 @@ from actors.logging.sinks import add_sink
 from actors.qos.profile import qos_profile_rosout_default
 
 if TYPE_CHECKING:
+    import asyncio
     import logging
 
     from actors.arguments.remapping import Remapper
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 TOPIC: Final = "/rosout"
 MAX_LINES: Final = 10_000
 """Lines that wait for the end of the loop turn or for the first session; beyond it the oldest are dropped."""
+QUIET_SEC: Final = 0.1
+"""How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
+log call; whoever subscribes meanwhile gets them at once."""
 MAX_CHARACTERS: Final = 16_384
 """Characters of a line that are published: many times a long traceback. A line is printed whole."""
 MAX_NAME: Final = 1024
@@ -51,12 +55,13 @@ class Rosout(PublisherEndpoint):
     standard = True
 
     def __init__(self, context: NodeContext, names: Remapper) -> None:
-        self._lines: deque[Log] = deque()
+        self._lines: list[Log] = []
         self._overflow = 0
         """Lines dropped before they were published."""
         self._flush_due = False
         self._lock = threading.RLock()
         """Protects the three above. A garbage collection inside may log, so it is reentrant."""
+        self._timer: asyncio.TimerHandle | None = None
         self._thread = 0
         """The thread of the node's loop, from the first session on."""
         self._silent = False
@@ -75,7 +80,7 @@ class Rosout(PublisherEndpoint):
                 self._overflow += 1
                 return
             if len(self._lines) >= MAX_LINES:
-                self._lines.popleft()
+                del self._lines[0]
                 self._overflow += 1
             self._lines.append(line)
             loop = self.context.link.loop
@@ -83,17 +88,34 @@ class Rosout(PublisherEndpoint):
                 return  # without a loop, the first session flushes
             self._flush_due = True
         if here:
-            self.context.link.flush_later(self)
+            self._flush_soon()
             return
         try:
-            loop.call_soon_threadsafe(self.context.link.flush_later, self)
+            loop.call_soon_threadsafe(self._flush_soon)
         except RuntimeError:  # it has been closed meanwhile
             return
+
+    def _flush_soon(self) -> None:
+        """Flush at the end of this loop turn, or later if nobody subscribes. In the loop's thread."""
+        link = self.context.link
+        if self.peers:
+            link.flush_later(self)
+        elif self._timer is None and link.loop is not None and not self.destroyed:
+            self._timer = link.loop.call_later(QUIET_SEC, self._flush_now)
+
+    def _flush_now(self) -> None:
+        self._timer = None
+        self.context.link.flush_later(self)
+
+    def matched(self, peers: int, total: int) -> None:
+        """Send what has been collected to the first subscription."""
+        super().matched(peers, total)
+        self.context.link.flush_later(self)
 
     def flush_turn(self) -> None:
         """Encode the lines, and put them into the publisher queue."""
         with self._lock:
-            lines, self._lines = self._lines, deque()
+            lines, self._lines = self._lines, []
             self._flush_due = False
         if lines:
             was_silent, self._silent = self._silent, True
@@ -133,6 +155,8 @@ class Rosout(PublisherEndpoint):
     def destroy(self) -> None:
         """Take no further lines, and send those that were taken."""
         self._remove_sink()
+        if self._timer is not None:
+            self._timer.cancel()
         super().destroy()
 
     def diagnostics(self) -> PublisherDiagnostics:
