@@ -96,6 +96,26 @@ def actions(outcome: Outcome) -> dict[str, float]:
     return {**figures, **cost(sender), **outcome.broker_cost(server.figures["messages"]), **cost(server)}
 
 
+def logs(outcome: Outcome) -> dict[str, float]:
+    """Return the rate of log lines that arrived, or were logged if nobody reads them, and what one costs."""
+    writer, readers = outcome.only("log_writer"), outcome.all("log_reader")
+    logged = writer.figures["messages"]
+    for each in readers:
+        if each.figures["received"] + each.figures["lost"] != logged:
+            raise TrialError(
+                f"of {logged} lines {each.figures['received']} arrived and {each.figures['lost']} were lost"
+            )
+    lost = max((each.figures["lost"] for each in readers), default=writer.figures["dropped"])
+    return {
+        "rate": min((each.figures["rate"] for each in readers), default=writer.figures["rate"]),
+        "call_us": 1e6 * writer.figures["cpu_s"] / logged,
+        "lost_percent": 100 * lost / logged,
+        **cost(writer),
+        **outcome.broker_cost(logged),
+        **(cost(*readers) if readers else {}),
+    }
+
+
 def mixed(outcome: Outcome) -> dict[str, float]:
     """Return the latencies of small messages, and the rate of the stream beside them."""
     listener, pacer = outcome.only("listener"), outcome.only("pacer")

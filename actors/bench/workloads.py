@@ -79,6 +79,8 @@ BURST: Final = 200
 """Messages published in one loop turn."""
 FEEDBACK_MESSAGES: Final = 10_000
 """Feedback messages of a goal."""
+LOG_BURST: Final = 100
+"""Lines logged in one loop turn."""
 DELIVERIES: Final = 400_000
 """Deliveries of a trial with many subscribers, all of them together."""
 
@@ -101,6 +103,12 @@ def _requests(name: str, in_flight: int) -> Case:
 def _actions(name: str, in_flight: int, **parameters: object) -> Case:
     sender = Part(role="goal_sender", parameters={"in_flight": in_flight, **parameters})
     return Case(name=name, parts=(Part(role="action_server", held=True), sender), measure=outcomes.actions)
+
+
+def _logs(name: str, *, readers: int = 0, rosout: bool = True, burst: int = LOG_BURST) -> Case:
+    writer = Part(role="log_writer", parameters={"readers": readers, "rosout": rosout, "burst": burst})
+    parts = (*[Part(role="log_reader")] * readers, writer)
+    return Case(name=name, parts=parts, measure=outcomes.logs, quick=burst > 1)
 
 
 def _typed(name: str, size: int, kind: str) -> Case:
@@ -261,6 +269,23 @@ WORKLOADS: Final = (
             _actions("goals, 1 in flight", 1),
             _actions("goals, 100 in flight", IN_FLIGHT),
             _actions("feedback messages", 1, feedback=FEEDBACK_MESSAGES),
+        ),
+    ),
+    Workload(
+        id="W10",
+        title="logs: lines on /rosout, and what a log call costs without it and without a reader",
+        figures=(
+            Figure(key="rate", title="lines/s"),
+            Figure(key="call_us", title="us CPU of a log call", more_is_better=False),
+            Figure(key="lost_percent", title="lost %", more_is_better=False),
+        ),
+        cases=(
+            _logs("a reader", readers=1),
+            _logs("a reader, one line a turn", readers=1, burst=1),
+            _logs("nobody listens"),
+            _logs("nobody listens, one line a turn", burst=1),
+            _logs("rosout off", rosout=False),
+            _logs("rosout off, one line a turn", rosout=False, burst=1),
         ),
     ),
 )

@@ -36,6 +36,8 @@ MAX_LINES: Final = 10_000
 QUIET_SEC: Final = 0.1
 """How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
 log call; whoever subscribes meanwhile gets them at once."""
+QUIET_LINES: Final = 500
+"""How many lines end that moment."""
 MAX_CHARACTERS: Final = 16_384
 """Characters of a line that are published: many times a long traceback. A line is printed whole."""
 MAX_NAME: Final = 1024
@@ -84,7 +86,8 @@ class Rosout(PublisherEndpoint):
                 self._overflow += 1
             self._lines.append(line)
             loop = self.context.link.loop
-            if self._flush_due or loop is None or loop.is_closed():
+            due = self._flush_due and (self.peers or len(self._lines) != QUIET_LINES)
+            if due or loop is None or loop.is_closed():
                 return  # without a loop, the first session flushes
             self._flush_due = True
         if here:
@@ -98,7 +101,7 @@ class Rosout(PublisherEndpoint):
     def _flush_soon(self) -> None:
         """Flush at the end of this loop turn, or later if nobody subscribes. In the loop's thread."""
         link = self.context.link
-        if self.peers:
+        if self.peers or len(self._lines) >= QUIET_LINES:
             link.flush_later(self)
         elif self._timer is None and link.loop is not None and not self.destroyed:
             self._timer = link.loop.call_later(QUIET_SEC, self._flush_now)

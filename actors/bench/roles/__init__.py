@@ -21,6 +21,8 @@ ROLES: Final = {
     "hoarder": "growth",
     "action_server": "actions",
     "goal_sender": "actions",
+    "log_writer": "logs",
+    "log_reader": "logs",
 }
 
 ABILITIES: Final = frozenset({"growth", "types"})

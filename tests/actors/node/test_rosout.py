@@ -154,6 +154,7 @@ async def test_one_wake_up_for_a_burst(
 ) -> None:
     """However many lines a thread logs while the loop is busy, it wakes the loop once."""
     node = await meeting.node(name, **ON)
+    await until(lambda: publisher(node).matched)
     loop, calls = asyncio.get_running_loop(), list[object]()
 
     def wake(*args: Any) -> None:
@@ -227,6 +228,12 @@ async def test_while_nobody_subscribes(meeting: Meeting, name: str, monkeypatch:
     late = Reader(await meeting.node("late"))
     await until(lambda: len(late.lines) == 21)
     assert late.texts == ["left", *map(str, range(20))]
+    late.subscription.destroy()
+    await until(lambda: not publisher(node).matched)
+    for number in range(2 * rosout.QUIET_LINES):
+        node.get_logger().info(str(number))
+        await turns(1)
+    await until(lambda: not publisher(node).queued)
 
 
 async def test_late_joiners_get_earlier_lines(meeting: Meeting, name: str) -> None:
