@@ -8,6 +8,7 @@ broker has the last ones for late joiners.
 from __future__ import annotations
 
 import threading
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -24,6 +25,7 @@ from actors.qos.profile import qos_profile_rosout_default
 if TYPE_CHECKING:
     import asyncio
     import logging
+    from collections.abc import Generator
 
     from actors.arguments.remapping import Remapper
     from actors.diagnostics.records import PublisherDiagnostics
@@ -67,7 +69,7 @@ class Rosout(PublisherEndpoint):
         self._thread = 0
         """The thread of the node's loop, from the first session on."""
         self._silent = False
-        """Whether the node's thread publishes lines now: what it logs meanwhile is not published."""
+        """Whether what the node's thread logs now is not published, because publishing causes it."""
         super().__init__(context, Log, names.resolve_topic(TOPIC), qos_profile_rosout_default, None)
         self._remove_sink = add_sink(context.log.name, self)
 
@@ -120,23 +122,33 @@ class Rosout(PublisherEndpoint):
         with self._lock:
             lines, self._lines = self._lines, []
             self._flush_due = False
+            if self.destroyed:  # another thread was late, and the broker knows this publisher no more
+                self._overflow += len(lines)
+                return
         if lines:
-            was_silent, self._silent = self._silent, True
-            try:
+            with self._silently():
                 for line in lines:
                     self._add(line)
-            finally:
-                self._silent = was_silent
         super().flush_turn()
 
     def _add(self, line: Log) -> None:
         try:
             data = _codec.encode(line)
         except InvalidMessageError:  # a stamp after 2038, say
-            self._overflow += 1
+            with self._lock:
+                self._overflow += 1
             return
         if self._batch.add(data):
             super().flush_turn()
+
+    @contextmanager
+    def _silently(self) -> Generator[None]:
+        """Do not publish what the node's thread logs inside."""
+        before, self._silent = self._silent, True
+        try:
+            yield
+        finally:
+            self._silent = before
 
     def declaration(self) -> frames.Frame:
         """Declare the publisher, in the loop's thread."""
@@ -145,15 +157,13 @@ class Rosout(PublisherEndpoint):
 
     def accepted(self, number: int) -> None:
         """Send what has been collected. An error about that is not published."""
-        self._silent = True
-        super().accepted(number)
-        self._silent = False
+        with self._silently():
+            super().accepted(number)
 
     def refused(self, code: int, text: str) -> None:
         """Drop what has been collected. The log line about that is not published."""
-        self._silent = True
-        super().refused(code, text)
-        self._silent = False
+        with self._silently():
+            super().refused(code, text)
 
     def destroy(self) -> None:
         """Take no further lines, and send those that were taken."""

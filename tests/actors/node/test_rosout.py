@@ -370,6 +370,65 @@ async def test_texts_of_any_size_and_kind(meeting: Meeting, reader: Reader, name
     assert len(reader.lines[2].name) < rosout.MAX_NAME + 50
 
 
+async def test_a_thread_may_log_while_the_node_ends(
+    meeting: Meeting, reader: Reader, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line that comes after the last were sent is counted, not published by a publisher that is gone."""
+    node = await meeting.node(name, **ON)
+    await until(lambda: publisher(node).matched)
+    (sink,) = sinks_of(name)
+    assert isinstance(sink, rosout.Rosout)
+    node.get_logger().info("sent")
+    record = logging.getLogger(f"callboard.{name}").makeRecord(name, 20, __file__, 1, "too late", (), None)
+    encode = rosout._codec.encode
+
+    def encode_meanwhile(line: Log) -> bytes:
+        thread = threading.Thread(target=sink.take, args=(record,))
+        thread.start()
+        thread.join()
+        return encode(line)
+
+    monkeypatch.setattr(rosout, "_codec", SimpleNamespace(encode=encode_meanwhile))
+    sink.destroy()
+    await until(lambda: sink.diagnostics().dropped == 1)
+    sink.take(record)
+    await meeting.settled(node)
+    found = sink.diagnostics()
+    assert (found.published, found.dropped, found.queued) == (3, 2, 0)
+    assert reader.texts == ["sent"]
+    assert node.diagnostics().connections == 1
+
+
+async def test_a_line_that_cannot_be_encoded_is_counted(
+    meeting: Meeting, reader: Reader, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """ROS's stamps end in 2038: with such a clock lines are printed only."""
+    node = await meeting.node(name, **ON)
+    with monkeypatch.context() as patch:
+        patch.setattr("actors.logging.logger.time", SimpleNamespace(time_ns=lambda: 2**31 * 1_000_000_000))
+        node.get_logger().info("later")
+    node.get_logger().info("now")
+    await until(lambda: reader.lines)
+    assert reader.texts == ["now"]
+    found = publisher(node)
+    assert (found.published, found.dropped, found.queued) == (2, 1, 0)
+
+
+def test_after_the_loop_is_closed(name: str) -> None:
+    """Logging goes on without an error, also if the loop is closed just when a thread logs."""
+    node = actors.Node(name)
+    loop = asyncio.new_event_loop()
+    loop.close()
+    node._context.link.loop = loop
+    assert node.get_logger().info("closed")
+    closing: Any = SimpleNamespace(is_closed=lambda: False, call_soon_threadsafe=loop.call_soon_threadsafe)
+    node._context.link.loop = closing
+    assert node.get_logger().info("closed just now")
+    node._context.link.loop = None
+    assert publisher(node).queued == 2
+    node.destroy_node()
+
+
 @pytest.mark.parametrize(
     ("options", "flags", "published"),
     [
