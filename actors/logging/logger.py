@@ -5,6 +5,9 @@ records. If neither that logger nor a parent has a handler, records are written 
 without adding a handler. To silence them, add a `logging.NullHandler` to the `callboard` logger; scripts that
 want more call `configure_logging`. The level of the `callboard` logger is INFO at first, as in ROS 2, and
 other loggers inherit it.
+
+The sinks of a logger (`sinks.py`) take the same records. What a program logs with the standard module itself
+goes to handlers only.
 """
 
 from __future__ import annotations
