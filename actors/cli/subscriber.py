@@ -11,6 +11,7 @@ from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.named import print_unpublished
 from actors.cli.output import print_err
 from actors.endpoints.events import SubscriptionEventCallbacks
+from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from proto.codes import EntryKind
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine
     from typing import Self
 
+    from actors.endpoints.events import LivelinessChangedInfo
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
     from actors.graph.snapshot import GraphSnapshot
@@ -38,13 +40,20 @@ class _Losses:
     def __init__(self, subscription: Subscription[Any], clock: Callable[[], float]) -> None:
         self.subscription = subscription
         self._clock = clock
+        self._expired_before: int | None = None
         self._reported = 0
         self._reported_at = -math.inf
+
+    def count_expired(self) -> None:
+        """Count messages that expire from now on: the command is too slow for them."""
+        self._expired_before = self.subscription.expired
 
     def report(self, rest_sec: float) -> None:
         """Print the losses since the last report, unless that was less than `rest_sec` ago."""
         missed = self.subscription
         total = missed.dropped + missed.lost + missed.lost_on_break
+        if self._expired_before is not None:
+            total += missed.expired - self._expired_before
         if total == self._reported or self._clock() - self._reported_at < rest_sec:
             return
         print_err(
@@ -128,6 +137,61 @@ class Listener:
     def _report(self, rest_sec: float) -> None:
         for losses in self._subscriptions if self._report_losses else []:
             losses.report(rest_sec)
+
+    def report_losses(self) -> None:
+        """Report losses, messages that have expired included, unless there was a report just now."""
+        self._report(REPORT_EVERY_SEC)
+
+    async def receive_latched(self, topic: str) -> None:
+        """Wait until the latched messages of all publishers that a topic has now have been taken.
+
+        Messages that expire until then are no losses: they were too old when the command started.
+
+        Args:
+            topic: The full name of a topic that the command has subscribed to.
+
+        Raises:
+            BrokerUnreachable: The link broke meanwhile.
+            CommandError: The broker has refused the subscription.
+        """
+        await self._check_declared(topic)
+        changed = asyncio.Event()
+        attached = 0
+
+        def note(info: LivelinessChangedInfo) -> None:
+            nonlocal attached
+            attached = info.alive_count + info.not_alive_count
+            changed.set()
+
+        # A publisher's frames stay in order: when it is attached to a later subscription, too, everything
+        # that was latched for the first one has arrived.
+        events = SubscriptionEventCallbacks(liveliness=note, matched=lambda _: changed.set())
+        later = self._node.create_subscription(None, topic, None, 1, raw=True, event_callbacks=events)
+        try:
+            await self._check_declared(topic)
+            while attached < later.get_publisher_count():
+                changed.clear()
+                await changed.wait()
+        finally:
+            later.destroy()
+        if not self._node.connected:
+            raise BrokerUnreachable("The link to the broker broke")
+        while any(each.subscription.queued for each in self._subscriptions):  # noqa: ASYNC110 - no such event
+            await asyncio.sleep(0)  # the mailbox hands them over
+        for losses in self._subscriptions:
+            losses.count_expired()
+
+    async def _check_declared(self, topic: str) -> None:
+        """Wait until the broker has declared and matched all subscriptions.
+
+        Raises:
+            BrokerUnreachable: The link broke meanwhile.
+            CommandError: The broker has refused the subscription to a topic.
+        """
+        snapshot = await self._node.get_graph()
+        own = self._node.get_fully_qualified_name()
+        if all(each.node != own for each in snapshot.of_kind(EntryKind.SUBSCRIPTION) if each.name == topic):
+            raise CommandError(f"The broker has refused the subscription to {topic}")
 
     def enough(self) -> None:
         """End the wait, and take no more messages."""

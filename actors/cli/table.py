@@ -94,6 +94,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "set": Verb("request a transition of a node"),
         },
     ),
+    "log": Verb("print the log of all nodes"),
     "interface": Group(
         "show message types, generate their classes",
         {

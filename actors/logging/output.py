@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
 from actors.logging.logger import ROOT_NAME, LoggingSeverity, severity_from_name
-from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
-from proto.errors import escape
+from actors.logging.terminal_text import log_line
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -62,14 +61,9 @@ class RosFormatter(logging.Formatter):
         Args:
             record: The record.
         """
-        seconds, nanoseconds = divmod(stamp_ns(record), 1_000_000_000)
         label = _LABELS.get(record.levelno, record.levelname)
         name = record.name.removeprefix(ROOT_NAME + ".")
-        message = escape_controls(full_text(record))
-        text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {message}"
-        if self._color and label in LEVEL_COLORS:
-            return f"{LEVEL_COLORS[label]}{text}{RESET}"
-        return text
+        return log_line(label, stamp_ns(record), name, full_text(record), color=self._color)
 
 
 class _RosHandler(logging.StreamHandler["TextIO"]):

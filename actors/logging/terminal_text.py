@@ -1,9 +1,11 @@
-"""Text for a terminal: the colours of log levels, and control characters escaped."""
+"""Text for a terminal: log lines in ROS 2's format and colours, and control characters escaped."""
 
 from __future__ import annotations
 
 import re
 from typing import Final
+
+from proto.errors import escape
 
 LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
 RESET: Final = "\x1b[0m"
@@ -20,3 +22,22 @@ def escape_controls(text: str) -> str:
     if text.isprintable():
         return text
     return _CONTROLS.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
+
+
+def log_line(label: str, stamp_ns: int, name: str, message: str, *, color: bool) -> str:
+    """Return a log line in ROS 2's format: `[INFO] [1605120000.123456789] [talker]: text`.
+
+    Control characters are escaped: all of them in the name, all but line ends and tabs in the message.
+
+    Args:
+        label: The name of the level.
+        stamp_ns: When it was logged, in ns since the epoch.
+        name: The logger's name.
+        message: The text.
+        color: Whether to colour the line by its level.
+    """
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {escape_controls(message)}"
+    if color and label in LEVEL_COLORS:
+        return f"{LEVEL_COLORS[label]}{text}{RESET}"
+    return text
