@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import actors
+from actors.interfaces.rcl_interfaces.msg import Log
+from actors.qos.profile import qos_profile_rosout_default
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -72,3 +76,28 @@ async def test_an_echo_can_be_published_again(system: System) -> None:
     first = await system.program("sh", "-c", head, sys.executable)
     assert await first.wait_for_exit() == 0
     assert first.lines == ["stamp:", "  sec: 0", "  nanosec: 0"]
+
+
+async def test_the_log_is_followed_across_a_restart_of_the_broker(system: System) -> None:
+    """No line is printed twice or missed; Ctrl-C ends it with 130, a closed pipe when it prints."""
+    broker = await system.broker()
+    async with actors.Node("a", url=system.url) as node:
+        publisher = node.create_publisher(Log, "/rosout", qos_profile_rosout_default)
+        publisher.publish(Log(msg="one"))
+        await publisher.flush(20)
+        log = await system.python("-m", "actors", "log", "--follow")
+        await log.wait_for_line("one")
+        await broker.kill()
+        await log.wait_for_line("No broker at")
+        publisher.publish(Log(msg="two"))
+        await system.broker()
+        await log.wait_for_line("two")
+        publisher.publish(Log(msg="three"))
+        await log.wait_for_line("three")
+        assert await log.stop() == 130
+        node.create_timer(0.05, lambda: publisher.publish(Log(msg="four")))
+        head = '"$0" -m actors log --follow | head -n 1'
+        first = await system.program("sh", "-c", head, sys.executable)
+        assert await first.wait_for_exit() == 0
+    assert [line.rpartition(" ")[2] for line in log.lines if "[0.0" in line] == ["one", "two", "three"]
+    assert "Traceback" not in log.output + first.output

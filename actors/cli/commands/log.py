@@ -34,7 +34,8 @@ def add_arguments(parser: Parser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--node", action="append", metavar="NODE", default=[],
-        help="only this node, with its child loggers, or the nodes of this namespace; may be repeated",
+        help="only this node with its child loggers, one of these (/talker/motor), or the nodes of this "
+        "namespace; may be repeated",
     )  # fmt: skip
     parser.add_flag("-f", "--follow", help="go on with new lines, until Ctrl-C")
     parser.add_flag("-v", "--verbose", help="with the function, file and line of each call")
@@ -98,7 +99,7 @@ async def _receive_latched(options: Options, listener: Listener) -> None:
 
 
 def _check_names(options: Options, snapshot: GraphSnapshot) -> None:
-    """Check that each --node names a node or a namespace. With --follow it may be yet to come.
+    """Check that each --node names a node, a child logger or a namespace. With --follow it may come later.
 
     Raises:
         CommandError: There is none of this name.
@@ -110,7 +111,7 @@ def _check_names(options: Options, snapshot: GraphSnapshot) -> None:
     nodes = snapshot.nodes()
     for name in map(absolute, options.node):
         below = f"{name.rstrip('/')}/"
-        if any(node == name or node.startswith(below) for node in nodes):
+        if any(f"{node}/".startswith(below) or below.startswith(f"{node}/") for node in nodes):
             continue
         if not options.follow:
             raise unknown(f"Node not found: '{name}'", name, nodes)

@@ -132,12 +132,13 @@ async def test_colours(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
         (("--node", "/a"), "a a.child a.b"),
         (("--node", "a"), "a a.child a.b"),
         (("--node", "/a/b"), "a.b"),
+        (("--node", "/a/child/"), "a.child"),
         (("--node", "/a/b", "--node", "/ab"), "a.b ab"),
         (("--node", "/"), "a a.child a.b ab"),
     ],
 )
 async def test_node(desk: Desk, options: tuple[str, ...], names: str) -> None:
-    """A node with its child loggers, or a namespace; several times."""
+    """A node with its child loggers, one of these, or a namespace; several times."""
     async with desk.node("a") as a, desk.node("ab") as ab, desk.node("b", namespace="a") as b:
         for second, (node, name) in enumerate([(a, "a"), (a, "a.child"), (b, "a.b"), (ab, "ab")]):
             rosout(node).publish(line(second, name, "x"))
