@@ -16,6 +16,7 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import String
 from actors.qos.profile import QoSPresetProfiles
+from actors.testing import Direction, FaultProxy
 from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
@@ -240,6 +241,28 @@ async def test_an_end_in_time(desk: Desk) -> None:
     assert await desk.callboard("log", "--timeout", "0.000001") == (
         124, "", "Not all lines were received within 1e-06 s\n"
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("options", [(), ("--follow", "--timeout", "1.5")])
+async def test_a_link_that_breaks(desk: Desk, options: tuple[str, ...]) -> None:
+    """While lines arrive: what has come is printed, and the command says that something is missing."""
+    count = 500
+    async with desk.node("a") as node, FaultProxy(desk.url) as proxy:
+        publisher = rosout(node)
+        for second in range(count):
+            publisher.publish(line(second, "a", "x" * 5000))
+        await publisher.flush(20)
+        desk.url = proxy.url
+        proxy.drip(200_000, every_sec=0.01, direction=Direction.TO_NODE)
+        command = desk.start("log", "--timeout", "60", *options)
+        await proxy.wait_until(lambda: proxy.forwarded_bytes(Direction.TO_NODE) > 1_500_000)
+        proxy.refuse()
+        proxy.reset()
+        code, out, err = await command
+    assert 0 < len(out.splitlines()) < count
+    assert code == (124 if options else 3)
+    last = "No message on /rosout within 1.5 s" if options else "The link to the broker broke"
+    assert err.splitlines()[-1] == last
 
 
 async def test_a_refused_subscription(desk: Desk, tmp_path: Path) -> None:
