@@ -179,9 +179,7 @@ class _Line:
 
     def _unused_options(self) -> Iterator[Offer]:
         for text, action in self._options.items():
-            if action.help != argparse.SUPPRESS and (
-                action.dest not in self.values or action.nargs in {"*", "+"}
-            ):
+            if action.help != argparse.SUPPRESS and (action.dest not in self.values or _repeats(action)):
                 yield Offer(text, (action.help or "").replace("%%", "%"))
 
     def _values(self, action: argparse.Action) -> Iterator[Offer]:
@@ -361,3 +359,8 @@ _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
 
 def _takes_value(action: argparse.Action) -> bool:
     return action.nargs != 0
+
+
+def _repeats(action: argparse.Action) -> bool:
+    append = argparse._AppendAction  # noqa: SLF001 # pyright: ignore[reportPrivateUsage] - there is no other way
+    return action.nargs in {"*", "+"} or isinstance(action, append)

@@ -161,8 +161,10 @@ async def test_unknown_node(desk: Desk) -> None:
 
 
 def test_completion() -> None:
-    """The levels."""
+    """The levels; --node can be given again, other options cannot."""
     assert offers(["log", "--level", "e"]) == [Offer("error")]
+    assert [offer.word for offer in offers(["log", "--node", "/a", "--level", "warn", "--n"])] == ["--node"]
+    assert offers(["log", "--level", "warn", "--level"]) == []
 
 
 async def test_every_kept_line_is_received(desk: Desk) -> None:
