@@ -11,6 +11,7 @@ from broker.router import REPORTED
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.tls import is_tls_error
+from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, escape, peer_text
 from proto.fragments import Reassembler
 from proto.identity import agent
@@ -159,6 +160,7 @@ class Connection:
             "max_message_bytes": self._dispatcher.options.max_message_bytes,
             "max_reassembly_bytes": self._dispatcher.max_reassembly_bytes,
             "wall_time_ns": time.time_ns(),
+            "capabilities": " ".join(Capability),
         }
         self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
         identity = _identity(options, "instance"), _identity(options, "token")

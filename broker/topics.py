@@ -62,9 +62,9 @@ class Topics:
             return False
         if isinstance(endpoint, PublisherRecord):
             subscriptions = topic.subscriptions.values()
-            return exceeds(endpoint.peer, subscriptions, lambda other: _same_type(endpoint, other), most)
+            return exceeds(endpoint.peer, subscriptions, lambda other: _fits(endpoint, other), most)
         publishers = topic.publishers.values()
-        return exceeds(endpoint.peer, publishers, lambda other: _same_type(other, endpoint), most)
+        return exceeds(endpoint.peer, publishers, lambda other: _fits(other, endpoint), most)
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or restored."""
@@ -156,7 +156,10 @@ class Topics:
             return
         policy = incompatible_policy(publisher.wants, subscription.wants)
         if policy is not None:
-            self._report_qos(publisher, subscription, policy)
+            strict = _is_strict(publisher, subscription)
+            self._report_qos(publisher, subscription, policy, strict=strict)
+            if strict:
+                return
         publisher.matched[subscription.key] = subscription
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
@@ -178,16 +181,21 @@ class Topics:
             self._update_credit(publisher)
 
     def _report_qos(
-        self, publisher: PublisherRecord, subscription: SubscriptionRecord, policy: PolicyKind
+        self,
+        publisher: PublisherRecord,
+        subscription: SubscriptionRecord,
+        policy: PolicyKind,
+        *,
+        strict: bool,
     ) -> None:
-        end = (
-            f"incompatible QoS. Messages are delivered all the same. Last incompatible policy: {policy.name}"
-        )
-        for endpoint, text in (
-            (publisher, f"New subscription discovered on topic '{publisher.name}', requesting"),
-            (subscription, f"New publisher discovered on topic '{publisher.name}', offering"),
+        for endpoint, event, effect in (
+            (publisher, "New subscription discovered on topic '{}', requesting", "sent to"),
+            (subscription, "New publisher discovered on topic '{}', offering", "received from"),
         ):
-            self._notices.report(endpoint, NoticeKind.INCOMPATIBLE_QOS, f"{text} {end}", policy)
+            result = f"No messages will be {effect} it" if strict else "Messages are delivered all the same"
+            text = f"{event.format(publisher.name)} incompatible QoS. {result}."
+            text += f" Last incompatible policy: {policy.name}"
+            self._notices.report(endpoint, NoticeKind.INCOMPATIBLE_QOS, text, policy)
 
     # Flow control
 
@@ -297,4 +305,15 @@ def _same_type(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
     """Return whether a subscription takes a publisher's type; a raw one has no type and takes every one."""
     return not subscription.type_name or (
         subscription.type_name == publisher.type_name and subscription.type_hash == publisher.type_hash
+    )
+
+
+def _is_strict(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
+    return publisher.wants.strict or subscription.wants.strict
+
+
+def _fits(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
+    """Return whether a publisher and a subscription match."""
+    return _same_type(publisher, subscription) and not (
+        _is_strict(publisher, subscription) and incompatible_policy(publisher.wants, subscription.wants)
     )

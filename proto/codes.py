@@ -5,7 +5,7 @@ The error codes are in errors.py, with the exceptions.
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 
 
 class Op(IntEnum):
@@ -58,7 +58,7 @@ class NoticeKind(IntEnum):
     """The kinds of warnings in NOTICE."""
 
     INCOMPATIBLE_QOS = 1
-    """A counterpart's QoS is incompatible; messages are delivered nevertheless."""
+    """A counterpart's QoS is incompatible; messages are delivered only if neither endpoint is strict."""
     INCOMPATIBLE_TYPE = 2
     """A counterpart on the same topic or service has another type; the two are not matched."""
     SUSPENDED = 3
@@ -66,6 +66,13 @@ class NoticeKind(IntEnum):
 
     STALLED = 4
     """A KEEP_ALL subscription has granted nothing for too long; KEEP_ALL publishers do not wait for it."""
+
+
+class Capability(StrEnum):
+    """What a broker can do that older ones cannot: words in `capabilities` of WELCOME."""
+
+    STRICT_QOS = "strict_qos"
+    """It keeps to `strict` in qos maps: incompatible endpoints do not match if one of them is strict."""
 
 
 class PolicyKind(IntEnum):

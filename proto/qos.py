@@ -41,7 +41,10 @@ class Refusal(Exception):  # noqa: N818 - not a program error, but an answer
 
 
 class Qos(NamedTuple):
-    """A QoS map with its defaults filled in. Times are in nanoseconds, 0 for none."""
+    """A QoS map with its defaults filled in. Times are in nanoseconds, 0 for none.
+
+    `strict`: the endpoint matches none with which its QoS is incompatible.
+    """
 
     history: int
     depth: int
@@ -51,6 +54,7 @@ class Qos(NamedTuple):
     deadline_ns: int
     lifespan_ns: int
     lease_ns: int
+    strict: bool
 
     @property
     def needs_credit(self) -> bool:
@@ -90,6 +94,7 @@ def parse_qos(options: Options) -> Qos:
         _time(options, "deadline_ns"),
         _time(options, "lifespan_ns"),
         _time(options, "lease_ns"),
+        _flag(options, "strict"),
     )
 
 
@@ -111,6 +116,13 @@ def _time(options: Options, key: str) -> int:
     value = options.get(key, 0)
     if type(value) is not int or not 0 <= value <= limits.MAX_QOS_NS:
         raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be from 0 to {limits.MAX_QOS_NS}")
+    return value
+
+
+def _flag(options: Options, key: str) -> bool:
+    value = options.get(key, False)
+    if type(value) is not bool:
+        raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be true or false")
     return value
 
 

@@ -291,7 +291,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_shows() -> None:
     """Each program in docs/explanation/delivery.md prints the lines that follow it."""
     text = document("explanation/delivery.md")
     programs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
-    assert len(programs) == 2
+    assert len(programs) == 3
     for program, output in programs:
         done = subprocess.run(
             [sys.executable, "-c", program],

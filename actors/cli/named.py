@@ -296,6 +296,7 @@ def _document(endpoint: EndpointInfo) -> dict[str, Any]:
             "deadline_ns": _nanoseconds(qos.deadline),
             "liveliness": qos.liveliness.short_key,
             "liveliness_lease_duration_ns": _nanoseconds(qos.liveliness_lease_duration),
+            "strict": endpoint.strict_qos,
         },
     }
 

@@ -16,7 +16,7 @@ from actors.time.jumps import ClockChange
 from actors.time.ros_time import RosTime
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType
 from proto import frames
-from proto.codes import NoticeKind
+from proto.codes import Capability, NoticeKind
 from proto.limited_log import PERIOD_SEC, LimitedLog
 from proto.names import full_node_name
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from actors.endpoints.endpoint import Endpoint
     from actors.endpoints.timer import TimerSource
     from actors.logging.logger import Logger
+    from actors.qos.profile import QoSProfile
     from actors.session.link import Link
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
@@ -41,6 +42,7 @@ class NodeContext(LinkEndpoint):
         watch: Measures the node's callbacks.
         stopping: Whether the node is stopping and begins nothing new.
         unread: Messages received but not taken by callbacks when the node stopped.
+        strict_qos: Whether endpoints that do not say so themselves match no incompatible ones.
         declared: Whether the broker of this session has accepted or refused the node.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.
         departing: The queues of destroyed publishers.
@@ -58,6 +60,7 @@ class NodeContext(LinkEndpoint):
         default_call_timeout_sec: float,
         stop_on_error: bool,
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        strict_qos: bool = False,
     ) -> None:
         self.name = name
         self.namespace = namespace
@@ -71,6 +74,7 @@ class NodeContext(LinkEndpoint):
         self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0
+        self.strict_qos = strict_qos
         self.destroyed = False
         self.stopping = False
         self.declared = False
@@ -138,6 +142,23 @@ class NodeContext(LinkEndpoint):
                         self.require_alive()
             except TimeoutError as error:
                 raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+
+    def declared_qos(self, name: str, profile: QoSProfile, *, strict_qos: bool | None) -> frames.Options:
+        """Return the QoS map for an endpoint's declaration; warn if the broker does not know strict QoS.
+
+        Args:
+            name: The full name of its topic.
+            profile: Its QoS.
+            strict_qos: Whether it matches no incompatible endpoints; None is the node's default.
+        """
+        strict = self.strict_qos if strict_qos is None else strict_qos
+        knows = Capability.STRICT_QOS in self.link.capabilities
+        if strict and not knows and self.may_log("brokers without strict QoS"):
+            self.log.warning(
+                f"'{name}': the broker at {self.link.url} does not know strict QoS; it delivers messages"
+                " between incompatible endpoints all the same"
+            )
+        return profile.to_wire(strict=strict)
 
     def declaration(self) -> frames.Frame:
         """Declare the node."""

@@ -48,9 +48,11 @@ class EndpointInfo:
     endpoint_id: int
     """The broker's number for it, in place of ROS 2's GID."""
     qos_profile: QoSProfile
+    strict_qos: bool = False
+    """Whether it matches none with which its QoS is incompatible."""
 
     def __str__(self) -> str:
-        """Return 14 lines, as rclpy does."""
+        """Return 14 lines, as rclpy does; one more for a strict endpoint."""
         what = "Service" if self.endpoint_type in {EntryKind.SERVICE, EntryKind.CLIENT} else "Topic"
         qos = self.qos_profile
         keeps_last = qos.history is HistoryPolicy.KEEP_LAST
@@ -71,6 +73,7 @@ class EndpointInfo:
                 f"  Deadline: {_duration(qos.deadline)}",
                 f"  Liveliness: {qos.liveliness.name}",
                 f"  Liveliness lease duration: {_duration(qos.liveliness_lease_duration)}",
+                *(["  Strict: incompatible endpoints do not match"] if self.strict_qos else []),
             ]
         )
 
@@ -207,6 +210,7 @@ def _endpoint(entry: GraphEntry) -> EndpointInfo:
         endpoint_type=EntryKind(entry.kind),
         endpoint_id=entry.key,
         qos_profile=_profile(entry.qos),
+        strict_qos=entry.qos.get("strict") is True,
     )
 
 

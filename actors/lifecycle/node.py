@@ -62,6 +62,7 @@ class LifecycleNode(Node):
         *,
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
+        strict_qos: bool | None = None,
     ) -> LifecyclePublisher[MessageT]:
         """Make a publisher that is silent unless the node is active.
 
@@ -71,6 +72,7 @@ class LifecycleNode(Node):
             qos_profile: As for `create_publisher`.
             event_callbacks: As for `create_publisher`.
             qos_overriding_options: As for `create_publisher`.
+            strict_qos: As for `create_publisher`.
 
         Returns:
             The publisher; `destroy_publisher` destroys it.
@@ -80,7 +82,13 @@ class LifecycleNode(Node):
         """
         name, qos = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "publisher")
         return LifecyclePublisher(
-            self._context, msg_type, name, qos, event_callbacks, activation=self._transitions.activation
+            self._context,
+            msg_type,
+            name,
+            qos,
+            event_callbacks,
+            activation=self._transitions.activation,
+            strict_qos=strict_qos,
         )
 
     # Callbacks

@@ -46,8 +46,9 @@ class LifecyclePublisher(Publisher[T]):
         event_callbacks: PublisherEventCallbacks | None = None,
         *,
         activation: Activation,
+        strict_qos: bool | None = None,
     ) -> None:
-        super().__init__(context, msg_type, topic, qos, event_callbacks)
+        super().__init__(context, msg_type, topic, qos, event_callbacks, strict_qos=strict_qos)
         self.suppressed = 0
         self._activation = activation
 

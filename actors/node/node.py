@@ -84,6 +84,9 @@ class Node(NodeGraph, NodeParameters):
         stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
             attempt to connect that is in progress included. What could not be sent is counted in a warning.
             Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
+        strict_qos: The default of its publishers and subscriptions, ROS 2's endpoints included: whether they
+            match none with which their QoS is incompatible. Otherwise messages are delivered all the same,
+            unless the other endpoint is strict; both sides get a warning in any case.
         slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
             the error.
@@ -119,6 +122,7 @@ class Node(NodeGraph, NodeParameters):
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        strict_qos: bool = False,
         on_error: Literal["log", "stop"] = "log",
     ) -> None:
         if domain is not None:
@@ -145,6 +149,7 @@ class Node(NodeGraph, NodeParameters):
             default_call_timeout_sec=default_call_timeout_sec,
             stop_on_error=on_error == "stop",
             slow_callback_sec=slow_callback_sec,
+            strict_qos=strict_qos,
         )
         self._broker = BrokerView(self._context)
         self._parameters = ParameterStore(
@@ -282,6 +287,7 @@ class Node(NodeGraph, NodeParameters):
         *,
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
+        strict_qos: bool | None = None,
     ) -> Publisher[MessageT]:
         """Make a publisher.
 
@@ -292,6 +298,8 @@ class Node(NodeGraph, NodeParameters):
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: Which policies parameters such as `qos_overrides./chatter.publisher.depth`
                 override.
+            strict_qos: Match no subscription with which the QoS is incompatible, as in ROS 2: nothing is
+                delivered between the two. None is the node's default.
 
         Returns:
             The publisher.
@@ -304,7 +312,7 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: The node has been destroyed.
         """
         name, qos = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "publisher")
-        return Publisher(self._context, msg_type, name, qos, event_callbacks)
+        return Publisher(self._context, msg_type, name, qos, event_callbacks, strict_qos=strict_qos)
 
     def _topic_and_qos(
         self,
@@ -331,6 +339,7 @@ class Node(NodeGraph, NodeParameters):
         event_callbacks: SubscriptionEventCallbacks | None = ...,
         qos_overriding_options: QoSOverridingOptions | None = ...,
         stall_timeout_sec: float = ...,
+        strict_qos: bool | None = ...,
     ) -> Subscription[MessageT]: ...
 
     @overload
@@ -347,6 +356,7 @@ class Node(NodeGraph, NodeParameters):
         event_callbacks: SubscriptionEventCallbacks | None = ...,
         qos_overriding_options: QoSOverridingOptions | None = ...,
         stall_timeout_sec: float = ...,
+        strict_qos: bool | None = ...,
     ) -> Subscription[Any]: ...
 
     def create_subscription(
@@ -362,6 +372,7 @@ class Node(NodeGraph, NodeParameters):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         stall_timeout_sec: float = 0.0,
+        strict_qos: bool | None = None,
     ) -> Subscription[Any]:
         """Make a subscription.
 
@@ -377,6 +388,7 @@ class Node(NodeGraph, NodeParameters):
             qos_overriding_options: As for `create_publisher`.
             stall_timeout_sec: Seconds that KEEP_ALL publishers wait while this KEEP_ALL subscription takes no
                 message, if that is longer than the broker's limit (60); at most the broker's maximum (600).
+            strict_qos: Match no publisher with which the QoS is incompatible, as for `create_publisher`.
 
         Returns:
             The subscription.
@@ -403,6 +415,7 @@ class Node(NodeGraph, NodeParameters):
             raw=raw,
             event_callbacks=event_callbacks,
             stall_timeout_sec=stall_timeout_sec,
+            strict_qos=strict_qos,
         )
 
     def create_service(

@@ -1,6 +1,7 @@
 """Whether a publisher offers the QoS that a subscription requests, by rclpy's rules and texts.
 
-callboard delivers between incompatible endpoints nevertheless, and warns both (docs/protocol.md §5.4.2).
+callboard delivers between incompatible endpoints nevertheless, unless one of them is strict, and warns both
+(docs/protocol.md §5.4.2).
 """
 
 from __future__ import annotations

@@ -206,10 +206,13 @@ class QoSProfile:
             liveliness_lease_duration=_limited(self.liveliness_lease_duration),
         )
 
-    def to_wire(self) -> dict[str, int]:
+    def to_wire(self, *, strict: bool = False) -> dict[str, int]:
         """Return the resolved profile as plain ints by name, for a declaration frame.
 
         Times are in nanoseconds. Values at their default are omitted, except for the first four keys.
+
+        Args:
+            strict: The endpoint matches none with which this profile is incompatible.
         """
         profile = self.resolved()
         fields = {
@@ -221,7 +224,8 @@ class QoSProfile:
         if profile.liveliness is not LivelinessPolicy.AUTOMATIC:
             fields["liveliness"] = int(profile.liveliness)
         times = {key: getattr(profile, name).nanoseconds for key, name in _TIMES.items()}
-        return fields | {key: value for key, value in times.items() if value}
+        fields |= {key: value for key, value in times.items() if value}
+        return fields | {"strict": True} if strict else fields
 
     @classmethod
     def from_wire(cls, fields: Mapping[str, object]) -> QoSProfile:

@@ -164,6 +164,7 @@ class BrokerConnection:
             self.channel.outbox.transfers.max_bytes = partial
         most = frame.options.get("max_message_bytes")
         if self._link is not None:
+            self._link.capabilities = frozenset(str(frame.options.get("capabilities", "")).split())
             self._link.url = str(self.url)  # first: whoever waits for the session may read it
             self._link.opened(self.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES)
 

@@ -51,6 +51,7 @@ class Link:
         ticks: Called several times within a keepalive limit, while a session is open.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
+        capabilities: What this broker can do beyond the first version of the protocol.
         has_had_name: Whether a broker has accepted the node, now or in an earlier session.
         waits_for_name: Whether the broker keeps the node's name for a silent node that may come back.
         token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
@@ -61,6 +62,7 @@ class Link:
     def __init__(self, broker_urls: str = "") -> None:
         self.broker_urls = broker_urls
         self.url = ""
+        self.capabilities: frozenset[str] = frozenset()
         self.token = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.lag = LoopLag()
         self.channel: Channel | None = None

@@ -211,15 +211,17 @@ def _disagreements(snapshot: GraphSnapshot) -> list[Check]:
         subscriptions = _profiles(snapshot.endpoints(EntryKind.SUBSCRIPTION, name))
         for pub, sub in product(publishers, subscriptions):
             for _, why in disagreements(pub.qos_profile, sub.qos_profile):
-                text = f"{name}, from {_node(pub)} to {_node(sub)}: {why}"
+                strict = pub.strict_qos or sub.strict_qos
+                effect = "; one is strict, so nothing is delivered" if strict else ""
+                text = f"{name}, from {_node(pub)} to {_node(sub)}: {why}{effect}"
                 remedy = f"give both the same profile; see: callboard topic info -v {name}"
-                found.append(Check("qos", "warn", text, remedy))
+                found.append(Check("qos", "fail" if strict else "warn", text, remedy))
     return found
 
 
 def _profiles(endpoints: list[EndpointInfo]) -> list[EndpointInfo]:
     """Return one endpoint for each distinct profile."""
-    distinct = {repr(each.qos_profile): each for each in reversed(endpoints)}
+    distinct = {(repr(each.qos_profile), each.strict_qos): each for each in reversed(endpoints)}
     return list(distinct.values())[:MAX_PROFILES]
 
 

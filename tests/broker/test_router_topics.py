@@ -165,6 +165,60 @@ def test_a_qos_mismatch_delivers_and_warns_both(
     assert any(isinstance(frame, frames.Batch) for frame in received)
 
 
+@pytest.mark.parametrize("side", ["publisher", "subscription", "both"])
+@pytest.mark.parametrize("publisher_first", [False, True])
+def test_a_strict_endpoint_matches_no_incompatible_one(side: str, *, publisher_first: bool) -> None:
+    """One strict side suffices: no match, attachment, message or replay; both hear of it, and again later."""
+    offered = {"reliability": 2, "durability": 1, "strict": side != "subscription"}
+    requested = {"durability": 1, "strict": side != "publisher"}
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    if not publisher_first:
+        switch.send(listener, make.subscription(1, qos=requested))
+    number = switch.publisher(talker, make.publisher(2, qos=offered))
+    switch.send(talker, make.batch(number, 0))
+    if publisher_first:
+        switch.send(listener, make.subscription(1, qos=requested))
+    switch.suspend(talker)
+    switch.restore(talker)
+    switch.send(talker, make.batch(number, 1))
+    received = switch.read_all(listener)
+    assert {type(frame) for frame in received} == {frames.Accepted, frames.Notice}
+    notices = [frame for frame in received if isinstance(frame, frames.Notice)]
+    assert [(each.kind, each.policy) for each in notices] == [
+        (NoticeKind.INCOMPATIBLE_QOS, PolicyKind.RELIABILITY)
+    ] * 2
+    assert "No messages will be received from it" in notices[0].text
+    assert not switch.read(talker, frames.Matched)
+    switch.leave(talker)
+    assert not switch.read_all(listener)
+
+
+def test_strict_endpoints_match_compatible_ones() -> None:
+    """Among several counterparts a strict subscription matches those that offer what it requests."""
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    switch.send(listener, make.subscription(1, qos={"strict": True}))
+    numbers = [switch.publisher(talker, make.publisher(n, qos={"reliability": n})) for n in (1, 2)]
+    for number in numbers:
+        switch.send(talker, make.batch(number, 0))
+    received = switch.read_all(listener)
+    assert [frame.publisher for frame in received if isinstance(frame, frames.Batch)] == numbers[:1]
+    assert [frame.peers for frame in received if isinstance(frame, frames.Matched)] == [1]
+
+
+def test_pairs_that_do_not_match_do_not_count_for_the_limit() -> None:
+    """A strict endpoint is refused for its matches, not for its incompatible counterparts."""
+    switch = Switch(Router(limits=RouterLimits(max_matches=1)))
+    listener, talker = switch.join("/listener"), switch.join("/talker")
+    switch.send(talker, *(make.publisher(n, qos={"reliability": 2}) for n in (1, 2)))
+    switch.send(listener, make.subscription(1, qos={"strict": True}), make.subscription(2))
+    answers = [
+        type(each) for each in switch.read_all(listener) if isinstance(each, frames.Accepted | frames.Refused)
+    ]
+    assert answers == [frames.Accepted, frames.Refused]
+
+
 def test_a_late_subscription_gets_the_latched_messages_then_live_ones() -> None:
     """It gets the last messages, at most its depth, in order, once, before the live batches."""
     switch = Switch()

@@ -356,7 +356,8 @@ def declaration_cases() -> Iterator[Case]:
     yield from (
         Case(name, numbers, "declared", _send(sent), expect) for name, numbers, sent, expect in others
     )
-    for key in ("history", "depth", "reliability", "durability", "liveliness", "deadline_ns", "lifespan_ns"):
+    keys = "history depth reliability durability liveliness deadline_ns lifespan_ns strict"
+    for key in keys.split():
         for value in (-1, 2**63, "1", None, 0.5):
             raw = _send(make.subscription(9, qos={key: value}))
             yield Case(f"QoS: {key} is {value!r}", (16,), "declared", raw, "REFUSED MALFORMED")

@@ -11,11 +11,11 @@ MS = 1_000_000
 
 
 def test_an_empty_map_is_the_default() -> None:
-    """Missing keys are KEEP_LAST, 10, RELIABLE, VOLATILE, AUTOMATIC, and no times, and are sent as such."""
+    """Missing keys are KEEP_LAST, 10, RELIABLE, VOLATILE, AUTOMATIC, no times, not strict; sent as such."""
     qos = parse_qos({})
-    assert qos == (1, 10, 1, 2, 1, 0, 0, 0)
+    assert qos == (1, 10, 1, 2, 1, 0, 0, 0, False)
     assert qos.to_map() == {"history": 1, "depth": 10, "reliability": 1, "durability": 2}
-    full = {"deadline_ns": 5, "lifespan_ns": 6, "lease_ns": 7, "liveliness": 3}
+    full = {"deadline_ns": 5, "lifespan_ns": 6, "lease_ns": 7, "liveliness": 3, "strict": True}
     assert parse_qos(full).to_map() == {**qos.to_map(), **full}
 
 
@@ -30,6 +30,7 @@ def test_an_empty_map_is_the_default() -> None:
         {"lifespan_ns": 2**63},
         {"lease_ns": 1.5},
         {"lease_ns": True},
+        {"strict": 1},
     ],
 )
 def test_a_wrong_value_is_refused_by_name(options: dict[str, int | float]) -> None:

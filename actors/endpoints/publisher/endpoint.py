@@ -57,6 +57,8 @@ class PublisherEndpoint(Endpoint):
         topic: str,
         qos: QoSProfile,
         event_callbacks: PublisherEventCallbacks | None,
+        *,
+        strict_qos: bool | None = None,
     ) -> None:
         # Without callbacks nobody sees the counts.
         events = None if event_callbacks is None else PublisherEvents(context, topic, event_callbacks)
@@ -70,6 +72,7 @@ class PublisherEndpoint(Endpoint):
         self.interface = msg_type
         self._topic = topic
         self._qos = qos
+        self._strict_qos = strict_qos
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL
         depth = max(1, resolved.depth)
@@ -217,7 +220,7 @@ class PublisherEndpoint(Endpoint):
             self._topic,
             type_name(self.interface),
             type_hash(self.interface),
-            self._qos.to_wire(),
+            self.context.declared_qos(self._topic, self._qos, strict_qos=self._strict_qos),
             self._declared_gid,
             self._declared,
             None if self.standard else definition(self.interface),

@@ -48,9 +48,13 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         topic: str,
         qos: QoSProfile,
         event_callbacks: PublisherEventCallbacks | None = None,
+        *,
+        strict_qos: bool | None = None,
     ) -> None:
         self._codec: Codec[T] = codec_for(msg_type)
-        super().__init__(PublisherEndpoint(context, msg_type, topic, qos, event_callbacks))
+        super().__init__(
+            PublisherEndpoint(context, msg_type, topic, qos, event_callbacks, strict_qos=strict_qos)
+        )
         self.msg_type = msg_type
         self.topic_name = topic
         self.qos_profile = qos

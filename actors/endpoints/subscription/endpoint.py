@@ -61,6 +61,7 @@ class SubscriptionEndpoint(Endpoint):
         concurrent: bool,
         event_callbacks: SubscriptionEventCallbacks | None,
         stall_timeout_sec: float = 0.0,
+        strict_qos: bool | None = None,
     ) -> None:
         codec = None if msg_type is None else codec_for(msg_type)
         events = SubscriptionEvents(context, topic, event_callbacks or SubscriptionEventCallbacks())
@@ -69,7 +70,7 @@ class SubscriptionEndpoint(Endpoint):
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         pushes_back = keep_all and resolved.reliability == ReliabilityPolicy.RELIABLE
         depth = BEST_EFFORT_KEEP_ALL_DEPTH if keep_all else max(1, resolved.depth)
-        self.interface, self._topic, self._qos = msg_type, topic, qos
+        self.interface, self._topic, self._qos, self._strict_qos = msg_type, topic, qos, strict_qos
         self._stall_ms = min(round(stall_timeout_sec * 1000), limits.MAX_U32)
         self._events = events
         self.decoder = Decoder(codec, topic, context.log)
@@ -235,7 +236,7 @@ class SubscriptionEndpoint(Endpoint):
             self._topic,
             None if typed is None else type_name(typed),
             None if typed is None else type_hash(typed),
-            self._qos.to_wire(),
+            self.context.declared_qos(self._topic, self._qos, strict_qos=self._strict_qos),
             *DECLARED,
             self._stall_ms,
         )

@@ -43,6 +43,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         raw: bool,
         event_callbacks: SubscriptionEventCallbacks | None = None,
         stall_timeout_sec: float = 0.0,
+        strict_qos: bool | None = None,
     ) -> None:
         typed = None if raw else msg_type
         super().__init__(
@@ -55,6 +56,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
                 concurrent=concurrent,
                 event_callbacks=event_callbacks,
                 stall_timeout_sec=stall_timeout_sec,
+                strict_qos=strict_qos,
             )
         )
         self.msg_type = msg_type

@@ -208,6 +208,70 @@ async def test_what_does_not_change_is_not_reported(meeting: Meeting) -> None:
     assert lost.calls == 1
 
 
+@pytest.mark.parametrize("strict", ["publisher", "subscription", "talking node", "listening node"])
+async def test_a_strict_pair_with_incompatible_qos_does_not_match(
+    meeting: Meeting, caplog: pytest.LogCaptureFixture, strict: str
+) -> None:
+    """One strict side suffices: no count, no message, an event on both sides; others match as always."""
+    talker = await meeting.node("talker", strict_qos=strict == "talking node")
+    listener = await meeting.node("listener", strict_qos=strict == "listening node")
+    told: list[actors.IncompatibleQoSInfo] = []
+    received: list[int] = []
+    offering = actors.PublisherEventCallbacks(incompatible_qos=told.append)
+    publisher = talker.create_publisher(
+        Int64,
+        "numbers",
+        BEST_EFFORT,
+        event_callbacks=offering,
+        strict_qos=True if strict == "publisher" else None,
+    )
+    subscription = listener.create_subscription(
+        Int64,
+        "numbers",
+        lambda message: received.append(message.data),
+        event_callbacks=heeding(incompatible_qos=told.append),
+        strict_qos=True if strict == "subscription" else None,
+    )
+    beside = listener.create_subscription(Int64, "numbers", qos=BEST_EFFORT)
+    await matched(publisher)
+    await until(lambda: len(told) == 2)
+    assert told == [(1, 1, actors.QoSPolicyKind.RELIABILITY)] * 2
+    publisher.publish(Int64(data=1))
+    await until(lambda: beside.queued)
+    await meeting.settled(talker, listener)
+    assert (publisher.get_subscription_count(), subscription.get_publisher_count()) == (1, 0)
+    assert received == []
+    infos = await talker.get_publishers_info_by_topic("numbers")
+    infos += await talker.get_subscriptions_info_by_topic("numbers")
+    expected = [strict in {"publisher", "talking node"}, strict in {"subscription", "listening node"}]
+    assert [each.strict_qos for each in infos] == [*expected, strict == "listening node"]
+    assert [len(str(each).splitlines()) for each in infos] == [14 + each.strict_qos for each in infos]
+    assert not warnings_of(caplog, "incompatible QoS")  # the callbacks have them
+
+
+async def test_an_endpoint_of_a_strict_node_need_not_be_strict(meeting: Meeting) -> None:
+    """The endpoint's own choice wins over the node's default."""
+    strict, other = await meeting.node("strict", strict_qos=True), await meeting.node("other")
+    publisher = strict.create_publisher(Int64, "numbers", BEST_EFFORT, strict_qos=False)
+    subscription = other.create_subscription(Int64, "numbers")
+    await matched(publisher)
+    publisher.publish(Int64(data=1))
+    await until(lambda: subscription.queued)
+
+
+async def test_a_broker_without_strict_qos_causes_a_warning(
+    meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Against an older broker a strict endpoint warns that incompatible messages are delivered."""
+    monkeypatch.setattr("broker.connection.Capability", ())
+    node = await meeting.node("strict")
+    node.create_publisher(Int64, "lax")
+    node.create_publisher(Int64, "numbers", strict_qos=True)
+    found = [record.getMessage() for record in caplog.records if "strict QoS" in record.getMessage()]
+    assert len(found) == 1
+    assert found[0].startswith("'/numbers': the broker at ")
+
+
 async def test_a_policy_that_is_not_known_yet_is_reported_as_invalid(meeting: Meeting) -> None:
     """A later broker may know more policies than this node; the warning says what it says."""
     both = await meeting.node("both")

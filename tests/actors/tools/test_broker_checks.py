@@ -153,6 +153,23 @@ def test_types_that_meet_are_fine() -> None:
     assert not bad(broker_checks.graph(graph))
 
 
+def test_a_strict_pair_that_disagrees_is_a_failure() -> None:
+    """Nothing is delivered between the two; a lax subscription beside is only warned of."""
+    string = ("/chatter", "std_msgs/msg/String", "a")
+    graph = snapshot(
+        (EntryKind.PUBLISHER, "talker", *string),
+        (EntryKind.SUBSCRIPTION, "listener", *string),
+        (EntryKind.SUBSCRIPTION, "lax", *string),
+        talker=QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT),
+    )
+    graph.entries[1] = graph.entries[1]._replace(qos=QoSProfile(depth=10).to_wire(strict=True))
+    assert [(each.status, "nothing is delivered" in each.finding) for each in broker_checks.graph(graph)] == [
+        ("ok", False),
+        ("warn", False),
+        ("fail", True),
+    ]
+
+
 def test_profiles_that_disagree_are_reported_once() -> None:
     """However many publishers have the same profile."""
     hasty = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)

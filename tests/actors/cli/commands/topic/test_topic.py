@@ -138,6 +138,7 @@ async def test_info_as_json(desk: Desk) -> None:
                     "deadline_ns": 1_500_000_000,
                     "liveliness": "automatic",
                     "liveliness_lease_duration_ns": None,
+                    "strict": False,
                 },
             }
         ],
