@@ -5,7 +5,7 @@
     │   └── TlsFailed                         no TLS session with the broker; `fault` says why
     ├── ProtocolError (proto.errors)
     │   └── NotAuthorized                     the broker requires other credentials, or they must not be sent
-    ├── NodeNameTaken                         another live node has this full name
+    ├── NodeNameTaken                         another live node has this full name, unshared
     ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
     ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
     ├── PublisherRefused                      the broker refuses this publisher
@@ -64,7 +64,7 @@ class TimeSourceChangedError(CallboardError, RuntimeError):
 
 
 class NodeNameTaken(CallboardError):
-    """Another live node has this full name."""
+    """Another live node has this full name, and not both share it."""
 
 
 class NodeDestroyed(CallboardError, RuntimeError):

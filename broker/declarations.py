@@ -124,7 +124,8 @@ class Declarations:
         self._replace_peer = replace_peer
         self._report = report
         self._keys = count(1)
-        self._names: dict[str, NodeRecord] = {}
+        self._names: dict[str, dict[int, NodeRecord]] = {}
+        """The nodes that have each name, by key: one, or several that share it."""
         self.definitions = Definitions(
             max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes
         )
@@ -193,26 +194,44 @@ class Declarations:
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
-        holder = self._names.get(frame.name)
-        if holder is not None:
-            self._take_name(peer, holder)
+        holders = self._names.get(frame.name)
+        if holders and not (frame.shared and _any(holders).shared):  # several have shared it with each other
+            self._take_name(peer, holders, shared=frame.shared)
         record = NodeRecord(
-            key=next(self._keys), id=frame.id, peer=peer, kind=EntryKind.NODE, node=None, name=frame.name
+            key=next(self._keys),
+            id=frame.id,
+            peer=peer,
+            kind=EntryKind.NODE,
+            node=None,
+            name=frame.name,
+            shared=frame.shared,
         )
-        self._names[frame.name] = record
+        self._names.setdefault(frame.name, {})[record.key] = record
         return record
 
-    def _take_name(self, peer: Peer, holder: NodeRecord) -> None:
-        """Remove the peer of a name's holder if it has been silent for long enough, or refuse the name."""
-        if holder.peer.names_released:
-            text = f"another node '{holder.name}' has come while this link was silent"
-            self._replace_peer(holder.peer, text)
-            return
-        holder.peer.relied_on.add(holder.peer.id)
-        if holder.peer.suspended and not peer.endpoints:
-            text = f"A node named '{holder.name}' is silent; this one gets its name if it does not come back"
+    def _take_name(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
+        """Remove a name's holders if they have been silent for long enough, or refuse the name."""
+        peers = (holder.peer for holder in holders.values())
+        keeper = next((each for each in peers if not each.suspended), None)
+        if keeper is None:
+            silent = {holder.peer.id: holder.peer for holder in holders.values()}.values()
+            keeper = next((each for each in silent if not each.names_released), None)
+            if keeper is None:
+                text = f"another node '{_any(holders).name}' has come while this link was silent"
+                for each in silent:
+                    self._replace_peer(each, text)
+                return
+        keeper.relied_on.add(keeper.id)
+        name = f"A node named '{_any(holders).name}'"
+        if keeper.suspended and not peer.endpoints:
+            text = f"{name} is silent; this one gets its name if it does not come back"
             raise ProtocolError(ErrorCode.NAME_TAKEN, text)  # every client connects again after an ERROR
-        text = f"A node named '{holder.name}' is there already; give this one another name"
+        text = f"{name} is there already"
+        if shared:
+            text += " and does not share its name"
+        text += "; give this one another name"
+        if _any(holders).shared:
+            text += ", or share the name as that one does"
         raise Refusal(ErrorCode.NAME_TAKEN, text)
 
     def _make_on_topic(
@@ -324,10 +343,17 @@ class Declarations:
         if isinstance(endpoint, NodeRecord):
             for child in tuple(endpoint.endpoints.values()):
                 self.remove(child, reason)
-            if self._names.get(endpoint.name) is endpoint:
+            holders = self._names[endpoint.name]
+            del holders[endpoint.key]
+            if not holders:
                 del self._names[endpoint.name]
         elif endpoint.node is not None:
             endpoint.node.endpoints.pop(endpoint.id, None)
         self.leave(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.remove_publisher(endpoint)
+
+
+def _any(holders: dict[int, NodeRecord]) -> NodeRecord:
+    """Return one of a name's holders, which all share the name if there are several."""
+    return next(iter(holders.values()))

@@ -138,6 +138,8 @@ class Endpoint:
 class NodeRecord(Endpoint):
     """A node."""
 
+    shared: bool = False
+    """Whether other nodes may have the same name."""
     endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
 
     def entry(self) -> GraphEntry:

@@ -73,6 +73,8 @@ class Capability(StrEnum):
 
     STRICT_QOS = "strict_qos"
     """It keeps to `strict` in qos maps: incompatible endpoints do not match if one of them is strict."""
+    SHARED_NAMES = "shared_names"
+    """It accepts several nodes of one name if each declares that it shares the name."""
 
 
 class PolicyKind(IntEnum):

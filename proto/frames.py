@@ -92,10 +92,14 @@ class Pong(NamedTuple):
 
 
 class Node(NamedTuple):
-    """Declares a node under its full name."""
+    """Declares a node under its full name.
+
+    `shared`: other nodes that declare the same may have the name, too (§5.2.2).
+    """
 
     id: int
     name: str
+    shared: bool = False
 
 
 class Publisher(NamedTuple):
@@ -402,7 +406,7 @@ SPECS: Mapping[int, Spec] = {
     Op.GOODBYE: Spec(Goodbye, ("str",)),
     Op.PING: Spec(Ping, ("u64",)),
     Op.PONG: Spec(Pong, ("u64",)),
-    Op.NODE: Spec(Node, ("u32", "str")),
+    Op.NODE: Spec(Node, ("u32", "str", "bool")),
     Op.PUBLISHER: Spec(
         Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?", "u64")
     ),

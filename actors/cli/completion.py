@@ -244,7 +244,7 @@ def _names(line: _Line, noun: str, *kinds: EntryKind) -> Iterator[Offer]:
 
 def _nodes(line: _Line) -> Iterator[Offer]:
     """Yield nodes."""
-    for name in _snapshot(line).nodes():
+    for name in dict.fromkeys(_snapshot(line).nodes()):
         yield from _named(line, name, "")
 
 

@@ -121,7 +121,7 @@ async def ask_all(
             snapshot = await graph_of(node)
             served = {name for name, _ in snapshot.names_and_types(EntryKind.SERVICE)}
             visible = visible_nodes(snapshot, hidden=options.include_hidden_nodes)
-            wanted = sorted(name for name in visible if f"{name}/{service}" in served)
+            wanted = sorted({name for name in visible if f"{name}/{service}" in served})
             found = await asyncio.gather(*(answer(node, name) for name in wanted))
     except TimeoutError:
         raise CommandError(f"The graph was not received within {limit:g} s", TIMEOUT) from None

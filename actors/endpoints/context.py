@@ -42,6 +42,7 @@ class NodeContext(LinkEndpoint):
         watch: Measures the node's callbacks.
         stopping: Whether the node is stopping and begins nothing new.
         unread: Messages received but not taken by callbacks when the node stopped.
+        shared_name: Whether other nodes may have the same name.
         strict_qos: Whether endpoints that do not say so themselves match no incompatible ones.
         declared: Whether the broker of this session has accepted or refused the node.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.
@@ -60,6 +61,7 @@ class NodeContext(LinkEndpoint):
         default_call_timeout_sec: float,
         stop_on_error: bool,
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        shared_name: bool = False,
         strict_qos: bool = False,
     ) -> None:
         self.name = name
@@ -74,6 +76,7 @@ class NodeContext(LinkEndpoint):
         self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
         self.default_call_timeout_sec = default_call_timeout_sec
         self.callback_errors = 0
+        self.shared_name = shared_name
         self.strict_qos = strict_qos
         self.destroyed = False
         self.stopping = False
@@ -161,8 +164,11 @@ class NodeContext(LinkEndpoint):
         return profile.to_wire(strict=strict)
 
     def declaration(self) -> frames.Frame:
-        """Declare the node."""
-        return frames.Node(self.id, self.full_name)
+        """Declare the node; warn if the broker does not know shared names."""
+        if self.shared_name and Capability.SHARED_NAMES not in self.link.capabilities:
+            text = f"The broker at {self.link.url} does not know shared node names; it allows one node"
+            self.log.warning(f"{text} '{self.full_name}'")
+        return frames.Node(self.id, self.full_name, self.shared_name)
 
     def accepted(self, number: int) -> None:
         """Note that the node is in the graph."""

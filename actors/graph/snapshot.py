@@ -111,7 +111,7 @@ class GraphSnapshot:
         """Return the full names of all nodes.
 
         Returns:
-            The names, sorted.
+            The names, sorted; a name that nodes share occurs once for each of them.
         """
         return sorted(entry.node for entry in self.of_kind(EntryKind.NODE))
 

@@ -60,7 +60,7 @@ class NodeGraph:
         """Return the names of all nodes, without their namespaces.
 
         Returns:
-            The names, sorted by full name; a name can occur once per namespace.
+            The names, sorted by full name: each as often as nodes share it or have it in other namespaces.
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
@@ -73,7 +73,7 @@ class NodeGraph:
         """Return the names and namespaces of all nodes.
 
         Returns:
-            Pairs (name, namespace), sorted by full name.
+            Pairs (name, namespace), sorted by full name; one for each node that shares its name.
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.
@@ -87,7 +87,7 @@ class NodeGraph:
         """Return the full names of all nodes.
 
         Returns:
-            The names, such as "/ns/talker", sorted.
+            The names, such as "/ns/talker", sorted; one for each node that shares its name.
 
         Raises:
             BrokerUnreachable: No broker answers within 5 s.

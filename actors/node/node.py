@@ -84,6 +84,9 @@ class Node(NodeGraph, NodeParameters):
         stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
             attempt to connect that is in progress included. What could not be sent is counted in a warning.
             Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
+        shared_name: Let other nodes have the same full name if they share it, too, as ROS 2 does. Names of
+            topics and services that begin with `~/` are the same then, and a call of a service that several
+            nodes serve reaches one of them.
         strict_qos: The default of its publishers and subscriptions, ROS 2's endpoints included: whether they
             match none with which their QoS is incompatible. Otherwise messages are delivered all the same,
             unless the other endpoint is strict; both sides get a warning in any case.
@@ -122,6 +125,7 @@ class Node(NodeGraph, NodeParameters):
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        shared_name: bool = False,
         strict_qos: bool = False,
         on_error: Literal["log", "stop"] = "log",
     ) -> None:
@@ -149,6 +153,7 @@ class Node(NodeGraph, NodeParameters):
             default_call_timeout_sec=default_call_timeout_sec,
             stop_on_error=on_error == "stop",
             slow_callback_sec=slow_callback_sec,
+            shared_name=shared_name,
             strict_qos=strict_qos,
         )
         self._broker = BrokerView(self._context)
@@ -678,7 +683,7 @@ class Node(NodeGraph, NodeParameters):
 
         Raises:
             BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
-            NodeNameTaken: Another live node has this full name.
+            NodeNameTaken: Another live node has this full name, and not both share it.
             NodeAlreadyRunning: It runs already.
             NodeDestroyed: It has been destroyed.
         """
@@ -705,7 +710,7 @@ class Node(NodeGraph, NodeParameters):
         Raises:
             NodeAlreadyRunning: It runs already.
             BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
-            NodeNameTaken: Another live node has this full name.
+            NodeNameTaken: Another live node has this full name, and not both share it.
             NodeDestroyed: It has been destroyed before.
         """
         async with self:

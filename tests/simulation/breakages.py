@@ -378,10 +378,10 @@ def keeps_names_of_the_silent() -> Iterator[None]:
     make = Declarations._make_node
 
     def loyal(declarations: Declarations, peer: Peer, frame: Any) -> Any:
-        holder = declarations._names.get(frame.name)
-        if holder is None:
+        holders = declarations._names.get(frame.name)
+        if not holders:
             return make(declarations, peer, frame)
-        with mock.patch.multiple(holder.peer, suspended=False, names_released=False):
+        with mock.patch.multiple(next(iter(holders.values())).peer, suspended=False, names_released=False):
             return make(declarations, peer, frame)
 
     with mock.patch.object(Declarations, "_make_node", loyal):

@@ -239,9 +239,8 @@ def _whole(links: Iterable[Link]) -> list[Link]:
 
 
 def _is_suspended(router: Router, name: str) -> bool:
-    """Tell whether the holder of a name is suspended."""
-    holder = router.declarations._names.get(name)
-    return holder is not None and holder.peer.suspended
+    """Tell whether a holder of a name is suspended."""
+    return any(each.peer.suspended for each in router.declarations._names.get(name, {}).values())
 
 
 def _is_refused(delivery: Any) -> bool:

@@ -359,6 +359,41 @@ def test_names_are_unique() -> None:
     play(scene)
 
 
+def test_nodes_that_share_a_name_come_back_beside_each_other() -> None:
+    """After a partition of one and a crash of the broker both are there; none takes the other's place."""
+
+    async def scene(stage: Stage) -> None:
+        watcher = await stage.enter("watcher")
+        nodes = [await stage.enter("same", host=host, shared_name=True) for host in ("first", "second")]
+        subscription = watcher.create_subscription(Note, "notes")
+        publishers = [node.create_publisher(Note, "notes") for node in nodes]
+        for publisher in publishers:
+            await matched(stage, publisher)
+
+        async def number_of_nodes() -> int:
+            return (await watcher.get_node_names()).count("same")
+
+        stage.network.partition("first")
+        while await number_of_nodes() != 1:
+            await asyncio.sleep(0.1)
+        stage.network.heal()
+        while await number_of_nodes() != 2:
+            await asyncio.sleep(0.1)
+        await stage.crash_broker()
+        await asyncio.sleep(1)
+        await stage.start_broker()
+        for publisher in publishers:
+            await matched(stage, publisher)
+            publisher.publish(Note())
+        assert await number_of_nodes() == 2
+        await asyncio.sleep(30)
+        assert subscription.queued == 2
+        assert all(node.connected for node in nodes)
+        assert await number_of_nodes() == 2
+
+    play(scene)
+
+
 def test_nodes_come_back_one_after_another() -> None:
     """After a loss a hundred nodes reconnect at different moments, all within a second."""
 

@@ -58,7 +58,7 @@ def _owners(snapshot: GraphSnapshot, kind: EntryKind, action: str) -> list[tuple
     from actors.graph.snapshot import actions_among
 
     owners: list[tuple[str, list[str]]] = []
-    for node in snapshot.nodes():
+    for node in dict.fromkeys(snapshot.nodes()):  # nodes that share a name are one here
         types = dict(actions_among(snapshot.names_and_types(kind, node=node)))
         if action in types:
             owners.append((node, types[action]))

@@ -38,15 +38,21 @@ def run(options: Options) -> int:
     """Print what a node publishes, subscribes to, serves and calls."""
     from actors.cli.broker_target import open_inspector
     from actors.cli.errors import USAGE, CommandError
-    from actors.cli.output import print_json
+    from actors.cli.output import print_err, print_json
 
     if not options.node.strip("/"):
         raise CommandError("Which node? Write its full name, such as /talker", USAGE)
     name = absolute(options.node)
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-        if name not in snapshot.nodes():
+        number = snapshot.nodes().count(name)
+        if not number:
             raise _missing(inspector, name, snapshot)
+    if number > 1:
+        print_err(
+            f'There are {number} nodes in the graph with the exact name "{name}".'
+            " You are seeing information about all of them."
+        )
     sections = _sections(snapshot, name, hidden=options.include_hidden)
     if options.json:
         lists = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Final
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
@@ -21,7 +22,7 @@ def add_arguments(parser: Parser) -> None:
 def run(options: Options) -> int:
     """Print the nodes' full names."""
     from actors.cli.broker_target import open_inspector
-    from actors.cli.output import print_json
+    from actors.cli.output import print_err, print_json
     from actors.cli.tables import Styled, print_styled
 
     with open_inspector(options) as inspector:
@@ -33,4 +34,10 @@ def run(options: Options) -> int:
     else:
         for name in found:
             print_styled(Styled(name, "name"))
+    shared = [f"{name} ({number})" for name, number in Counter(found).items() if number > 1]
+    if shared:
+        print_err(
+            "WARNING: Be aware that there are nodes in the graph that share an exact name, which can have"
+            f" unintended side effects: {', '.join(shared)}"
+        )
     return 0

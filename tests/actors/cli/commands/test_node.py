@@ -40,6 +40,27 @@ async def test_list(desk: Desk, options: list[str], out: str) -> None:
         assert await desk.callboard("node", "list", *options) == (0, out, "")
 
 
+async def test_nodes_that_share_a_name_are_marked(desk: Desk) -> None:
+    """`list` prints the name for each node and warns, `info` shows the endpoints of all and says so."""
+    async with desk.node("zoe", shared_name=True) as one, desk.node("zoe", shared_name=True) as other:
+        one.create_publisher(String, "chatter")
+        other.create_publisher(String, "news")
+        await one.get_graph()
+        await other.get_graph()
+        listed = await desk.callboard("node", "list")
+        shown = await desk.callboard("node", "info", "/zoe")
+    assert (listed.code, listed.out) == (0, "/zoe\n/zoe\n")
+    assert listed.err == (
+        "WARNING: Be aware that there are nodes in the graph that share an exact name, which can have"
+        " unintended side effects: /zoe (2)\n"
+    )
+    assert shown.err == (
+        'There are 2 nodes in the graph with the exact name "/zoe".'
+        " You are seeing information about all of them.\n"
+    )
+    assert "    /chatter: std_msgs/msg/String\n    /news: std_msgs/msg/String\n" in shown.out
+
+
 async def test_info(desk: Desk) -> None:
     """P21: six headings, names with types, actions by their services, hidden names left out."""
     types: Any = action_types(Fibonacci)
