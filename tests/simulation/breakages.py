@@ -12,6 +12,7 @@ from unittest import mock
 import broker.attachment_frames
 import broker.latched
 import broker.routes
+import broker.topics
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import NodeContext
@@ -373,6 +374,13 @@ def forgets_its_own() -> Iterator[None]:
 
 
 @contextmanager
+def matches_strict_pairs() -> Iterator[None]:
+    """A broker takes no endpoint for strict."""
+    with mock.patch.object(broker.topics, "_is_strict", return_value=False):
+        yield
+
+
+@contextmanager
 def keeps_names_of_the_silent() -> Iterator[None]:
     """A broker keeps a name for a node that is suspended."""
     make = Declarations._make_node
@@ -407,6 +415,7 @@ def waits_for_ever() -> Iterator[None]:
 
 
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
+    "strict endpoints match no incompatible ones": (matches_strict_pairs, True),
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
     "latched messages are kept": (does_nothing(broker.routes, "latch"), True),

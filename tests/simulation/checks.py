@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
-from tests.simulation.records import Ask, keep_all
+from tests.simulation.records import Ask, keep_all, match
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -107,9 +107,10 @@ def _waiting(member: Member) -> Iterator[tuple[str, int]]:
 
 
 async def _check_delivery(world: World) -> None:
-    """After healing a fresh message of every publisher reaches every subscription of its topic."""
+    """After healing a fresh message of every publisher reaches every subscription that it matches."""
     for pub in _publishers(world):
-        readers = [sub for sub in _subscriptions(world) if sub.subscription.topic == pub.publisher.topic]
+        there = [sub for sub in _subscriptions(world) if sub.subscription.topic == pub.publisher.topic]
+        readers = [sub for sub in there if match(pub, sub)]
 
         def unmatched(pub: PublisherHistory = pub, readers: list[SubscriptionHistory] = readers) -> str:
             count = pub.publisher.get_subscription_count()
@@ -208,8 +209,9 @@ async def _check_late_joiners(world: World) -> None:
 
     def unmet() -> str:
         for pub in _publishers(world):
-            numbers = late[pub.publisher.topic].numbers.get(pub.name, [])
-            right = list(range(pub.published - pub.latched, pub.published))
+            joiner = late[pub.publisher.topic]
+            numbers = joiner.numbers.get(pub.name, [])
+            right = list(range(pub.published - pub.latched, pub.published)) if match(pub, joiner) else []
             if numbers != right:
                 received, expected = (f"{list_[:5]}… ({len(list_)})" for list_ in (numbers, right))
                 return f"a late joiner receives {received} of {pub.name}, not {expected}"
@@ -233,6 +235,8 @@ def _check_sums(world: World, sub: SubscriptionHistory) -> None:
     by_gid = {pub.publisher.gid: pub for pub in world.journal.publishers}
     for gid, first in sub.first.items():
         pub, attachment = by_gid[gid], endpoint_of(subscription).tracker.attachments.get(gid)
+        if not match(pub, sub):
+            world.complain(f"{sub.name} is attached to {pub.name}, although their QoS is incompatible")
         if not pub.gone and (attachment is None or attachment.expected != pub.published):
             covered = None if attachment is None else attachment.expected
             world.complain(f"{sub.name} covers {pub.name} up to {covered}, not {pub.published}")

@@ -31,6 +31,9 @@ CANCEL_SEC: Final = 0.7
 STOP_SEC: Final = 15.0
 """A node stops within this, whatever its callbacks do."""
 
+STRICT_SHARE: Final = 0.1
+"""How many publishers and subscriptions match no incompatible ones."""
+
 GONE: Final = "nobody"
 """Stands for the callback that runs when the process has ended."""
 
@@ -170,12 +173,15 @@ class Member:
 
     def publish_on(self, topic: str) -> PublisherHistory:
         """Add a publisher."""
-        publisher = self.node.create_publisher(Note, topic, self._qos())
+        publisher = self.node.create_publisher(Note, topic, self._qos(), strict_qos=self._strict())
         pub = PublisherHistory(f"{self.host}>{topic}>{len(self.world.journal.publishers)}", publisher)
         self.world.steps.add_publisher(pub)
         self.publishers.append(pub)
         self.world.journal.publishers.append(pub)
         return pub
+
+    def _strict(self) -> bool:
+        return self.random.random() < STRICT_SHARE
 
     def _qos(self) -> actors.QoSProfile:
         choice = self.random.choice
@@ -225,6 +231,7 @@ class Member:
             qos or self._qos(),
             concurrent=kind == "beside",
             stall_timeout_sec=600.0,
+            strict_qos=qos is None and self._strict(),
         )
         name = f"{self.host}<{topic}<{len(self.world.journal.subscriptions)}({kind})"
         broker = endpoint_of(subscription).context.link.url

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
+from actors.qos.compatibility import disagreements
 from proto.frames import Replay
 
 if TYPE_CHECKING:
@@ -40,6 +41,12 @@ class Ask(actors.Service, type_name="simulation/srv/Ask"):
     class Response(actors.Message):
         number: int = 0
         weight: bytes = b""
+
+
+def match(pub: PublisherHistory, sub: SubscriptionHistory) -> bool:
+    """Return whether a publisher and a subscription of one topic match: strict ones need compatible QoS."""
+    strict = endpoint_of(pub.publisher)._strict_qos or endpoint_of(sub.subscription)._strict_qos
+    return not (strict and disagreements(pub.publisher.qos_profile, sub.subscription.qos_profile))
 
 
 def keep_all(qos: actors.QoSProfile) -> bool:
