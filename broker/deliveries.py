@@ -125,13 +125,17 @@ class EnqueueLatched(Delivery):
 
 @dataclass(slots=True)
 class Resume(Delivery):
-    """Send what waits in a publisher queue whose credit has risen."""
+    """Send what waits in a publisher queue whose credit has changed.
+
+    With `trim`, drop what the credit has kept beyond the depth and cannot be sent.
+    """
 
     queue: PublisherQueue
+    trim: bool = False
 
     def deliver(self, channel: Recipient) -> None:
         """Let the outbox serve the queue again."""
-        channel.outbox.schedule(self.queue)
+        channel.outbox.schedule(self.queue, trim=self.trim)
 
 
 @dataclass(slots=True)

@@ -54,7 +54,7 @@ class ReaderCredit:
     def remove(self, route: Route, subscription: SubscriptionRecord) -> None:
         """Remove the limit of a subscription that leaves, if it has one."""
         if route.limits is not None and route.limits.remove(subscription.key):
-            self._update(route)
+            self._update(route, trim=True)
 
     def remove_all(self, publishers: Iterable[PublisherRecord]) -> None:
         """Send everything that has been accepted, as the broker stops."""
@@ -63,7 +63,7 @@ class ReaderCredit:
                 route.limits = None
                 self._update(route)
 
-    def _update(self, route: Route) -> None:
+    def _update(self, route: Route, *, trim: bool = False) -> None:
         least = None if route.limits is None else route.limits.least()
         route.queue.sequence_limit, route.queue.byte_limit = least or (None, None)
-        self._emit(Resume(route.peer.id, route.queue))
+        self._emit(Resume(route.peer.id, route.queue, trim))

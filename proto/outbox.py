@@ -239,8 +239,15 @@ class Outbox:
             self.put_control(raw)
         return pending
 
-    def schedule(self, queue: PublisherQueue) -> None:
-        """Serve a queue if it has something to send; call this when its credit or its link has changed."""
+    def schedule(self, queue: PublisherQueue, *, trim: bool = False) -> None:
+        """Serve a queue if it has something to send; call this when its credit or its link has changed.
+
+        Args:
+            queue: The queue.
+            trim: Whether less may wait in it now.
+        """
+        if trim:
+            self._touched.append(queue)
         if not queue.scheduled and queue.sendable:
             queue.scheduled = True
             self._ready.append(queue)

@@ -260,6 +260,22 @@ def test_messages_within_a_readers_credit_wait_beyond_a_publishers_depth() -> No
     assert (tally.queued, tally.dropped) == (35, 5)
 
 
+def test_messages_wait_no_longer_beyond_the_depth_when_the_reader_that_granted_them_leaves() -> None:
+    """Its link has another subscription, whose depth bounds them from then on."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=30))
+    switch.send(reader, make.subscription(2, qos={"depth": 5}))
+    number = switch.publisher(talker, make.publisher(1, qos={"depth": 5}))
+    for first in range(20):
+        switch.send(talker, make.batch(number, first))
+        switch.congest(reader)
+    switch.send(reader, frames.Undeclare(1))
+    switch.congest(reader)
+    tally, _ = switch.router.routes.tallies()
+    assert (tally.queued, tally.dropped) == (5, 15)
+
+
 @pytest.mark.parametrize("leaves", [True, False])
 def test_what_waits_for_a_readers_credit_is_sent_when_it_can_grant_no_more(*, leaves: bool) -> None:
     """A KEEP_LAST publisher that leaves, and a broker that stops, let go of the messages they hold back."""
