@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 logger: Final = logging.getLogger("callboard.broker")
 
+_LABELS: Final = {logging.WARNING: "WARN", logging.CRITICAL: "FATAL"}
 EXTRA: Final = {
     "config": "TOML file of options (docs/how-to/deploy.md); the command line takes precedence over it",
     "print-config": "print the configuration as such a file, with the source of each value, and exit",
@@ -118,8 +119,16 @@ class _JsonLines(logging.Formatter):
         return json.dumps(fields_)
 
 
+class _RosLines(logging.Formatter):
+    """Lines as nodes write them."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802
+        """Return the line, without an exception."""
+        label = _LABELS.get(record.levelno, record.levelname)
+        return f"[{label}] [{record.created:.9f}] [broker]: {record.message}"
+
+
 def _set_up_logging(level: str = "info", *, json_lines: bool) -> None:
     handler = logging.StreamHandler()
-    plain = logging.Formatter("[%(levelname)s] [%(created).6f] [broker]: %(message)s")
-    handler.setFormatter(_JsonLines() if json_lines else plain)
+    handler.setFormatter(_JsonLines() if json_lines else _RosLines())
     logging.basicConfig(level=level.upper(), handlers=[handler], force=True)

@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -72,6 +73,24 @@ async def test_it_says_where_it_listens_and_stops_cleanly(number: signal.Signals
         code, out, err = await end(process)
         assert (code, out) == (0, "")
         assert "Traceback" not in err
+
+
+async def test_its_log_looks_as_that_of_nodes(tmp_path: Path) -> None:
+    """Lines have nine digits after the second, and ROS 2's names of levels."""
+    config = tmp_path / "broker.toml"
+    config.write_text("port = 0\n")
+    async with started("--config", str(config), session=True) as process:
+        await first_line(process)
+        config.write_text("port = 0\nmax_endpoints = 7\n")
+        process.send_signal(signal.SIGHUP)
+        assert process.stderr is not None
+        async with asyncio.timeout(20):
+            lines = b"".join([await process.stderr.readline(), await process.stderr.readline()])
+    assert re.fullmatch(
+        rb"\[INFO\] \[\d+\.\d{9}\] \[broker\]: Reloaded: .*\n"
+        rb"\[WARN\] \[\d+\.\d{9}\] \[broker\]: Needs a restart: max_endpoints\n",
+        lines,
+    ), lines
 
 
 async def test_a_second_signal_stops_at_once() -> None:
