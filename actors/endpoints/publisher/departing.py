@@ -27,7 +27,7 @@ class DepartingQueues:
         self._link = link
         self._log = log
         self._queues: list[PublisherQueue] = []
-        self._standard: set[PublisherQueue] = set()
+        self._standard: frozenset[PublisherQueue] = frozenset()
         """Those of publishers that every node has: no warning speaks of them, and no broker is waited for."""
         self._most = DEPARTING_SLACK
 
@@ -59,10 +59,10 @@ class DepartingQueues:
             self._most = DEPARTING_SLACK + 2 * len(self._queues)
         self._queues.append(queue)
         if standard:
-            self._standard.add(queue)
+            self._standard |= {queue}
 
     def _forget(self, queue: PublisherQueue) -> None:
-        self._standard.discard(queue)
+        self._standard -= {queue}
         self._link.publishers.pop(queue.publisher, None)  # it needs no more credit
 
     def session_ended(self) -> None:
@@ -72,7 +72,7 @@ class DepartingQueues:
         """
         self.report_unsent(queue for queue in self._queues if queue.publisher)
         self._queues = [queue for queue in self._queues if not queue.publisher]
-        self._standard.intersection_update(self._queues)
+        self._standard &= frozenset(self._queues)
 
     def report_unsent(self, queues: Iterable[PublisherQueue] | None = None) -> None:
         """Warn of messages that were never sent, those dropped beyond the depth included."""
