@@ -43,6 +43,7 @@ def latch(publisher: PublisherRecord, batch: Batch) -> int:
     _count(publisher, held_bytes(batch))
     while publisher.latched_messages > keep:
         _unlatch_oldest(publisher, publisher.latched_messages - keep)
+    _unlatch_expired(publisher, batch.stamp_ns)
     missed = 0
     while publisher.latched and (
         publisher.latched_bytes > LATCHED_BYTES or publisher.peer.latched_bytes > LATCHED_BYTES_PER_LINK
@@ -66,12 +67,54 @@ def _unlatch_oldest(publisher: PublisherRecord, most: int) -> int:
     return gone
 
 
+def _unlatch_expired(publisher: PublisherRecord, now_ns: int) -> None:
+    lifespan_ns = publisher.wants.lifespan_ns
+    latched = publisher.latched
+    while lifespan_ns and latched and latched[0].stamp_ns + lifespan_ns < now_ns:
+        _unlatch_oldest(publisher, latched[0].length)
+
+
 def unlatch(publisher: PublisherRecord) -> None:
     """Drop all messages of a publisher that is gone for good."""
     _count(publisher, -publisher.latched_bytes)
     publisher.latched_messages = 0
     publisher.unlatched += len(publisher.latched)
     publisher.latched.clear()
+
+
+class LatchedExpiry:
+    """Drops latched messages of publishers that send nothing newer once they are older than their lifespan.
+
+    The age of a message is the difference between its stamp and the publisher's newest, and the time since
+    the first `check` after that one: the clocks of the hosts need not agree.
+    """
+
+    def __init__(self) -> None:
+        self._newest: dict[PublisherRecord, tuple[int, float]] = {}
+        """The next sequence number of each publisher in the last `check`, and when it was first seen."""
+
+    def add(self, publisher: PublisherRecord) -> None:
+        """Check a publisher that has latched messages from now on, if they have a lifespan."""
+        if publisher.wants.lifespan_ns:
+            self._newest.setdefault(publisher, (-1, 0.0))
+
+    def remove(self, publisher: PublisherRecord) -> None:
+        """Forget a publisher."""
+        self._newest.pop(publisher, None)
+
+    def check(self, now: float) -> None:
+        """Drop what has expired.
+
+        Args:
+            now: Loop time.
+        """
+        for publisher, (newest, since) in tuple(self._newest.items()):
+            if newest != publisher.next_sequence:
+                self._newest[publisher] = publisher.next_sequence, now
+            elif publisher.latched:
+                _unlatch_expired(publisher, publisher.latched[-1].stamp_ns + int((now - since) * 1e9))
+            if not publisher.latched:
+                self.remove(publisher)
 
 
 def _count(publisher: PublisherRecord, size: int) -> None:

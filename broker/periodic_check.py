@@ -82,6 +82,7 @@ class PeriodicCheck:
             self._next_round = now + shortest / CHECKS_PER_KEEPALIVE
             for router in dispatcher.joined:
                 router.routes.prune(at_least=0)
+                router.routes.latched_expiry.check(now)
             due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
         self._check_partial(now)
         for link in due:

@@ -11,7 +11,7 @@ from broker.access.rules import Action
 from broker.attachment_frames import AttachmentFrames
 from broker.deliveries import Close, Discard, Enqueue, Shed
 from broker.departed_queues import DepartedQueues, PeerQueue
-from broker.latched import latch, unlatch
+from broker.latched import LatchedExpiry, latch, unlatch
 from broker.reader_credit import ReaderCredit
 from broker.records import PublisherRecord, Route, SubscriptionRecord, Tally, TopicRecord
 from proto.batches import message_bytes, slice_batch
@@ -39,6 +39,7 @@ class Routes:
     Attributes:
         reader_credit: The limits of the routes from KEEP_LAST publishers to KEEP_ALL subscriptions.
         departed: Queues that get no batches any more.
+        latched_expiry: The publishers whose latched messages expire.
         routed: Messages that reached at least one link.
         copies: Messages, counted once per link to which they were routed; `tallies` has their outcomes.
         unmatched: Messages without a subscription.
@@ -51,6 +52,7 @@ class Routes:
         self._max_keep_all_queue_bytes = max_keep_all_queue_bytes
         self._publishers: dict[int, PublisherRecord] = {}
         self.departed = DepartedQueues()
+        self.latched_expiry = LatchedExpiry()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
@@ -64,6 +66,7 @@ class Routes:
     def remove_publisher(self, publisher: PublisherRecord) -> None:
         """Remove a publisher that will not come back, and its latched messages."""
         self._publishers.pop(publisher.key, None)
+        self.latched_expiry.remove(publisher)
         unlatch(publisher)
 
     def publishers(self) -> Collection[PublisherRecord]:
@@ -238,6 +241,7 @@ class Routes:
             missed = latch(publisher, batch)
             topic.latched_dropped += missed
             self.latched_dropped += missed
+            self.latched_expiry.add(publisher)
         routes = publisher.routes
         if not routes:
             self.unmatched += batch.length

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from broker import latched
 from proto import frames
-from proto.batches import held_bytes
+from proto.batches import held_bytes, with_raw
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 
@@ -64,3 +64,49 @@ def test_the_bytes_of_a_link_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> No
     assert (heard_late(switch, "/b", "/later"), switch.router.routes.latched_dropped) == ([2, 3], 2)
     switch.send(talker, frames.Undeclare(1), make.batch(second, 4, 8))
     assert heard_late(switch, "/b", "/last") == [2, 3, *range(4, 12)]
+
+
+def lifespan_of(seconds: int) -> frames.Options:
+    return {**MANY, "lifespan_ns": seconds * 10**9}
+
+
+def stamped(publisher: int, first: int, second: int) -> frames.Batch:
+    """Return a batch of two messages that was sent at a second of the publisher's clock."""
+    return with_raw(make.batch(publisher, first, 2)._replace(stamp_ns=second * 10**9, raw=b""))
+
+
+def test_a_new_message_drops_those_that_have_expired() -> None:
+    """By the stamps of their publisher; their memory is free, and nobody has missed them."""
+    switch = Switch()
+    talker = switch.join("/talker")
+    number = switch.publisher(talker, make.publisher(1, qos=lifespan_of(10)))
+    switch.send(talker, *(stamped(number, 2 * second, second) for second in (0, 5, 10)))
+    assert heard_late(switch) == [0, 1, 10, 11, 20, 21]
+    switch.send(talker, stamped(number, 32, 16))
+    assert heard_late(switch, node="/later") == [20, 21, 32, 33]
+    (publisher,) = switch.router.routes.publishers()
+    assert publisher.latched_bytes == publisher.peer.latched_bytes == 2 * held_bytes(make.batch(1, 0, 2))
+    assert switch.router.routes.latched_dropped == 0
+
+
+def test_messages_of_a_silent_publisher_expire() -> None:
+    """In the periodic check, whatever the publisher's clock shows; those without a lifespan stay."""
+    switch = Switch()
+    talker = switch.join("/talker")
+    number = switch.publisher(talker, make.publisher(1, qos=lifespan_of(10)))
+    other = switch.publisher(talker, make.publisher(2, "/forever", qos=MANY))
+    switch.send(talker, stamped(number, 0, 1_000), stamped(number, 10, 1_006), stamped(other, 0, 0))
+    routes = switch.router.routes
+    publisher = next(each for each in routes.publishers() if each.key == number)
+    kept: list[int] = []
+    for now in (50, 54, 55, 60, 61):  # the newest has been there since 50 at least
+        routes.latched_expiry.check(now)
+        kept.append(publisher.latched_messages)
+    assert kept == [4, 4, 2, 2, 0]
+    assert publisher.latched_bytes == 0
+    assert heard_late(switch, "/forever") == [0, 1]
+    switch.send(talker, stamped(number, 20, 1_100))
+    for now in (100, 110, 111):
+        routes.latched_expiry.check(now)
+        kept.append(publisher.latched_messages)
+    assert kept[-3:] == [2, 2, 0]

@@ -102,3 +102,19 @@ def test_a_long_silence_keeps_the_newest_lines_and_counts_the_rest() -> None:
         assert abs(rosout.dropped - missing) <= 10  # its lines about the link; some were on their way
 
     play(scene)
+
+
+def test_the_broker_keeps_no_expired_lines() -> None:
+    """Those of a node that logs nothing more free their memory in the broker."""
+
+    async def scene(stage: Stage) -> None:
+        writer = await stage.enter("writer", enable_rosout=True)
+        for number in range(100):
+            writer.get_logger().info(f"line {number}")
+        await stage.until(lambda: stage.broker.stats().latched >= 100)
+        await asyncio.sleep(9)
+        assert stage.broker.stats().latched >= 100
+        await asyncio.sleep(60)
+        assert stage.broker.stats().latched_bytes == 0
+
+    play(scene)
