@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 class LogSink(Protocol):
     """Something that takes records."""
 
+    @property
+    def target(self) -> object:
+        """Where it sends them: of a logger's sinks with equal targets only the first takes a record."""
+        ...
+
     def take(self, record: logging.LogRecord) -> None:
         """Take a record, in the thread that logs. It must not raise."""
         ...
@@ -62,8 +67,10 @@ def sinks_of(name: str) -> Iterator[LogSink]:
     """
     while name and _sinks:
         if references := _sinks.get(name):
+            targets: list[object] = []
             for reference in references:
-                if (sink := reference()) is not None:
+                if (sink := reference()) is not None and sink.target not in targets:
+                    targets.append(sink.target)
                     yield sink
             return
         name = name.rpartition(".")[0]

@@ -165,7 +165,7 @@ class Node(NodeGraph, NodeParameters):
         if enable_rosout and own.rosout_logs and shared.rosout_logs:
             from actors.node.rosout import Rosout  # noqa: PLC0415 - hidden nodes do without
 
-            Rosout(self._context, self._names)
+            Rosout(self._context, self._names, domain=target.domain)
         if start_parameter_services:
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - the same
 

@@ -54,11 +54,15 @@ class Rosout(PublisherEndpoint):
     Args:
         context: The node.
         names: Remaps the topic.
+        domain: The node's domain.
+
+    Attributes:
+        target: The graph and the topic. Nodes of one name in a process publish a line once, as in ROS 2.
     """
 
     standard = True
 
-    def __init__(self, context: NodeContext, names: Remapper) -> None:
+    def __init__(self, context: NodeContext, names: Remapper, *, domain: int) -> None:
         self._lines: list[Log] = []
         self._overflow = 0
         """Lines dropped before they were published."""
@@ -70,7 +74,9 @@ class Rosout(PublisherEndpoint):
         """The thread of the node's loop, from the first session on."""
         self._silent = False
         """Whether what the node's thread logs now is not published, because publishing causes it."""
-        super().__init__(context, Log, names.resolve_topic(TOPIC), qos_profile_rosout_default, None)
+        topic = names.resolve_topic(TOPIC)
+        self.target = (context.link.broker_urls, domain, topic)
+        super().__init__(context, Log, topic, qos_profile_rosout_default, None)
         self._remove_sink = add_sink(context.log.name, self)
 
     def take(self, record: logging.LogRecord) -> None:

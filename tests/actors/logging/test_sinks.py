@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Sink:
     """Keeps the texts that it takes."""
 
-    def __init__(self) -> None:
+    def __init__(self, target: str = "") -> None:
+        self.target = target
         self.texts: list[str] = []
 
     def take(self, record: logging.LogRecord) -> None:
@@ -52,14 +53,15 @@ def test_the_innermost_takes_a_record() -> None:
 
 
 def test_several_of_one_name() -> None:
-    """Each takes every record: two nodes of one name in a process are in graphs of their own."""
-    first, second = Sink(), Sink()
+    """One for each target takes a record: nodes of one name may be in several graphs, or in one."""
+    first, same, other = Sink("a"), Sink("a"), Sink("b")
     remove = add_sink("test_sinks", first)
-    add_sink("test_sinks", second)
-    get_logger("test_sinks").info("both")
+    add_sink("test_sinks", same)
+    add_sink("test_sinks", other)
+    get_logger("test_sinks").info("x")
     remove()
-    get_logger("test_sinks").info("second")
-    assert (first.texts, second.texts) == (["both"], ["both", "second"])
+    get_logger("test_sinks").info("y")
+    assert (first.texts, same.texts, other.texts) == (["x"], ["y"], ["x", "y"])
 
 
 def test_records_below_the_level_and_filtered_ones_are_not_taken() -> None:

@@ -453,6 +453,18 @@ def test_switches(name: str, options: dict[str, Any], flags: RosArguments, publi
     assert not list(sinks_of(name))
 
 
+async def test_nodes_of_one_name(meeting: Meeting, reader: Reader, name: str) -> None:
+    """They have one logger, and publish each line once; when one of them leaves, the other goes on."""
+    first = await meeting.node(name, shared_name=True, **ON)
+    await meeting.node(name, shared_name=True, **ON)
+    actors.get_logger(name).info("both")
+    first.destroy_node()
+    await until(lambda: len(list(sinks_of(name))) == 1 and not first.connected)
+    actors.get_logger(name).info("second")
+    await until(lambda: reader.texts[-1:] == ["second"])
+    assert reader.texts == ["both", "second"]
+
+
 async def test_it_can_be_remapped(meeting: Meeting, name: str) -> None:
     """The topic has ROS 2's QoS, and a rule may give it another name."""
     node = await meeting.node(name, cli_args=["--ros-args", "-r", "/rosout:=log"], **ON)
