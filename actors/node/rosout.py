@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 TOPIC: Final = "/rosout"
 MAX_LINES: Final = 10_000
 """Lines that wait for the end of the loop turn or for the first session; beyond it the oldest are dropped."""
+MAX_WAITING_CHARACTERS: Final = 16 * 1024 * 1024
+"""The same for the characters of their messages."""
 QUIET_SEC: Final = 0.1
 """How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
 log call; whoever subscribes meanwhile gets them at once."""
@@ -64,11 +66,13 @@ class Rosout(PublisherEndpoint):
 
     def __init__(self, context: NodeContext, names: Remapper, *, domain: int) -> None:
         self._lines: list[Log] = []
+        self._characters = 0
+        """Characters of their messages."""
         self._overflow = 0
         """Lines dropped before they were published."""
         self._flush_due = False
         self._lock = threading.RLock()
-        """Protects the three above. A garbage collection inside may log, so it is reentrant."""
+        """Protects the four above. A garbage collection inside may log, so it is reentrant."""
         self._timer: asyncio.TimerHandle | None = None
         self._thread = 0
         """The thread of the node's loop, from the first session on."""
@@ -89,8 +93,9 @@ class Rosout(PublisherEndpoint):
             if self.refusal or self.destroyed:
                 self._overflow += 1
                 return
-            if len(self._lines) >= MAX_LINES:
-                del self._lines[0]
+            self._characters += len(line.msg)
+            while len(self._lines) >= MAX_LINES or self._characters > MAX_WAITING_CHARACTERS:
+                self._characters -= len(self._lines.pop(0).msg)
                 self._overflow += 1
             self._lines.append(line)
             loop = self.context.link.loop
@@ -126,7 +131,7 @@ class Rosout(PublisherEndpoint):
     def flush_turn(self) -> None:
         """Encode the lines, and put them into the publisher queue."""
         with self._lock:
-            lines, self._lines = self._lines, []
+            lines, self._lines, self._characters = self._lines, [], 0
             self._flush_due = False
             if self.destroyed:  # another thread was late, and the broker knows this publisher no more
                 self._overflow += len(lines)

@@ -186,20 +186,23 @@ async def test_a_burst_arrives_whole(meeting: Meeting, reader: Reader, name: str
     assert (found.published, found.dropped, found.queued) == (3000, 0, 0)
 
 
+@pytest.mark.parametrize(("limit", "most"), [("MAX_LINES", 10), ("MAX_WAITING_CHARACTERS", 21)])
 async def test_overflow_is_counted(
-    meeting: Meeting, reader: Reader, name: str, monkeypatch: pytest.MonkeyPatch
+    meeting: Meeting, reader: Reader, name: str, monkeypatch: pytest.MonkeyPatch, limit: str, most: int
 ) -> None:
-    """Beyond the limit of one loop turn the oldest lines are dropped, and diagnostics say how many."""
-    monkeypatch.setattr(rosout, "MAX_LINES", 10)
+    """Beyond the limits of one loop turn the oldest lines are dropped, and diagnostics say how many."""
+    monkeypatch.setattr(rosout, limit, most)
     node = await meeting.node(name, **ON)
-    for number in range(25):
-        node.get_logger().info(str(number))
-    found = publisher(node)
-    assert (found.published, found.dropped, found.queued) == (25, 15, 10)
-    await until(lambda: len(reader.lines) == 10)
-    assert reader.texts == [str(number) for number in range(15, 25)]
-    found = publisher(node)
-    assert (found.published, found.dropped, found.queued) == (25, 15, 0)
+    for turn in (1, 2):
+        for number in range(25):
+            node.get_logger().info(f"{number:02}")
+        found = publisher(node)
+        assert (found.published, found.dropped, found.queued) == (25 * turn, 15 * turn, 10)
+        await until(lambda: len(reader.lines) == 10)
+        assert reader.texts == [str(number) for number in range(15, 25)]
+        reader.lines.clear()
+        found = publisher(node)
+        assert (found.published, found.dropped, found.queued) == (25 * turn, 15 * turn, 0)
 
 
 async def test_without_a_broker_the_newest_are_kept(name: str) -> None:
