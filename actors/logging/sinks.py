@@ -29,6 +29,15 @@ class LogSink(Protocol):
         ...
 
 
+class DiscardingSink:
+    """Discards records that a sink of a logger above would take otherwise."""
+
+    target = None
+
+    def take(self, record: logging.LogRecord) -> None:
+        """Discard a record."""
+
+
 _sinks: Final[dict[str, tuple[weakref.ref[LogSink], ...]]] = {}
 _lock = threading.RLock()
 """For writers. A garbage collection inside may remove another sink, so it is reentrant."""

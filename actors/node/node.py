@@ -20,6 +20,7 @@ from actors.endpoints.subscription.subscription import Subscription
 from actors.endpoints.timer import Timer
 from actors.graph.view import BrokerView
 from actors.logging.logger import Logger, get_logger, node_logger_name
+from actors.logging.sinks import DiscardingSink, add_sink
 from actors.node.decorators import declared
 from actors.node.graph_queries import NodeGraph
 from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
@@ -166,6 +167,9 @@ class Node(NodeGraph, NodeParameters):
             from actors.node.rosout import Rosout  # noqa: PLC0415 - hidden nodes do without
 
             Rosout(self._context, self._names, domain=target.domain)
+        else:  # a node whose name is the start of this one's must not publish its lines
+            self._no_rosout = DiscardingSink()
+            add_sink(log.name, self._no_rosout)
         if start_parameter_services:
             from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - the same
 

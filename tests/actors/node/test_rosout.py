@@ -108,6 +108,17 @@ async def test_children(meeting: Meeting, reader: Reader, name: str) -> None:
     assert publisher(outer).published == publisher(inner).published == 1
 
 
+async def test_a_node_below_without_it(meeting: Meeting, reader: Reader, name: str) -> None:
+    """What a node does not publish is not published by the node whose name its namespace is either."""
+    node = await meeting.node(name, **ON)
+    below = await meeting.node("below", namespace=name, enable_rosout=False)
+    below.get_logger().info("secret")
+    below.get_logger().get_child("part").info("secret")
+    node.get_logger().info("public")
+    await until(lambda: reader.lines)
+    assert reader.texts == ["public"]
+
+
 async def test_filters(meeting: Meeting, reader: Reader, name: str) -> None:
     """What a log call's own filters or a filter of the logger stop is not published."""
     node = await meeting.node(name, **ON)
@@ -451,9 +462,9 @@ def test_switches(name: str, options: dict[str, Any], flags: RosArguments, publi
     finally:
         process_arguments.reset(token)
     assert [each.topic for each in node.diagnostics().publishers].count("/rosout") == published
-    assert len(list(sinks_of(name))) == published
+    assert [each.target is not None for each in sinks_of(name)] == [published]
     node.destroy_node()
-    assert not list(sinks_of(name))
+    assert not any(each.target for each in sinks_of(name))
 
 
 async def test_nodes_of_one_name(meeting: Meeting, reader: Reader, name: str) -> None:
