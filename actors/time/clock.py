@@ -161,10 +161,12 @@ class Clock:
         if until.clock_type is not self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
         ros_time, loop = self._ros_time, asyncio.get_running_loop()
-        while ros_time.active and ros_time.time() < until.nanoseconds:
-            await self._wait(partial(ros_time.call_at, until.nanoseconds))
         while (remaining := until.nanoseconds - self._source()) > 0:
-            await self._wait(partial(loop.call_later, min(remaining / NANOSECONDS_PER_SECOND, _RECHECK_SEC)))
+            if ros_time.active:
+                schedule: Schedule = partial(ros_time.call_at, until.nanoseconds)
+            else:
+                schedule = partial(loop.call_later, min(remaining / NANOSECONDS_PER_SECOND, _RECHECK_SEC))
+            await self._wait(schedule)
 
     def destroy(self) -> None:
         """Cancel all sleeps; further ones raise RuntimeError. The clock can still be read."""
@@ -173,6 +175,7 @@ class Clock:
             sleeper.cancel("the clock is destroyed")
 
     async def _wait(self, schedule: Schedule) -> None:
+        active = self._ros_time.active
         sleeper: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         handle = schedule(partial(_wake, sleeper))
         self._sleepers.add(sleeper)
@@ -181,17 +184,19 @@ class Clock:
         finally:
             handle.cancel()
             self._sleepers.discard(sleeper)
+        # Both can also happen between the wake-up and now.
+        if self._destroyed:
+            raise asyncio.CancelledError("the clock is destroyed")
+        if self._ros_time.active is not active:
+            raise TimeSourceChangedError("use_sim_time has changed during a sleep")
 
     def _jumped(self, change: ClockChange, delta: int) -> None:
-        """Show the time of the new source, and end sleeps whose source has changed."""
-        del delta
+        """Show the time of the new source, and wake all sleeps to look at the time and its source."""
+        del change, delta
         ros_time = self._ros_time
         self._source = ros_time.time if ros_time.active else self._real_source
         for sleeper in self._sleepers:
-            if change is ClockChange.ROS_TIME_NO_CHANGE:
-                _wake(sleeper)  # to look at the time
-            elif not sleeper.done():
-                sleeper.set_exception(TimeSourceChangedError("use_sim_time has changed during a sleep"))
+            _wake(sleeper)
 
     def _require_alive(self) -> None:
         if self._destroyed:

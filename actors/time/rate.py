@@ -65,13 +65,14 @@ class Rate:
         loop = asyncio.get_running_loop()
         if self._source is None:
             self._restart(loop)
+        source = self._source
         passed = max(0, self._now(loop) - self._tick)
         tick = self._tick + (passed // self._period + 1) * self._period
         while not self._destroyed:
             left = tick - self._now(loop)
-            if self._source != self._source_now() or left > self._period:
+            if source != self._source_now() or left > self._period:
                 self._restart(loop)
-                left, tick = self._period, self._tick + self._period
+                source, left, tick = self._source, self._period, self._tick + self._period
             if left <= 0:
                 break
             try:

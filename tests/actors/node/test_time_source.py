@@ -12,9 +12,11 @@ from actors import ClockChange, ClockType, Duration, JumpThreshold, Parameter, T
 from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.testing import SimulatedClock
-from tests.actors.meeting import matched, turns, until
+from tests.actors.meeting import DEADLINE_SEC, matched, turns, until
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from tests.actors.meeting import Meeting
 
 SIMULATED: Final[dict[str, Any]] = {"parameter_overrides": {"use_sim_time": True}}
@@ -278,6 +280,39 @@ async def test_a_sleep_ends_with_an_error_when_the_source_changes(meeting: Meeti
     for sleep in sleeps:
         with pytest.raises(actors.TimeSourceChangedError):
             await sleep
+
+
+@pytest.mark.parametrize(
+    ("end", "error"),
+    [
+        (lambda node: set_use_sim_time(node, False), actors.TimeSourceChangedError),
+        (lambda node: node.get_clock().destroy(), asyncio.CancelledError),
+    ],
+)
+async def test_a_sleep_ends_when_a_jump_back_is_followed_by_the_end_of_its_time(
+    meeting: Meeting, end: Callable[[actors.Node], None], error: type[BaseException]
+) -> None:
+    """The step back wakes a sleep to look at the time; what comes before it looks is not missed."""
+    node, clock = await simulated(meeting)
+    await clock.set(100)
+    own = node.get_clock()
+    sleeps = [asyncio.ensure_future(own.sleep_for(1000)), asyncio.ensure_future(own.sleep_until(at(1000)))]
+    await turns()
+    ended = asyncio.Event()
+
+    def jumped(_: object) -> None:
+        end(node)
+        ended.set()
+
+    back = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False)
+    own.create_jump_callback(back, post_callback=jumped)
+    step = asyncio.ensure_future(clock.set(50))
+    await ended.wait()
+    for sleep in sleeps:
+        with pytest.raises(error):
+            async with asyncio.timeout(DEADLINE_SEC):
+                await sleep
+    step.cancel()
 
 
 async def test_a_callback_that_sleeps_may_end_while_the_node_stops(meeting: Meeting) -> None:

@@ -125,6 +125,20 @@ async def test_a_rate_follows_simulated_time(meeting: Meeting) -> None:
     assert len(ticks) == 6
 
 
+async def test_all_sleepers_of_a_rate_follow_another_source_of_time(meeting: Meeting) -> None:
+    """When use_sim_time changes, each waits for a tick of the new source, not only the first that wakes."""
+    node = await meeting.node("follower", parameter_overrides={"use_sim_time": True})
+    await SimulatedClock(await meeting.node("driver"), node).set(100)
+    rate = node.create_rate(1 / 1000)
+    sleepers = [asyncio.ensure_future(rate.sleep()) for _ in range(2)]
+    await turns()
+    node.set_parameters([actors.Parameter("use_sim_time", value=False)])
+    await turns()
+    assert not any(sleeper.done() for sleeper in sleepers)
+    rate.destroy()
+    await asyncio.gather(*sleepers)
+
+
 async def test_lifespans_are_measured_in_simulated_time(meeting: Meeting) -> None:
     """Messages that wait do not expire while time stands still, and expire when it is advanced."""
     from actors.interfaces.std_msgs.msg import Int64  # noqa: PLC0415 - only here
