@@ -4,25 +4,23 @@
     await simulated.set(100.0)
     await simulated.advance(0.5)
 
-Time stands still between two calls. `driver` and `node` run in this process; `node` has `use_sim_time` set.
+Time stands still between two calls; a node that starts to follow it meanwhile gets the current time. `driver`
+and `node` run in this process; `node` has `use_sim_time` set.
 """
 
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from actors.endpoints.events import PublisherEventCallbacks
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.time.jumps import JumpThreshold
+from actors.time.clock import ros_time_of
 from actors.time.types import ClockType, Duration, Time
 
 if TYPE_CHECKING:
+    from actors.endpoints.events import MatchedInfo
     from actors.node.node import Node
-
-_ANY_JUMP: Final = JumpThreshold(
-    min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1), on_clock_change=True
-)
 
 
 class SimulatedClock:
@@ -38,9 +36,9 @@ class SimulatedClock:
         self._nodes = nodes
         self._timeout_sec = timeout_sec
         self._now = Time(clock_type=ClockType.ROS_TIME)
-        self._matched = asyncio.Event()
+        self._is_set = False
         self._publisher = driver.create_publisher(
-            Clock, "/clock", 1, event_callbacks=PublisherEventCallbacks(matched=lambda _: self._matched.set())
+            Clock, "/clock", 1, event_callbacks=PublisherEventCallbacks(matched=self._matched)
         )
 
     def now(self) -> Time:
@@ -63,11 +61,9 @@ class SimulatedClock:
         """
         nanoseconds = seconds.nanoseconds if isinstance(seconds, Time) else Time(seconds=seconds).nanoseconds
         self._now = Time(nanoseconds=nanoseconds, clock_type=ClockType.ROS_TIME)
+        self._is_set = True
         async with asyncio.timeout(self._timeout_sec):
-            while self._publisher.get_subscription_count() < len(self._nodes):
-                self._matched.clear()
-                await self._matched.wait()
-            self._publisher.publish(Clock(clock=self._now.to_msg()))
+            self._publish()
             for node in self._nodes:
                 await self._shown_by(node)
 
@@ -91,12 +87,24 @@ class SimulatedClock:
             left -= length
         await self.set(self._now + left)
 
+    def _publish(self) -> None:
+        self._publisher.publish(Clock(clock=self._now.to_msg()))
+
+    def _matched(self, info: MatchedInfo) -> None:
+        """Publish the time to a subscription that has missed it."""
+        if self._is_set and info.total_count_change > 0:
+            self._publish()
+
     async def _shown_by(self, node: Node) -> None:
-        clock, jumped = node.get_clock(), asyncio.Event()
-        with clock.create_jump_callback(_ANY_JUMP, post_callback=lambda _: jumped.set()):
-            while clock.now() != self._now:
-                jumped.clear()
-                await jumped.wait()
+        clock, received = node.get_clock(), asyncio.Event()
+        ros_time = ros_time_of(clock)
+        while not ros_time.known or clock.now() != self._now:
+            received.clear()
+            call = ros_time.call_at(0, received.set)  # at the next message: a first one may set the time to 0
+            try:
+                await received.wait()
+            finally:
+                call.cancel()
 
 
 def _duration(value: float | Duration) -> Duration:

@@ -52,6 +52,23 @@ async def test_a_clock_follows_the_topic(meeting: Meeting) -> None:
         assert node.get_clock().now() == at(seconds) == clock.now()
 
 
+async def test_the_first_time_may_be_zero(meeting: Meeting) -> None:
+    """The clock shows it before any message, but a step from there begins only when it has arrived."""
+    node, clock = await simulated(meeting)
+    timer = node.create_timer(60, lambda: None)
+    await clock.set(0)
+    await clock.advance(60)
+    assert timer.ticks == 1
+
+
+async def test_a_simulated_clock_reaches_nodes_that_follow_it_later(meeting: Meeting) -> None:
+    """Each new subscription gets the time that stands still, however many others there are."""
+    _, clock = await simulated(meeting)
+    await clock.set(5)
+    late = await meeting.node("late", **SIMULATED)
+    await until(lambda: late.get_clock().now() == at(5))
+
+
 async def test_by_default_there_is_no_subscription(meeting: Meeting) -> None:
     """Without use_sim_time the clock is the wall clock of ROS_TIME, and nothing subscribes to /clock."""
     node = await meeting.node("plain")
