@@ -198,11 +198,12 @@ class TimerSource:
         loop, time_line = self._context.link.loop, self._time_line
         if self._handle is None or loop is None or time_line is None:
             return
-        rest = self._due - time_line.time()
+        rest, earlier_sec = self._due - time_line.time(), (self._due - self._expected) / self._unit
         if change is ClockChange.ROS_TIME_NO_CHANGE and not 0 < rest <= self._period:
             rest = self._period  # the first time, or one before the start of this period
         self._handle.cancel()
         self._arm(loop, rest / self._unit)
+        self._expected = self._due - earlier_sec * self._unit  # of a tick that waits
 
     def cancel(self) -> None:
         """Stop ticking; a callback that runs goes on."""

@@ -13,11 +13,13 @@ from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.testing import SimulatedClock
 from tests.actors.meeting import DEADLINE_SEC, matched, turns, until
+from tests.simulation.loop import simulate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from tests.actors.meeting import Meeting
+    from tests.simulation.loop import SimulatedLoop
 
 SIMULATED: Final[dict[str, Any]] = {"parameter_overrides": {"use_sim_time": True}}
 EVERY_JUMP: Final = JumpThreshold(
@@ -207,6 +209,28 @@ async def test_a_timer_goes_on_when_the_source_of_time_changes(meeting: Meeting)
     left = timer.time_until_next_call()
     assert left is not None
     assert 500e9 < left <= 600e9
+
+
+def test_a_late_tick_is_as_late_by_the_new_source_of_time() -> None:
+    """TimerInfo of a tick that waits for the mailbox while use_sim_time changes keeps how late it is."""
+    infos: list[actors.TimerInfo] = []
+
+    async def main(_: SimulatedLoop) -> None:
+        async with actors.Node("clockwork", use_global_arguments=False) as node:
+
+            async def hold() -> None:
+                holding.cancel()
+                await asyncio.sleep(0.25)
+                set_use_sim_time(node, True)
+
+            holding = node.create_timer(0.1, hold)
+            node.create_timer(0.2, infos.append)
+            await asyncio.sleep(1)
+
+    simulate(main)
+    (info,) = infos
+    assert info.actual_call_time == 0
+    assert info.expected_call_time == pytest.approx(-0.15e9)
 
 
 async def test_a_timer_may_follow_another_clock(meeting: Meeting) -> None:
