@@ -23,16 +23,15 @@ from actors.endpoints.service.service import Service
 from actors.interfaces.action import action_types
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
-from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.qos.profile import qos_profile_action_status_default, qos_profile_default
-from actors.time.clock import Clock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
+    from actors.interfaces.builtin_interfaces.msg import Time
 
 MAX_GOALS: Final = 1000
 """Goals of one server that have not ended; further ones are rejected."""
@@ -84,7 +83,6 @@ class ActionServerEndpoint(Endpoint):
         self._callbacks = callbacks
         self._cancel_execution = cancel_execution
         self._timing = context.watch.of(callbacks.execute, f"the action '{name}'")
-        self._clock = Clock()
         self._deciding: set[bytes] = set()
         """Goals whose goal callback is running."""
         self._status_due: asyncio.TimerHandle | None = None
@@ -137,7 +135,7 @@ class ActionServerEndpoint(Endpoint):
             self._deciding.discard(key)
         if decision is not GoalResponse.ACCEPT or self.destroyed:
             return response
-        response.accepted, response.stamp = True, _time_of(self._clock)
+        response.accepted, response.stamp = True, self.context.clock.now().to_msg()
         goal = GoalProgress(self, key, GoalInfo(goal_id=request.goal_id, stamp=response.stamp), request.goal)
         self.goals[key] = goal
         self.state_changed(goal)
@@ -363,11 +361,6 @@ class ActionServerEndpoint(Endpoint):
 def _warn_of_rejected(context: NodeContext, action: str, reason: str) -> None:
     if context.may_log("rejected goals"):
         context.log.warning(f"Action '{action}' rejects a goal: {reason}")
-
-
-def _time_of(clock: Clock) -> Time:
-    seconds, nanoseconds = divmod(clock.now().nanoseconds, 1_000_000_000)
-    return Time(sec=seconds, nanosec=nanoseconds)
 
 
 async def _run(callback: Callable[..., Any], goal: GoalProgress) -> Any:

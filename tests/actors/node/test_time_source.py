@@ -10,6 +10,7 @@ import pytest
 import actors
 from actors import ClockChange, ClockType, Duration, JumpThreshold, Parameter, Time
 from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.testing import SimulatedClock
 from tests.actors.meeting import DEADLINE_SEC, matched, turns, until
@@ -69,6 +70,21 @@ async def test_a_simulated_clock_reaches_nodes_that_follow_it_later(meeting: Mee
     await clock.set(5)
     late = await meeting.node("late", **SIMULATED)
     await until(lambda: late.get_clock().now() == at(5))
+
+
+async def test_goals_are_stamped_with_simulated_time(meeting: Meeting) -> None:
+    """The stamp of a goal is the time of the server's node, as in rclpy."""
+    node, clock = await simulated(meeting)
+
+    async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        goal.succeed()
+        return Fibonacci.Result()
+
+    node.create_action_server(Fibonacci, "fibonacci", execute)
+    client = (await meeting.node("client")).create_action_client(Fibonacci, "fibonacci")
+    await clock.set(100.5)
+    handle = await client.send_goal(Fibonacci.Goal())
+    assert handle.stamp == at(100.5).to_msg()
 
 
 async def test_by_default_there_is_no_subscription(meeting: Meeting) -> None:
