@@ -84,10 +84,13 @@ class NodeRow:
     """A node. From `received_bytes_per_sec` on, the numbers belong to its link, which other nodes may share.
 
     Attributes:
-        name: Its full name.
+        name: Its full name. Nodes that share it have a row for each of their links.
+        link: The session number of its link; 0 if the broker does not report it.
+        shared: Whether another row has the same name.
         state: "linked", or "suspended": its link is silent and may come back.
         silent_ms: Milliseconds since something arrived from it.
-        endpoints: The number of its publishers, subscriptions, services and clients.
+        endpoints: The number of its publishers, subscriptions, services and clients; if `shared`, of all
+            nodes of its link.
         received_bytes_per_sec, sent_bytes_per_sec: Bytes that it receives and sends per second.
         queued, queued_bytes: Messages that wait in the broker for it, and their size.
         dropped: Messages that the broker dropped because it was slow.
@@ -97,6 +100,8 @@ class NodeRow:
     """
 
     name: str
+    link: int
+    shared: bool
     state: str
     silent_ms: int
     endpoints: int
@@ -233,7 +238,10 @@ def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
         rates: The rates up to the sample; None if there are none yet.
     """
     snapshot, report = sample
-    links = {name: link for link in report.links.values() for name in link.nodes}
+    links: dict[str, dict[int, LinkStats]] = {}
+    for session, link in report.links.items():
+        for name in link.nodes:  # the first few
+            links.setdefault(name, {})[session] = link
     return Overview(
         seconds=0.0 if rates is None else rates.totals.seconds,
         totals=_totals(report, rates),
@@ -290,20 +298,28 @@ def _topics(
 
 def _nodes(
     snapshot: GraphSnapshot,
-    links: Mapping[str, LinkStats],
+    links: Mapping[str, Mapping[int, LinkStats]],
     rates: Mapping[int, Mapping[str, float]] | None,
 ) -> Iterable[NodeRow]:
     endpoints = Counter(entry.node for entry in snapshot.entries.values() if entry.kind != EntryKind.NODE)
-    there = set(snapshot.nodes())
-    silent = {name for name, link in links.items() if link.suspended}
-    for name in sorted(there | silent):
-        link = links.get(name)  # a link names the first few of its nodes only
+    silent = {name for name, found in links.items() if any(link.suspended for link in found.values())}
+    rows = [
+        (name, link)
+        for name in sorted({*snapshot.nodes(), *silent})
+        for link in (links[name].values() if name in links else (None,))
+    ]
+    for name, link in rows:
         rise = _rise(rates, None if link is None else link.session)
+        shared = len(links.get(name, ())) > 1
         yield NodeRow(
             name=name,
-            state=SUSPENDED if name in silent else LINKED,
+            link=0 if link is None else link.session,
+            shared=shared,
+            state=SUSPENDED if link is not None and link.suspended else LINKED,
             silent_ms=0 if link is None else link.silent_ms,
-            endpoints=endpoints[name] or _beside_nodes(link),
+            endpoints=link.endpoints - len(link.nodes)
+            if link is not None and (shared or link.suspended)
+            else endpoints[name],
             received_bytes_per_sec=rise.get("bytes_sent"),
             sent_bytes_per_sec=rise.get("bytes_received"),
             queued=0 if link is None else link.queued,
@@ -315,19 +331,13 @@ def _nodes(
         )
 
 
-def _beside_nodes(link: LinkStats | None) -> int:
-    """Return the endpoints of a suspended link, which are not in the graph."""
-    return link.endpoints - len(link.nodes) if link is not None and link.suspended else 0
-
-
-def _services(snapshot: GraphSnapshot, links: Mapping[str, LinkStats]) -> Iterable[ServiceRow]:
+def _services(snapshot: GraphSnapshot, links: Mapping[str, Mapping[int, LinkStats]]) -> Iterable[ServiceRow]:
     servers = _counts(snapshot, EntryKind.SERVICE)
     clients = _counts(snapshot, EntryKind.CLIENT)
     owing: dict[str, dict[int, int]] = {}
     for entry in snapshot.of_kind(EntryKind.SERVICE):
-        link = links.get(entry.node)
-        if link is not None:
-            owing.setdefault(entry.name, {})[link.session] = link.owed_calls
+        for session, link in links.get(entry.node, {}).items():
+            owing.setdefault(entry.name, {})[session] = link.owed_calls
     for name, kinds in snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT):
         yield ServiceRow(
             name=name,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+from actors.cli.commands.top.columns import NODES
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
@@ -119,6 +120,30 @@ def test_a_suspended_node_is_shown() -> None:
         4000,
         3,
     )
+
+
+def test_nodes_that_share_a_name_have_a_row_each() -> None:
+    """With the numbers and the state of its own link; their services owe what all of them owe."""
+    graph = snapshot(
+        *(entry(NODE, "/same") for _ in range(2)),
+        *(entry(SERVICE, "/same", "/add", "example_interfaces/srv/AddTwoInts") for _ in range(2)),
+        entry(PUBLISHER, "/same", "/news"),
+    )
+    links = (
+        link(4, "/same", endpoints=3, queued=1, owed_calls=1),
+        link(7, "/same", endpoints=2, queued=2, owed_calls=2),
+        link(9, "/same", "/other", endpoints=5, suspended=True),
+    )
+    seen = Samples().add(sample(1.0, graph, links=links))
+    rows = [(row.name, row.link, row.shared, row.state, row.endpoints, row.queued) for row in seen.nodes]
+    assert rows == [
+        ("/other", 9, False, "suspended", 3, 0),
+        ("/same", 4, True, "linked", 2, 1),
+        ("/same", 7, True, "linked", 1, 2),
+        ("/same", 9, True, "suspended", 3, 0),
+    ]
+    assert seen.services[0].owed_calls == 3
+    assert [NODES[0].text(row) for row in seen.nodes][:2] == ["/other", "/same (link 4)"]
 
 
 def test_services_owe_what_their_nodes_owe() -> None:

@@ -114,6 +114,10 @@ def _name(row: Row) -> str:
     return row.name
 
 
+def _node(row: NodeRow) -> str:
+    return f"{row.name} (link {row.link})" if row.shared else row.name
+
+
 def _types(row: TopicRow | ServiceRow) -> str:
     return ", ".join(row.types)
 
@@ -144,7 +148,7 @@ TOPICS: Final[tuple[Column[TopicRow], ...]] = (
 BUSIEST: Final = 3
 """The column by which topics are sorted at first."""
 NODES: Final[tuple[Column[NodeRow], ...]] = (
-    Column(title="NODE", value=_name, text=_name, style="name"),
+    Column(title="NODE", value=_node, text=_node, style="name"),
     Column(title="STATE", value=_state, text=_state, style="dim", alarm=_silent),
     _count("ENDS", lambda row: row.endpoints),
     _rate("IN B/S", lambda row: row.received_bytes_per_sec),
@@ -168,7 +172,7 @@ def chosen(rows: Iterable[RowT], column: Column[RowT], words: str = "", *, falli
     """Return the rows whose name, type or state contains the words, sorted by a column and then by name."""
     wanted = words.casefold()
     found = [row for row in rows if wanted in _searched(row).casefold()]
-    found.sort(key=lambda row: row.name)
+    found.sort(key=_name)
     found.sort(key=column.value, reverse=falling)
     return found
 

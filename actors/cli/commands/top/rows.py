@@ -121,7 +121,7 @@ class RowsTable(DataTable[Text], Generic[RowT]):
         del found[SHOWN_ROWS:]
         self._moved = self._moved or self.cursor_row != 0
         selected = self.selected
-        order = {row.name: at for at, row in enumerate(found)}
+        order = {self._title_of(row): at for at, row in enumerate(found)}
         for name in self._names:
             if name not in order:
                 self.remove_row(name)
@@ -134,12 +134,15 @@ class RowsTable(DataTable[Text], Generic[RowT]):
         stays = min(self.cursor_row, max(0, len(found) - 1))
         self.move_cursor(row=order.get(selected or "", stays) if self._moved else 0, scroll=False)
 
+    def _title_of(self, row: RowT) -> str:
+        return self._columns[0].text(row)
+
     def _put(self, row: RowT) -> None:
-        cells = [self._cell(column, row) for column in self._columns]
-        if row.name not in self.rows:
-            self.add_row(*cells, key=row.name)
+        cells, name = [self._cell(column, row) for column in self._columns], self._title_of(row)
+        if name not in self.rows:
+            self.add_row(*cells, key=name)
             return
-        at = self.get_row_index(row.name)
+        at = self.get_row_index(name)
         for column, cell in enumerate(cells):
             where = Coordinate(at, column)
             now = self.get_cell_at(where)

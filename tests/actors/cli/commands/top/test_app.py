@@ -206,6 +206,18 @@ async def test_the_cursor_stays_on_its_row() -> None:
         assert (here.names(), here.selected()) == (["/slow", "/idle"], "/slow")
 
 
+async def test_nodes_that_share_a_name_have_a_row_each() -> None:
+    """Each row follows its own link, also when another one of the name goes."""
+    same = snapshot(*(entry(EntryKind.NODE, "/same") for _ in range(2)))
+    links = [link(4, "/same", queued=1), link(7, "/same", queued=2)]
+    async with screen() as here:
+        await here.samples(sample(3.0, same, links=(links[0], links[1])))
+        assert here.names("nodes") == ["/same (link 4)", "/same (link 7)"]
+        assert [row[6] for row in here.rows("nodes")] == ["1", "2"]
+        await here.samples(sample(4.0, same, links=(links[1],)))
+        assert [(row[0], row[6]) for row in here.rows("nodes")] == [("/same", "2")]
+
+
 async def test_a_filter_is_typed() -> None:
     """It acts as it is typed, in all tables; Enter keeps it, Escape ends it."""
     async with screen() as here:
