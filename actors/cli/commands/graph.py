@@ -34,6 +34,8 @@ EXAMPLES: Final = {
     "callboard graph --format mermaid": "a flow chart to paste into Markdown",
 }
 FORMATS: Final = ("text", "svg", "dot", "mermaid", "json")
+_MISMATCHES: Final = 20
+"""Lines about nodes that are not connected."""
 _BOXES: Final = "╭─╎▶"
 """A sample of the characters of a drawing."""
 
@@ -64,7 +66,9 @@ def add_arguments(parser: Parser) -> None:
         help="columns for text; default: the terminal's, or as many as needed",
     )
     parser.add_flag("--ascii", help="text without box characters")
-    add_json_option(parser, "one document: nodes, topics, services, edges; the same as --format json")
+    add_json_option(
+        parser, "one document: nodes, topics, services, edges, mismatches; the same as --format json"
+    )
     add_broker_options(parser)
 
 
@@ -84,6 +88,11 @@ def run(options: Options) -> int:
         Path(options.output).write_text(f"{text}\n", encoding="utf-8")
     elif text:
         print(text)
+    for each in model.mismatches[:_MISMATCHES]:
+        text = f"{each.publisher} publishes {each.topic} with a QoS that {each.subscriber} does not match"
+        print_err(f"Not connected, as one of them is strict: {text}: {each.policy}")
+    if (more := len(model.mismatches) - _MISMATCHES) > 0:
+        print_err(f"… and {more} more like this; see --json")
     if not model.vertices:
         print_err(_nothing(len(snapshot.nodes())))
     return 0

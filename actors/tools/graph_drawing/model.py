@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.tools.graph_drawing.mismatches import Mismatch, mismatches_of
 from proto.codes import EntryKind
 from proto.errors import CallboardError
 from proto.names import is_hidden
@@ -107,11 +108,13 @@ class GraphModel:
         vertices: The nodes, topics and services.
         edges: Arrows between these vertices; each topic and service has one at least.
         types: The declared types of each topic and service, sorted.
+        mismatches: Nodes that have a topic in common but are not connected by it, as their QoS is strict.
     """
 
     vertices: tuple[Vertex, ...] = ()
     edges: tuple[Edge, ...] = ()
     types: dict[Vertex, tuple[str, ...]] = field(default_factory=dict[Vertex, tuple[str, ...]])
+    mismatches: tuple[Mismatch, ...] = ()
 
     def of_kind(self, kind: Kind) -> list[Vertex]:
         """Return the vertices of a kind.
@@ -164,12 +167,16 @@ def model_of(snapshot: GraphSnapshot, chosen: GraphFilter | None = None) -> Grap
         if entry.kind in _RELATIONS and (hub := _hub(_edge(entry))) in hubs:
             types.setdefault(hub, set()).update({entry.type_name} - {""})
     vertices = {Vertex(Kind.NODE, name) for name in nodes}
+    mismatches = tuple(mismatches_of(entry for entry in shown if Vertex(Kind.TOPIC, entry.name) in hubs))
     if chosen.nodes_only:
-        return GraphModel(tuple(sorted(vertices)), tuple(sorted(_direct(links))))
+        return GraphModel(
+            tuple(sorted(vertices)), tuple(sorted(_direct(links, mismatches))), mismatches=mismatches
+        )
     return GraphModel(
         tuple(sorted(vertices | hubs)),
         tuple(sorted(links)),
         {hub: tuple(sorted(names)) for hub, names in sorted(types.items())},
+        mismatches,
     )
 
 
@@ -217,8 +224,8 @@ def _unwanted(links: Iterable[Edge], chosen: GraphFilter) -> set[Edge]:
     }
 
 
-def _direct(links: Iterable[Edge]) -> list[Edge]:
-    """Return the edges from node to node that edges over topics and services make.
+def _direct(links: Iterable[Edge], mismatches: Iterable[Mismatch]) -> list[Edge]:
+    """Return the edges from node to node that edges over topics and services make, without mismatches.
 
     Raises:
         DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES`.
@@ -232,16 +239,19 @@ def _direct(links: Iterable[Edge]) -> list[Edge]:
             out_of.setdefault(edge.source, set()).add(edge.target)
     if sum(len(sources) * len(out_of.get(hub, ())) for hub, sources in into.items()) > MAX_DIRECT_EDGES:
         raise DrawingTooLargeError(f"more than {MAX_DIRECT_EDGES} arrows from node to node are too many")
+    apart = {each[:3] for each in mismatches}
     names: dict[tuple[Vertex, Vertex, Relation], list[str]] = {}
     for hub, sources in into.items():
         relation = Relation.PUBLISHES if hub.kind is Kind.TOPIC else Relation.CALLS
         for source in sources:
             for target in out_of.get(hub, ()):
+                if hub.kind is Kind.TOPIC and (hub.name, source.name, target.name) in apart:
+                    continue
                 names.setdefault((source, target, relation), []).append(hub.name)
     return [Edge(*ends, tuple(sorted(found))) for ends, found in names.items()]
 
 
-def document_of(model: GraphModel) -> dict[str, list[dict[str, object]]]:
+def document_of(model: GraphModel) -> dict[str, list[dict[str, Any]]]:
     """Return a model as plain data, for JSON; docs/reference/json.md describes it.
 
     Args:
@@ -260,6 +270,7 @@ def document_of(model: GraphModel) -> dict[str, list[dict[str, object]]]:
             }
             for edge in model.edges
         ],
+        "mismatches": [each._asdict() for each in model.mismatches],
     }
 
 

@@ -13,6 +13,7 @@ import pytest
 from actors.cli.main import main
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -81,6 +82,22 @@ async def test_json(talk: Desk, option: list[str]) -> None:
     assert document["nodes"] == [{"name": "/listener"}, {"name": "/r1/talker"}]
     assert document["topics"] == [{"name": "/chatter", "types": ["std_msgs/msg/String"]}]
     assert {"source": "/add", "target": "/listener", "relation": "serves"} in document["edges"]
+
+
+async def test_nodes_that_strict_qos_keeps_apart_are_reported(desk: Desk) -> None:
+    """On stderr, with the policy; the drawing of nodes only has no arrow between them."""
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    async with desk.node("talker") as talker, desk.node("listener", strict_qos=True) as listener:
+        talker.create_publisher(String, "/chatter", best_effort)
+        listener.create_subscription(String, "/chatter", print, 10)
+        await talker.get_graph()
+        await listener.get_graph()
+        _, out, err = await desk.callboard("graph", "--nodes-only")
+        assert "/chatter" not in out
+        assert err == (
+            "Not connected, as one of them is strict: /talker publishes /chatter with a QoS that /listener"
+            " does not match: RELIABILITY\n"
+        )
 
 
 async def test_hidden_nodes_are_drawn_when_asked_for(desk: Desk) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.graph.snapshot import GraphSnapshot
 from actors.tools.graph_drawing import model as model_module
 from actors.tools.graph_drawing.model import (
     DrawingTooLargeError,
@@ -17,11 +18,13 @@ from actors.tools.graph_drawing.model import (
     document_of,
     model_of,
 )
+from proto.codes import EntryKind
+from proto.frames import GraphEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.graph.snapshot import GraphSnapshot
+    from proto.frames import Options
 
 
 def names(graph: GraphSnapshot, **chosen: Any) -> set[str]:
@@ -129,7 +132,37 @@ def test_document(graph: Callable[[str], GraphSnapshot]) -> None:
             {"source": "/s", "target": "/b", "relation": "serves"},
             {"source": "/x", "target": "/b", "relation": "subscribes"},
         ],
+        "mismatches": [],
     }
     assert document_of(model_of(drawn, GraphFilter(nodes_only=True)))["edges"] == [
         {"source": "/a", "target": "/b", "relation": "publishes", "names": ["/x"]},
     ]
+
+
+@pytest.mark.parametrize("chosen", [GraphFilter(), GraphFilter(nodes_only=True)])
+def test_strict_endpoints_that_do_not_match_are_no_connection(chosen: GraphFilter) -> None:
+    """They are listed and have no direct arrow, unless other endpoints of the two nodes match."""
+    best_effort: Options = {"reliability": 2}
+    strict: Options = {"strict": True}
+    ends: list[tuple[EntryKind, str, Options]] = [
+        (EntryKind.PUBLISHER, "/a", best_effort),
+        (EntryKind.PUBLISHER, "/b", {}),
+        (EntryKind.SUBSCRIPTION, "/lenient", {}),
+        (EntryKind.SUBSCRIPTION, "/strict", strict),
+        (EntryKind.SUBSCRIPTION, "/both", strict),
+        (EntryKind.SUBSCRIPTION, "/both", best_effort),
+    ]
+    nodes = [GraphEntry(at, EntryKind.NODE, f"/{name}", "", "", "", {}) for at, name in
+             enumerate(("a", "b", "lenient", "strict", "both"))]  # fmt: skip
+    endpoints = [
+        GraphEntry(at, kind, node, "/x", "std_msgs/msg/String", "RIHS01_0", qos)
+        for at, (kind, node, qos) in enumerate(ends, 9)
+    ]
+    model = model_of(GraphSnapshot(entries={each.key: each for each in (*nodes, *endpoints)}), chosen)
+    assert model.mismatches == (("/x", "/a", "/strict", "RELIABILITY"),)
+    assert document_of(model)["mismatches"][0]["subscriber"] == "/strict"
+    if chosen.nodes_only:
+        arrows = {(edge.source.name, edge.target.name) for edge in model.edges}
+        assert arrows == {(one, two) for one in ("/a", "/b") for two in ("/lenient", "/strict", "/both")} - {
+            ("/a", "/strict")
+        }
