@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks.callback_task import current_callback_task
+from actors.callbacks.functions import ENDS_PROGRAM
 from actors.callbacks.mailbox import Mailbox
 from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
 from actors.endpoints.publisher.departing import DepartingQueues
@@ -70,7 +71,7 @@ class NodeContext(LinkEndpoint):
         self.log = log
         self.link = link
         self.mailbox = Mailbox()
-        self.ros_time = RosTime(lambda error: self.callback_failed("a jump callback", error))
+        self.ros_time = RosTime(self._jump_callback_failed)
         self.clock = Clock(ClockType.ROS_TIME, ros_time=self.ros_time)
         self.ros_time.followers[self._clock_jumped] = None
         self.watch = Stopwatch(log.warning, slow_sec=slow_callback_sec)
@@ -104,6 +105,12 @@ class NodeContext(LinkEndpoint):
         self.log.error(f"{what} raised {type(error).__name__}: {error_text(error)}", exc_info=error)
         if self._stop_on_error and isinstance(error, Exception):
             self.stop(error)
+
+    def _jump_callback_failed(self, error: BaseException) -> None:
+        if not isinstance(error, ENDS_PROGRAM):
+            self.callback_failed("a jump callback", error)
+        elif not (isinstance(error, SystemExit) and self.mailbox.exited(error)):
+            raise error
 
     def time(self) -> float:
         """Return the time that lifespans are measured in: seconds of the loop, or of simulated time."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import math
 import time
 from functools import partial
@@ -99,13 +100,14 @@ class Clock:
 
         Raises:
             ValueError: There is no callback.
-            TypeError: A callback is not callable.
+            TypeError: A callback is not callable, or is an `async def`.
         """
         if pre_callback is None and post_callback is None:
             raise ValueError("One of pre_callback or post_callback must be callable")
         for callback in (pre_callback, post_callback):
-            if callback is not None and not callable(callback):
-                raise TypeError(f"A jump callback must be callable, got {callback!r}")
+            plain = callable(callback) and not inspect.iscoroutinefunction(callback)
+            if callback is not None and not plain:
+                raise TypeError(f"A jump callback must be a plain function, got {callback!r}")
         return JumpHandle(self._ros_time.jump_callbacks, threshold, pre_callback, post_callback)
 
     async def sleep_for(self, duration: Duration | float) -> None:

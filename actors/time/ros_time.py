@@ -23,7 +23,7 @@ class RosTime:
     """The simulated time of one clock.
 
     Args:
-        on_error: Called with what a jump callback raises.
+        on_error: Called with what a jump callback raises, which may be SystemExit or KeyboardInterrupt.
 
     Attributes:
         active: Whether the clock shows simulated time.
@@ -110,8 +110,6 @@ class RosTime:
         try:
             if callback is not None:
                 callback(*arguments)
-        except (KeyboardInterrupt, SystemExit):
-            raise
         except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, time goes on
             self._on_error(error)
 

@@ -9,6 +9,7 @@ import pytest
 
 import actors
 from actors import ClockChange, ClockType, Duration, JumpThreshold, Parameter, Time
+from actors.callbacks.functions import exit_ends_node
 from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
@@ -162,6 +163,29 @@ async def test_a_jump_callback_that_raises_is_counted(meeting: Meeting) -> None:
     await clock.set(2)
     assert len(jumps) == 2
     assert node.callback_errors == 2
+
+
+async def test_an_exit_in_a_jump_callback_is_that_of_its_program(meeting: Meeting) -> None:
+    """SystemExit ends the node of a program among others, as in every other callback."""
+    driver = await meeting.node("driver")
+    program = meeting.absent("program", **SIMULATED)
+    clock = SimulatedClock(driver, program)
+
+    def leave(_: object) -> None:
+        raise SystemExit(3)
+
+    program.get_clock().create_jump_callback(EVERY_JUMP, post_callback=leave)
+
+    async def run() -> None:
+        async with program:
+            await clock.set(5)
+            await asyncio.Event().wait()
+
+    token = exit_ends_node.set(True)
+    with pytest.raises(SystemExit) as caught:
+        await run()
+    exit_ends_node.reset(token)
+    assert caught.value.code == 3
 
 
 async def test_timers_tick_by_simulated_time(meeting: Meeting) -> None:

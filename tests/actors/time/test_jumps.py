@@ -38,11 +38,15 @@ def test_a_threshold_admits_its_jumps() -> None:
     assert not threshold.admits(ClockChange.ROS_TIME_ACTIVATED, 0)
 
 
-def test_jump_callbacks_must_be_callable() -> None:
-    """None at all is a ValueError, something else a TypeError."""
+def test_jump_callbacks_must_be_plain_functions() -> None:
+    """None at all is a ValueError, something else a TypeError, as nobody would await an `async def`."""
     threshold = JumpThreshold(min_forward=SECOND, min_backward=None)
     with pytest.raises(ValueError, match="must be callable"):
         Clock().create_jump_callback(threshold)
-    wrong: Any = 5
-    with pytest.raises(TypeError, match="must be callable"):
-        Clock().create_jump_callback(threshold, post_callback=wrong)
+
+    async def asynchronous(*_: object) -> None: ...
+
+    wrong: Any
+    for wrong in (5, asynchronous):
+        with pytest.raises(TypeError, match="must be a plain function"):
+            Clock().create_jump_callback(threshold, post_callback=wrong)
