@@ -11,6 +11,7 @@ from proto.codes import EntryKind, Op
 from proto.errors import ErrorCode, ProtocolError
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
+from tests.broker.test_router_access import user
 
 SHARED = frames.Node(0, "/same", shared=True)
 UNSHARED = frames.Node(0, "/same")
@@ -123,6 +124,23 @@ def test_a_holder_that_reconnects_replaces_only_itself() -> None:
     left, new = node_keys(switch, watcher)
     assert left == of_second
     assert new not in {of_first, of_second}
+
+
+def test_a_shared_name_needs_the_right_to_it() -> None:
+    """Who has not got it is denied, shared or not; who loses it leaves, and the others stay."""
+    switch = Switch()
+    first, second = (switch.join(principal=user(node="/same", see="/**")) for _ in range(2))
+    for peer in (first, second):
+        assert refusal(switch, peer, SHARED) is None
+    denied = switch.join(principal=user(node="/other"))
+    switch.send(denied, SHARED)
+    (answer,) = switch.read(denied, frames.Refused)
+    assert answer.code == ErrorCode.DENIED
+    of_second = node_keys(switch, second)[1]
+    switch.set_principal(first, user(node="/other", see="/**"))
+    (revoked,) = switch.read(first, frames.Refused)
+    assert revoked.code == ErrorCode.DENIED
+    assert node_keys(switch, second) == [of_second]
 
 
 def test_a_frame_of_an_older_client_shares_nothing() -> None:
