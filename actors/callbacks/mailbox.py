@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import BUDGET_SEC, SHARE_SEC, CallbackBudget
 from actors.callbacks.callback_task import current_callback_task
+from actors.callbacks.functions import ENDS_PROGRAM
 from actors.callbacks.source import Share, changed
 
 if TYPE_CHECKING:
@@ -59,8 +60,8 @@ class Mailbox:
         running: The callback tasks that have begun, or are about to.
         budget: The callback budget of the loop that the node runs on; set by `open`.
         cancelling: Whether all callback tasks are cancelled, so that CancelledError in them is no error.
-        on_exit: Called with a callback's SystemExit, after which no callback begins. With None, SystemExit is
-            raised where the callback runs, and ends the program.
+        on_exit: Called with a callback's SystemExit, after which no callback begins. With None, it ends the
+            program.
     """
 
     def __init__(self) -> None:
@@ -118,6 +119,15 @@ class Mailbox:
         self.drain(lambda: None)
         self.on_exit(error)
         return True
+
+    def end_program(self, error: BaseException) -> None:
+        """End the node or the program with SystemExit or KeyboardInterrupt of a plain callback.
+
+        The loop raises it in its next turn: uvloop ignores what is raised where data is received.
+        """
+        if not (isinstance(error, SystemExit) and self.exited(error)):
+            self.drain(lambda: None)
+            asyncio.get_running_loop().call_soon(_raise, error)
 
     def cancel_all(self) -> None:
         """Cancel every callback task."""
@@ -238,9 +248,8 @@ class Mailbox:
         callback_task: CallbackTask | None = None
         try:
             callback_task = context.run(source.dispatch, share)
-        except SystemExit as error:
-            if not self.exited(error):
-                raise
+        except ENDS_PROGRAM as error:
+            self.end_program(error)
         finally:
             # Calling one `async def` takes no time worth measuring; its steps count.
             if callback_task is None or not timing.only_steps:
@@ -346,3 +355,7 @@ class Mailbox:
         self._resuming = self._resuming or deque()
         self._resuming.append((callback_task, waiter))
         await waiter
+
+
+def _raise(error: BaseException) -> None:
+    raise error

@@ -107,10 +107,10 @@ class NodeContext(LinkEndpoint):
             self.stop(error)
 
     def _jump_callback_failed(self, error: BaseException) -> None:
-        if not isinstance(error, ENDS_PROGRAM):
+        if isinstance(error, ENDS_PROGRAM):
+            self.mailbox.end_program(error)
+        else:
             self.callback_failed("a jump callback", error)
-        elif not (isinstance(error, SystemExit) and self.mailbox.exited(error)):
-            raise error
 
     def time(self) -> float:
         """Return the time that lifespans are measured in: seconds of the loop, or of simulated time."""

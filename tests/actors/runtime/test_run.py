@@ -13,6 +13,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.testing import SimulatedClock
+from broker import Broker, BrokerOptions
+from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -169,6 +173,38 @@ def test_an_exit_in_a_callback_ends_the_run(tmp_path: Path, kind: str) -> None:
 
     with pytest.raises(SystemExit) as caught:
         actors.run(make, args=[])
+    assert caught.value.code == 7
+
+
+@pytest.mark.parametrize("kind", ["message", "jump"])
+def test_an_exit_in_a_callback_for_received_data_ends_the_run(kind: str) -> None:
+    """A plain callback runs where data is received; uvloop ignores what is raised there."""
+
+    def leave(_: object) -> None:
+        sys.exit(7)
+
+    async def main() -> None:
+        async with (
+            Broker(BrokerOptions(port=0)) as broker,
+            actors.Node("driver", url=broker.url) as driver,
+            actors.Node("n", url=broker.url, parameter_overrides={"use_sim_time": True}) as node,
+        ):
+            if kind == "jump":
+                forward = actors.JumpThreshold(
+                    min_forward=actors.Duration(nanoseconds=1), min_backward=None, on_clock_change=False
+                )
+                node.get_clock().create_jump_callback(forward, post_callback=leave)
+            else:
+                node.create_subscription(Clock, "/clock", leave)
+            await SimulatedClock(driver, node).set(1)
+            await asyncio.Event().wait()
+
+    async def limited() -> None:
+        async with asyncio.timeout(DEADLINE_SEC):
+            await main()
+
+    with pytest.raises(SystemExit) as caught:
+        actors.run(limited, args=[])
     assert caught.value.code == 7
 
 
