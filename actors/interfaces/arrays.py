@@ -114,6 +114,11 @@ class NumericArray(_Base):
             return self.tolist() == list(cast("list[Any]", other))
         return super().__eq__(other)
 
+    def __ne__(self, other: object) -> bool:
+        if isinstance(other, list | tuple):
+            return self.tolist() != list(cast("list[Any]", other))
+        return super().__ne__(other)
+
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def __copy__(self) -> Self:

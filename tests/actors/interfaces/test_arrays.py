@@ -37,6 +37,15 @@ def test_each_element_type_survives_packing(cls: type[NumericArray]) -> None:
     assert cls.from_packed(data) == made
 
 
+@pytest.mark.parametrize("kind", [list, tuple, Float64Array])
+def test_an_array_is_equal_or_not(kind: type[Any]) -> None:
+    """`!=` is the opposite of `==`, on both sides, also with lists and tuples."""
+    made = Float64Array([1, 2])
+    for values, equal in ((kind([1, 2]), True), (kind([1, 3]), False), (kind([1]), False)):
+        assert (made == values, values == made) == (equal, equal)
+        assert (made != values, values != made) == (not equal, not equal)
+
+
 def test_codes_are_the_protocols() -> None:
     """The extension codes never change: they are on the wire."""
     assert {cls.element: cls.code for cls in ARRAYS} == {
