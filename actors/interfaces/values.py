@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _MAX_BYTES: Final = 256
 """Only the length of a longer binary sequence is shown."""
 _BYTES: Final = (bytes, bytearray, memoryview)
+_FLOATS: Final = frozenset({"float32", "float64"})
 _NUMPY_DEFAULTS: Final = frozenset({"int64", "float64"})
 """Element types that NumPy does not name when it prints an array."""
 
@@ -68,8 +69,8 @@ def _held(field_type: FieldType, value: Any) -> Any:
 
 
 def same(field_type: FieldType, left: Any, right: Any) -> bool:
-    """Return whether two values of a sequence field are equal."""
-    if left is right:
+    """Return whether two values of a sequence field are equal; as in ROS 2, NaN is equal to nothing."""
+    if left is right and field_type.base not in _FLOATS:
         return True
     try:
         return bool(_held(field_type, left) == _held(field_type, right))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import math
 import sys
 from typing import Annotated, Any, cast
 
@@ -107,6 +108,16 @@ def test_elements_compare_as_their_fields_type() -> None:
     assert Lists(texts=cast("Any", ("a",)), flags=cast("Any", np.array([True]))) == Lists(
         texts=["a"], flags=[True]
     )
+
+
+def test_sequences_with_nan_are_never_equal() -> None:
+    """Not even one and the same, as in ROS 2; messages without NaN are equal to themselves."""
+    for data in _given([math.nan, 1.0], "f4"):
+        message = Float32MultiArray(data=data)
+        assert message != Float32MultiArray(data=data)
+        assert message != message
+    one = Float32MultiArray(data=[1.0])
+    assert one == one
 
 
 def test_other_values_and_types_are_not_equal() -> None:
