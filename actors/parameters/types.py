@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from dataclasses import fields as dataclass_fields
@@ -217,11 +218,9 @@ class FloatingPointRange:
         if not self.from_value <= value <= self.to_value:
             return f"{value} is not between {self.from_value} and {self.to_value}"
         steps = (value - self.from_value) / self.step if self.step else 0.0
-        return (
-            ""
-            if abs(steps - round(steps)) <= 1e-6
-            else f"{value} is not a whole number of steps of {self.step}"
-        )
+        if not math.isfinite(steps) or math.isclose(steps, round(steps), rel_tol=1e-12, abs_tol=1e-6):
+            return ""  # in a range without end, or of tiny steps, every value is on a step
+        return f"{value} is not a whole number of steps of {self.step}"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -394,4 +393,4 @@ def parameter_value_from_string(text: str) -> ParameterValue:
 
 
 def _close(value: float, bound: float) -> bool:
-    return abs(value - bound) <= 1e-9 * max(1.0, abs(value), abs(bound))
+    return math.isclose(value, bound, rel_tol=1e-9, abs_tol=1e-9)

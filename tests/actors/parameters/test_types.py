@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import math
 from typing import Any
 
 import pytest
@@ -115,6 +116,23 @@ def test_any_text_is_some_value(text: str) -> None:
 def test_double_range(value: float, ok: bool) -> None:
     """L13: a double has to be a whole number of steps between the bounds."""
     bounds = FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5)
+    assert (bounds.fault(value) == "") is ok
+
+
+@pytest.mark.parametrize(
+    ("bounds", "value", "ok"),
+    [
+        (FloatingPointRange(from_value=0.0, to_value=10.0), math.inf, False),
+        (FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5), -math.inf, False),
+        (FloatingPointRange(from_value=0.0, to_value=math.inf), -5.0, False),
+        (FloatingPointRange(from_value=0.0, to_value=math.inf, step=0.5), 2.25, False),
+        (FloatingPointRange(from_value=0.0, to_value=math.inf), math.inf, True),
+        (FloatingPointRange(from_value=-math.inf, to_value=10.0, step=0.5), 2.25, True),
+        (FloatingPointRange(from_value=0.0, to_value=1.0, step=1e-320), 0.5, True),
+    ],
+)
+def test_infinity_in_a_double_range(bounds: FloatingPointRange, value: float, ok: bool) -> None:
+    """Infinity is outside of finite bounds, and an infinite bound lets no other value pass the first."""
     assert (bounds.fault(value) == "") is ok
 
 
