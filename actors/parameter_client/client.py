@@ -126,8 +126,10 @@ class ParameterClient:
             CallFailed: There is no reply, or an invalid one.
         """
         values = (await self._call("get_parameters", timeout_sec, names=[*names])).values
-        found = _each(parameter_value_to_python, values, len(names))
-        return [Parameter(name, value=value) for name, value in zip(names, found, strict=True)]
+        found = _each(
+            lambda value: (ParameterType(value.type), parameter_value_to_python(value)), values, len(names)
+        )
+        return [Parameter(name, *each) for name, each in zip(names, found, strict=True)]
 
     @must_await
     async def get_parameter_types(

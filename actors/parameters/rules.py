@@ -1,16 +1,26 @@
-"""Why a value of a parameter is refused by its declaration."""
+"""What the declaration of a parameter says about a value: its type, and why it is refused."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.parameters.types import ParameterType
+from actors.parameters.types import Parameter, ParameterType
 
 if TYPE_CHECKING:
-    from actors.parameters.types import Parameter, ParameterDescriptor, ParameterValue
+    from actors.parameters.types import ParameterDescriptor, ParameterValue
 
 MAX_NAME_CHARS: Final = 4096
 """Of a parameter that is declared by setting it, which other nodes can do if the node allows it."""
+
+
+def as_declared(descriptor: ParameterDescriptor | None, parameter: Parameter) -> Parameter:
+    """Return an empty array, which may be of any type, with the type that is declared."""
+    if descriptor is None or descriptor.dynamic_typing or descriptor.type is parameter.type_:
+        return parameter
+    empty = parameter.type_ >= ParameterType.BYTE_ARRAY and not parameter.value
+    if not empty or not descriptor.type.check([]):
+        return parameter
+    return Parameter(parameter.name, descriptor.type, [])
 
 
 def refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str:

@@ -17,7 +17,7 @@ from actors.parameters.errors import (
     ParameterUninitializedError,
 )
 from actors.parameters.listing import SEPARATOR, list_names
-from actors.parameters.rules import refusal, wrong_type
+from actors.parameters.rules import as_declared, refusal, wrong_type
 from actors.parameters.types import (
     Parameter,
     ParameterDescriptor,
@@ -327,6 +327,7 @@ class ParameterStore:
         if wanted is None:
             return SetParametersResult(successful=False, reason="a pre-set callback returned no parameters")
         self._check_declared(wanted)
+        wanted = [as_declared(self._descriptors.get(parameter.name), parameter) for parameter in wanted]
         refusals = (refusal(self._descriptors.get(parameter.name), parameter) for parameter in wanted)
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
@@ -377,7 +378,7 @@ class ParameterStore:
         if descriptor.dynamic_typing:
             descriptor = dataclasses.replace(descriptor, type=parameter.type_)
         self._descriptors[name] = descriptor
-        self._parameters[name] = Parameter(name, descriptor.type, parameter.value)
+        self._parameters[name] = parameter
 
     def _forget(self, name: str) -> None:
         self._parameters.pop(name, None)

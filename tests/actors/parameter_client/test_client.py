@@ -74,6 +74,18 @@ async def test_list_and_describe(client: ParameterClient, server: actors.Node) -
     assert found == [server.describe_parameter("speed"), ParameterDescriptor()]
 
 
+async def test_an_empty_array_has_the_declared_type(client: ParameterClient, server: actors.Node) -> None:
+    """An empty list sets an array of any type; its type is read, and other empty values are refused."""
+    seen: list[Parameter] = []
+    server.add_post_set_parameters_callback(seen.extend)
+    empty = Parameter("arm.joints", ParameterType.INTEGER_ARRAY, [])
+    assert await client.set_parameters([Parameter("arm.joints", value=[])]) == [OK]
+    assert [*seen, server.get_parameter("arm.joints")] == [empty, empty]
+    assert await client.get_parameters(["arm.joints"]) == [empty]
+    wrong = [Parameter("arm.joints", value=""), Parameter("speed", value=[])]
+    assert not any(each.successful for each in await client.set_parameters(wrong))
+
+
 async def test_delete(client: ParameterClient, server: actors.Node) -> None:
     """A parameter of a dynamic type can be removed, one of a static type not."""
     server.declare_parameter("extra", 1, ParameterDescriptor(dynamic_typing=True))
