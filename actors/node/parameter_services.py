@@ -6,6 +6,7 @@ and cannot be set. Their handlers run through the mailbox, because they call the
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
@@ -122,10 +123,15 @@ class ParameterServices:
         return GetParameterTypes.Response(types=bytes(types))
 
     def _get(self, request: GetParameters.Request) -> GetParameters.Response:
-        found = self._found(request.names)
-        return GetParameters.Response(
-            values=[ParameterValue() if each is None else each.get_parameter_value() for each in found]
-        )
+        values: list[ParameterValue] = []
+        size = 0
+        for each in self._found(request.names):
+            if each is not None and isinstance(each.value, Sized):
+                size += len(each.value)  # encoded it has no fewer bytes
+                # Before it is encoded: one large value, asked for many times, would fill the memory.
+                self._context.link.require_fits("A reply of 'get_parameters'", size)
+            values.append(ParameterValue() if each is None else each.get_parameter_value())
+        return GetParameters.Response(values=values)
 
     def _list(self, request: ListParameters.Request) -> ListParameters.Response:
         listed = self._parameters.list_names(request.prefixes, request.depth)

@@ -15,7 +15,7 @@ CallboardError
 
 from __future__ import annotations
 
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError, peer_text
 
 
 class ParameterError(CallboardError):
@@ -26,7 +26,7 @@ class ParameterError(CallboardError):
     """
 
     def __init__(self, message: str, parameter: str) -> None:
-        super().__init__(f"{message}: {escape(parameter)}")
+        super().__init__(f"{message}: {peer_text(parameter)}")
         self.parameter = parameter
 
 

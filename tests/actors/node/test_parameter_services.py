@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -301,3 +302,22 @@ async def test_a_request_cannot_hold_the_node_for_long(server: actors.Node, remo
     result = (await remote.call("set_parameters_atomically", parameters=wanted)).result
     assert (result.successful, result.reason) == (False, f"more than {MAX_ITEMS} parameters")
     assert server.get_parameter("a").value == 1
+
+
+async def test_a_reply_is_not_built_beyond_the_limit(server: actors.Node, remote: Remote) -> None:
+    """A large value that is asked for many times is an error before it is encoded as many times."""
+    value = "x" * 200_000
+    server.declare_parameter("a", value)
+    with pytest.raises(actors.RemoteError, match="over the limit") as caught:
+        await remote.call("get_parameters", names=["a"] * 1000)
+    size, limit = map(int, re.findall(r"\d+", str(caught.value)))
+    assert limit < size <= limit + len(value)
+    assert len((await remote.call("get_parameters", names=["a"] * 2)).values) == 2
+
+
+async def test_a_refused_name_is_quoted_in_part(remote: Remote) -> None:
+    """The reason for refusing a huge name is short: it is one of many in a reply, and a line of a log."""
+    ((successful, reason),) = await remote.set(**{"\0" * 1_000_000: 1})
+    assert not successful
+    assert reason.startswith("Invalid access to undeclared parameter(s): \\x00")
+    assert len(reason) < 1000
