@@ -87,9 +87,16 @@ class ParameterClient:
         Raises:
             RuntimeError: The node does not run.
             NodeDestroyed: The node has been destroyed.
+            ServiceUnavailable: The broker refuses a client; the text says why.
         """
-        waits = [self._client(name).wait_for_service(timeout_sec) for name in _SERVICES]
-        return all(await asyncio.gather(*waits))
+        clients = [self._client(name) for name in _SERVICES]
+        try:
+            async with asyncio.timeout(timeout_sec):
+                for client in clients:
+                    await client.wait_for_service()
+        except TimeoutError:
+            return False
+        return True
 
     @must_await
     async def list_parameters(

@@ -10,6 +10,7 @@ from actors.callbacks.must_await import must_await
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import in_flight
 from actors.endpoints.service_introspection import Introspectable
+from actors.errors import ServiceUnavailable
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message
 
@@ -77,6 +78,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         Raises:
             RuntimeError: The node does not run.
             NodeDestroyed: The client or its node has been destroyed.
+            ServiceUnavailable: The broker refuses the client; the text says why.
         """
         endpoint, context = self._endpoint, self._endpoint.context
         context.require_loop()
@@ -85,6 +87,8 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
             try:
                 async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
                     while not endpoint.peers:
+                        if endpoint.refusal:
+                            raise ServiceUnavailable(f"Service '{self.srv_name}': {endpoint.refusal}")
                         await context.link.changed()
                         endpoint.require_alive()
             except TimeoutError:

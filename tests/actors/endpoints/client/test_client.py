@@ -12,6 +12,7 @@ import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from broker import Broker, BrokerOptions
 from proto.codes import Status
 from proto.errors import InvalidServiceNameError
 from proto.frames import ReplyEntry
@@ -449,3 +450,25 @@ class Other(actors.Service, type_name="meeting/srv/Other"):
 
     class Response(actors.Message):
         b: int = 0
+
+
+async def test_a_refused_client_does_not_wait(tmp_path: Path) -> None:
+    """Without the right to call, waits for the service end at once with the broker's reason, as calls do."""
+    rules = tmp_path / "access.toml"
+    rules.write_text(
+        '[local]\nuser = "guest"\n[users.guest]\nroles = ["guest"]\n[roles.guest]\nallow.node = ["/**"]\n'
+    )
+    async with (
+        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        actors.Node("guest", url=broker.url, use_global_arguments=False) as node,
+    ):
+        client = node.create_client(AddTwoInts, "add")
+        parameters = actors.ParameterClient(node, "/other")
+        for _ in range(2):  # while the declaration is on its way, and after it has been refused
+            async with asyncio.timeout(DEADLINE_SEC):
+                with pytest.raises(actors.ServiceUnavailable, match="do not allow 'guest' to call"):
+                    await client.wait_for_service()
+                with pytest.raises(actors.ServiceUnavailable, match="do not allow 'guest' to call"):
+                    await client.call(ASK)
+                with pytest.raises(actors.ServiceUnavailable, match="do not allow 'guest' to call"):
+                    await parameters.wait_for_services()
