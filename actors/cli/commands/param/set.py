@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 EXAMPLES: Final = {
     "callboard param set /driver speed 2.5": "one value",
     "callboard param set --atomic /driver speed 2.5 frame map": "several, all or none",
+    "callboard param set /driver offset -- -1.5e-3": "a value with a leading dash that is no plain number",
 }
 
 
@@ -38,7 +39,7 @@ def run(options: Options) -> int:
     words = options.pairs
     if len(words) % 2:
         raise CommandError(
-            f"Give a value for each name: NAME VALUE [NAME VALUE …]; got {len(words)} words", USAGE
+            f"No value for the parameter '{words[-1]}'; write NAME VALUE [NAME VALUE …]", USAGE
         )
     wanted = [
         Parameter(name, value=parameter_value_from_string(text))

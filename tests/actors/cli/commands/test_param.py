@@ -16,7 +16,9 @@ from actors import (
     ParameterType,
     SetParametersResult,
 )
+from actors.cli.commands.param.set import add_arguments
 from actors.cli.completion import Offer, offers
+from actors.cli.parsing import Parser
 from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters
 
 if TYPE_CHECKING:
@@ -132,7 +134,8 @@ async def test_set(desk: Desk) -> None:
         assert failed == (1, "", f"Setting parameter failed: {reason}\n")
         as_json = await desk.callboard("param", "set", "/driver", "speed", "fast", "--json")
         assert (as_json.code, as_json.json) == (1, [{"name": "speed", "successful": False, "reason": reason}])
-        assert (await desk.callboard("param", "set", "/driver", "speed")).code == 2
+        text = "No value for the parameter 'speed'; write NAME VALUE [NAME VALUE …]\n"
+        assert await desk.callboard("param", "set", "/driver", "speed") == (2, "", text)
 
 
 async def test_set_numbers_below_zero_and_empty_texts(desk: Desk) -> None:
@@ -149,6 +152,14 @@ async def test_a_name_with_a_line_break_stays_in_its_line(desk: Desk) -> None:
         node.declare_parameter("a\n/fake:", 1)
         await node.get_graph()
         assert "  a\\n/fake:\n" in (await desk.callboard("param", "list", "/odd")).out
+
+
+@pytest.mark.parametrize("value", ["-1.5e-3", "-x", "--atomic"])
+def test_a_value_with_a_leading_dash(value: str) -> None:
+    """After `--` it is no option."""
+    parser = Parser()
+    add_arguments(parser)
+    assert parser.parse_args(["/driver", "p", "--", value]).pairs == ["p", value]
 
 
 async def test_set_several(desk: Desk) -> None:
