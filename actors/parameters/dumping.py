@@ -25,14 +25,13 @@ def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
     for parameter in sorted(parameters, key=lambda each: each.name):
         if parameter.type_ is ParameterType.NOT_SET:
             continue
-        value = parameter.value
         level, rest = tree, parameter.name
         while SEPARATOR in rest:
             first, _, last = rest.partition(SEPARATOR)
             if not isinstance(level.setdefault(first, {}), dict):
                 break
             level, rest = cast("dict[str, object]", level[first]), last
-        level[rest] = [*value] if isinstance(value, bytes) else value
+        level[rest] = parameter.value
     return tree
 
 

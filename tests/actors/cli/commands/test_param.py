@@ -250,13 +250,22 @@ async def test_a_dump_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
         for number, text in enumerate(texts):
             node.declare_parameter(f"text.number{number}", text)
         node.declare_parameters("", [("speed.limit", 5), ("flags", [True]), ("tiny", 1e-7), ("huge", 1e300)])
+        node.declare_parameters("", [("raw", b"\0\xff"), ("none", ParameterType.STRING_ARRAY)])
+        node.set_parameters([Parameter("none", value=[])])
         names = sorted({*node.list_parameters([], 0).names} - {"typed"})
         before = node.get_parameters(names)
         file = tmp_path / "dump.yaml"
         file.write_text((await desk.callboard("param", "dump", "/ns/driver")).out, encoding="utf-8")
+        as_json = (await desk.callboard("param", "dump", "/ns/driver", "--json")).json
+        assert as_json["/ns/driver"]["ros__parameters"]["raw"] == [0, 255]
+        others: dict[ParameterType, Any] = {
+            ParameterType.STRING: "other",
+            ParameterType.BYTE_ARRAY: b"x",
+            ParameterType.STRING_ARRAY: ["x"],
+        }
         for each in before:
-            if isinstance(each.value, str):
-                node.set_parameters([Parameter(each.name, value="other")])
+            if each.type_ in others:
+                node.set_parameters([Parameter(each.name, value=others[each.type_])])
         ended = await desk.callboard("param", "load", "/ns/driver", str(file))
         assert "Set parameter frame successful\n" in ended.out
         assert ended.err == (
