@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.parameters.callbacks import require_plain
 from actors.parameters.errors import ParameterUninitializedError
 from actors.parameters.types import ParameterType
 
@@ -291,24 +292,33 @@ class NodeParameters:
 
         Args:
             callback: Gets the parameters, and returns those to set.
+
+        Raises:
+            TypeError: The callback is an `async def`.
         """
-        self._parameters.callbacks.pre_set.insert(0, callback)
+        self._parameters.callbacks.pre_set.insert(0, require_plain(callback))
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
         """Let `callback` accept or refuse parameters before they are set.
 
         Args:
             callback: Gets the parameters, and returns the result.
+
+        Raises:
+            TypeError: The callback is an `async def`.
         """
-        self._parameters.callbacks.on_set.insert(0, callback)
+        self._parameters.callbacks.on_set.insert(0, require_plain(callback))
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
         """Call `callback` after parameters have been set.
 
         Args:
             callback: Gets the parameters.
+
+        Raises:
+            TypeError: The callback is an `async def`.
         """
-        self._parameters.callbacks.post_set.insert(0, callback)
+        self._parameters.callbacks.post_set.insert(0, require_plain(callback))
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
         """Undo `add_pre_set_parameters_callback`.

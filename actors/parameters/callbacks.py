@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from actors.parameters.errors import ParameterModifiedInCallbackError
 from actors.parameters.types import Parameter
+
+C = TypeVar("C", bound=Callable[..., Any])
 
 
 class SetParametersOutcome(Protocol):
@@ -31,8 +34,17 @@ PostSetCallback: TypeAlias = Callable[[list[Parameter]], None]
 """Gets the values that have been set."""
 
 
+def require_plain(callback: C) -> C:
+    """Return the callback; raise TypeError for an `async def`, which nothing would await."""
+    if inspect.iscoroutinefunction(callback):
+        raise TypeError(f"A callback around setting parameters must be a plain function, got {callback!r}")
+    return callback
+
+
 class ParameterCallbacks:
     """The callbacks of one node; of each kind the last one added is called first.
+
+    On-set and post-set callbacks get lists of their own: what they do with them changes nothing else.
 
     A callback that adds or removes callbacks changes the next operation, not the one it is called for.
 
@@ -71,7 +83,7 @@ class ParameterCallbacks:
         self._deciding = True
         try:
             for callback in tuple(self.on_set):
-                outcome = callback(parameters)
+                outcome = callback([*parameters])
                 if not outcome.successful:
                     return outcome.reason or "an on-set callback refused it"
             return ""
@@ -81,4 +93,4 @@ class ParameterCallbacks:
     def notify(self, parameters: list[Parameter]) -> None:
         """Call the post-set callbacks."""
         for callback in tuple(self.post_set):
-            callback(parameters)
+            callback([*parameters])

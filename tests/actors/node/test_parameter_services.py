@@ -220,6 +220,23 @@ async def test_a_post_set_callback_may_set(server: actors.Node, remote: Remote) 
     assert [named(event.changed_parameters) for event in remote.events[2:]] == [{"a": 5}, {"b": 5}]
 
 
+def test_set_callbacks_are_plain_functions() -> None:
+    """An `async def` is refused when it is added: nothing would await it."""
+
+    async def callback(parameters: list[Parameter]) -> Any:
+        return parameters
+
+    node = actors.Node("n", use_global_arguments=False)
+    for add in (
+        node.add_pre_set_parameters_callback,
+        node.add_on_set_parameters_callback,
+        node.add_post_set_parameters_callback,
+    ):
+        with pytest.raises(TypeError, match="must be a plain function"):
+            add(callback)  # type: ignore[arg-type]
+    node.destroy_node()
+
+
 async def test_changes_before_the_first_session_are_published(meeting: Meeting, remote: Remote) -> None:
     """Parameters that a constructor declares reach those that watch already, overrides too."""
     node = meeting.absent(

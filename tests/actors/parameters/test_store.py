@@ -206,6 +206,23 @@ def test_on_set_callback(store: ParameterStore) -> None:
         store.callbacks.on_set.remove(refuse_negative)
 
 
+def test_an_on_set_callback_cannot_change_what_is_set(store: ParameterStore) -> None:
+    """What it does with its list changes neither what is set nor what the other callbacks get."""
+    store.declare("a", 1)
+    store.declare("fixed", 1, ParameterDescriptor(read_only=True))
+    seen: list[list[Parameter]] = []
+
+    def meddle(parameters: list[Parameter]) -> SetParametersResult:
+        parameters[:] = [p("fixed", 2)]
+        return SetParametersResult(successful=True)
+
+    store.callbacks.on_set.insert(0, meddle)
+    store.callbacks.post_set[:] = [list.clear, seen.append]
+    assert store.set_atomically([p("a", 2)]).successful
+    assert (store.get("a").value, store.get("fixed").value) == (2, 1)
+    assert seen == [[p("a", 2)]]
+
+
 def test_refusal_without_a_reason(store: ParameterStore) -> None:
     """L10: a refusal is one although it gives no reason."""
     store.callbacks.on_set.insert(0, lambda _: SetParametersResult(successful=False))
