@@ -68,7 +68,7 @@ def _document(descriptor: ParameterDescriptor) -> dict[str, Any]:
 def _print(descriptor: ParameterDescriptor) -> None:
     from actors.cli.output import print_out
 
-    print_out(f"Parameter name: {descriptor.name}")
+    print_out(f"Parameter name: {descriptor.name}".replace("\n", "\\n"))  # it may be any text
     print_out(f"  Type: {TYPE_NAMES[descriptor.type]}")
     if descriptor.description:
         print_out(f"  Description: {descriptor.description}")

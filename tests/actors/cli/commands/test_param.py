@@ -152,6 +152,8 @@ async def test_a_name_with_a_line_break_stays_in_its_line(desk: Desk) -> None:
         node.declare_parameter("a\n/fake:", 1)
         await node.get_graph()
         assert "  a\\n/fake:\n" in (await desk.callboard("param", "list", "/odd")).out
+        described = await desk.callboard("param", "describe", "/odd", "a\n/fake:")
+        assert described.out.startswith("Parameter name: a\\n/fake:\n  Type: ")
 
 
 @pytest.mark.parametrize("value", ["-1.5e-3", "-x", "--atomic"])
