@@ -96,7 +96,7 @@ def overridden(
     try:
         profile = replace(qos, **changes)
     except InvalidQoSProfileError as error:
-        raise InvalidQoSProfileError(f"{error} (of qos_overrides.{topic}.{kind}{suffix})") from None
+        raise InvalidQoSProfileError(f"{error.reason} (of qos_overrides.{topic}.{kind}{suffix})") from None
     if options.callback is not None and not (outcome := options.callback(profile)).successful:
         raise InvalidQoSProfileError(outcome.reason or f"the callback refuses the overrides of {topic}")
     return profile

@@ -1,8 +1,7 @@
 """QoS profiles: policies, presets and their form on the wire.
 
-Names, numbers and presets are rclpy's. A profile is immutable: `dataclasses.replace` makes another one. The
-broker applies history, depth and durability; nodes check deadline, lifespan and lease (watchdogs.py,
-docs/protocol.md §5.3.2).
+Names, numbers and presets are rclpy's. Profiles are immutable; `dataclasses.replace` changes one. The broker
+applies history, depth and durability; nodes check deadline, lifespan and lease (docs/protocol.md §5.3.2).
 """
 
 from __future__ import annotations
@@ -25,10 +24,11 @@ if TYPE_CHECKING:
 
 
 class InvalidQoSProfileError(CallboardError, ValueError):
-    """Settings of a QoS profile are missing, out of range or contradictory; the text names them."""
+    """Settings of a QoS profile are missing, out of range or contradictory; `reason` names them."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(f"Invalid QoSProfile: {reason}")
+        self.reason = reason
 
 
 class QoSPolicyEnum(IntEnum):

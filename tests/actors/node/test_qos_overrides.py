@@ -64,8 +64,9 @@ def test_a_subscription_by_its_id() -> None:
 def test_an_override_that_is_no_policy(policy: str, value: Any, error: type[Exception]) -> None:
     """The error names the parameter, or the topic."""
     talker = node(**{f"{PUBLISHER}.{policy}": value})
-    with pytest.raises(error, match=r"qos_overrides\./ns/chatter\.publisher"):
+    with pytest.raises(error, match=r"qos_overrides\./ns/chatter\.publisher") as caught:
         talker.create_publisher(String, "chatter", 10, qos_overriding_options=DEFAULT)
+    assert str(caught.value).count("Invalid ") == 1
 
 
 def test_a_callback_may_refuse() -> None:
