@@ -187,11 +187,15 @@ class ParameterEventHandler:
 
 
 async def _finish(coroutines: list[Coroutine[Any, Any, object]], errors: list[Exception]) -> None:
-    for coroutine in coroutines:
-        try:
-            await coroutine
-        except Exception as error:  # noqa: BLE001 - the user's; raised after the others
-            errors.append(error)
+    try:
+        for coroutine in coroutines:
+            try:
+                await coroutine
+            except Exception as error:  # noqa: BLE001 - the user's; raised after the others
+                errors.append(error)
+    finally:  # cancelled: those that are left do not run
+        for coroutine in coroutines:
+            coroutine.close()
     _raise(errors)
 
 

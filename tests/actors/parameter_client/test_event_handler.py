@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import inspect
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,6 +13,8 @@ from actors.interfaces.rcl_interfaces import msg
 from tests.actors.meeting import matched, until
 
 if TYPE_CHECKING:
+    from collections.abc import Coroutine
+
     import actors
     from tests.actors.meeting import Meeting
 
@@ -90,6 +94,29 @@ async def test_callbacks_may_be_coroutines_and_raise(
     server.declare_parameter("a", 1)
     await until(lambda: watcher.callback_errors)
     assert seen == ["last", "boom", "coroutine"]
+
+
+async def test_a_node_that_ends_closes_the_coroutines_that_wait(
+    server: actors.Node, watcher: actors.Node, handler: ParameterEventHandler
+) -> None:
+    """If the callback that runs is cancelled, those after it are closed instead of forgotten."""
+    entered = asyncio.Event()
+    waiting: list[Coroutine[Any, Any, None]] = []
+
+    async def endless() -> None:
+        entered.set()
+        await asyncio.Event().wait()
+
+    def call(given: Parameter) -> Coroutine[Any, Any, None]:
+        waiting.append(endless())
+        return waiting[-1]
+
+    for _ in range(2):
+        handler.add_parameter_callback("a", "/ns/server", call)
+    server.declare_parameter("a", 1)
+    await entered.wait()
+    watcher.destroy_node()
+    await until(lambda: all(inspect.getcoroutinestate(each) == inspect.CORO_CLOSED for each in waiting))
 
 
 async def test_the_own_node(meeting: Meeting) -> None:
