@@ -6,7 +6,7 @@ import asyncio
 import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import pytest
 
@@ -160,6 +160,44 @@ def test_threads_publish_at_the_same_time(host: Host) -> None:
             mine = [number for number in numbers if number // count == each]
             assert mine == sorted(mine)
         assert pair.publisher.published == pair.inner.published == count * threads
+
+
+def test_publish_does_not_queue_for_the_lock(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread that waits in the lock gets it without the GIL; all threads then switch after each message."""
+    with NodeThread() as thread:
+        lock = MagicMock()
+        pair = Pair(host, thread, 10)
+        monkeypatch.setattr(pair.publisher, "_lock", lock)
+        lock.acquire.side_effect = [False, False, True]
+        with blocked(thread):
+            pair.publish([1])
+            lock.__enter__.assert_not_called()
+            assert [each.kwargs for each in lock.acquire.call_args_list] == [{"blocking": False}] * 3
+            lock.release.assert_called_once()
+
+
+def test_ctrl_c_does_not_lock_the_publisher(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may come before the thread has the lock, and as it gets it; then other threads go on publishing."""
+    with NodeThread() as thread:
+        pair = Pair(host, thread, 10)
+        lock = threading.RLock()
+        fake = MagicMock(wraps=lock)
+        monkeypatch.setattr(pair.publisher, "_lock", fake)
+
+        def interrupt(*, blocking: bool) -> None:
+            if fake.acquire.call_count == 2:
+                lock.acquire(blocking=blocking)
+            raise KeyboardInterrupt
+
+        fake.acquire.side_effect = interrupt
+        for _ in range(2):
+            with pytest.raises(KeyboardInterrupt):
+                pair.publish([1])
+        monkeypatch.setattr(pair.publisher, "_lock", lock)
+        other = threading.Thread(target=pair.publish, args=([2],), daemon=True)
+        other.start()
+        assert pair.received(1) == [2]
+        other.join(DEADLINE_SEC)
 
 
 def test_the_counts_add_up_when_threads_overflow_the_queue(host: Host) -> None:
