@@ -68,8 +68,8 @@ class PublisherDiagnostics:
         id: Its number in the node.
         topic: The full name of its topic.
         matched: Matched subscriptions now.
-        published: Messages published.
-        dropped: Messages dropped here, unsent.
+        published: Messages published, in any thread.
+        dropped: Messages dropped here, unsent; with those that the queue of a `ThreadPublisher` has dropped.
         queued: Unsent messages.
         queued_bytes: Their size, without those of this loop turn.
         queue_limit: Limit of unsent messages.

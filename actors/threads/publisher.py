@@ -47,6 +47,8 @@ class ThreadPublisher(Generic[T]):
         self.topic_name = publisher.topic_name
         self.published = 0
         self.dropped = 0
+        self._reported = 0
+        """Those of `dropped` that the node's diagnostics have."""
         self._thread = thread
         self._publisher = publisher
         self._endpoint = endpoint_of(publisher)
@@ -127,6 +129,7 @@ class ThreadPublisher(Generic[T]):
             queue, self._queue = self._queue, deque()
             self._queued_bytes = 0
             self._posted = False
+            dropped = self.dropped
         refused = 0
         for data in queue:
             try:
@@ -138,6 +141,8 @@ class ThreadPublisher(Generic[T]):
         if refused:
             with self._lock:
                 self.dropped += refused
+        self._endpoint.overflowed += dropped + refused - self._reported
+        self._reported = dropped + refused
 
     def ready(self, timeout_sec: float | None = None) -> None:
         """Block until there is space, as `Publisher.ready` does.

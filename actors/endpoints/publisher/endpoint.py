@@ -44,6 +44,7 @@ class PublisherEndpoint(Endpoint):
         large: Whether the last message was large.
         accepted_now: Whether the broker of this session has accepted the publisher.
         refusal: Why the broker of this session has refused it.
+        overflowed: Messages that other threads have published, and that were dropped before they got here.
         manual: Whether readers expect it to assert its liveliness.
         qos_monitor: Checks that it keeps its deadline and its lease; None if there are no callbacks to tell.
     """
@@ -69,6 +70,7 @@ class PublisherEndpoint(Endpoint):
         self.large = False
         self.accepted_now = False
         self.refusal = ""
+        self.overflowed = 0
         self.interface = msg_type
         self._topic = topic
         self._qos = qos
@@ -316,8 +318,8 @@ class PublisherEndpoint(Endpoint):
             id=self.id,
             topic=self._topic,
             matched=self.peers,
-            published=self.published,
-            dropped=queue.dropped,
+            published=self.published + self.overflowed,
+            dropped=queue.dropped + self.overflowed,
             queued=self.queued,
             queued_bytes=queue.pending_bytes,
             queue_limit=queue_limits.limit(queue),

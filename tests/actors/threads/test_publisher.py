@@ -91,13 +91,19 @@ def test_a_burst_wakes_the_loop_once(host: Host, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_oldest_messages_are_dropped_and_counted(host: Host) -> None:
-    """When the queue is full of messages, or of bytes, for KEEP_LAST."""
+    """When the queue is full of messages, or of bytes, for KEEP_LAST; also by the node's diagnostics."""
     with NodeThread() as thread:
         pair = Pair(host, thread, 10, limit=3)
         with blocked(thread):
             pair.publish(range(50))
             assert (pair.publisher.queued, pair.publisher.dropped) == (3, 47)
         assert pair.received(3) == [47, 48, 49]
+        for _ in range(2):  # the node's diagnostics have each drop once
+            with blocked(thread):
+                pair.publish(range(4))
+        diagnostics = thread.call(pair.talker.diagnostics)
+        (counts,) = (each for each in diagnostics.publishers if each.topic == "/number")
+        assert (counts.published, counts.dropped, pair.publisher.dropped) == (58, 49, 49)
         large = thread.publisher(pair.talker.create_publisher(String, "large", 10))
         with blocked(thread):
             for _ in range(4):
