@@ -319,6 +319,7 @@ async def test_no_broker_at_first() -> None:
     source.shown = None
     app = TopApp(source, interval_s=NEVER, echo_interval_s=NEVER)
     async with app.run_test() as pilot:
+        await pilot.pause()
         here = Screen(app, source, pilot)
         await here.samples(None)
         await here.press("h", "slash", "a", "escape", "enter", "s", "r")
