@@ -105,9 +105,10 @@ class CallbackTiming:
 
     @property
     def what(self) -> str:
-        """The callback and its owner, for messages."""
+        """The callback and its owner, for messages; only the owner if that has no callback."""
+        callback = f"Callback {self.name} of " if self.name else ""
         named = f" '{self._named}'" if self._named else ""
-        return f"Callback {self.name} of {self._whose}{named}"
+        return f"{callback}{self._whose}{named}"
 
     def dispatched(self, seconds: float, calls: int) -> None:
         """Count a dispatch after which the callback has been called `calls` times in total."""

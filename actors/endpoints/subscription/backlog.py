@@ -146,6 +146,11 @@ class Backlog:
             self.finish()
         return dropped
 
+    def shift(self, seconds: float) -> None:
+        """Let everything that waits expire later; the seconds may be negative."""
+        for queued_batch in self.batches:
+            queued_batch.expires_at += seconds
+
     def clear(self) -> None:
         """Drop everything."""
         self.batches.clear()
@@ -203,6 +208,11 @@ class SharedBacklog(Backlog):
         """Drop the oldest messages beyond the depth; return how many."""
         with self.lock:
             return super().trim(depth)
+
+    def shift(self, seconds: float) -> None:
+        """Let everything that waits expire later; the seconds may be negative."""
+        with self.lock:
+            super().shift(seconds)
 
     def clear(self) -> None:
         """Drop everything."""

@@ -215,8 +215,7 @@ class SubscriptionEndpoint(Endpoint):
 
     def time_shifted(self, seconds: float) -> None:
         """Keep what is left of the lifespans of messages that wait."""
-        for queued_batch in self.consumer.backlog.batches:
-            queued_batch.expires_at += seconds
+        self.consumer.backlog.shift(seconds)
 
     def session_ended(self) -> None:
         """Forget every publisher; messages that wait stay."""

@@ -11,6 +11,7 @@ import pytest
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.flow_control.window import WINDOW_MESSAGES
+from actors.endpoints.subscription.backlog import SharedBacklog
 from actors.interfaces.std_msgs.msg import Int64
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, until
 
@@ -76,6 +77,28 @@ async def test_expired_messages_are_not_returned(meeting: Meeting) -> None:
     await until(lambda: asyncio.get_running_loop().time() > batch.expires_at)
     assert subscription.take() is None
     assert (subscription.expired, subscription.received, subscription.queued) == (4, 0, 0)
+
+
+async def test_a_jump_of_the_clock_changes_lifespans_while_no_thread_takes(meeting: Meeting) -> None:
+    """The backlog is locked meanwhile, so that it does not change during the iteration."""
+    qos = actors.QoSProfile(depth=10, lifespan=actors.Duration(seconds=100))
+    publisher, subscription = await pair(meeting, qos)
+    publish(publisher, range(1))
+    await until(lambda: subscription.queued == 1)
+    backlog, locked = endpoint_of(subscription).consumer.backlog, list[bool]()
+    assert isinstance(backlog, SharedBacklog)
+    lock = backlog.lock
+
+    class Expiry(float):
+        def __add__(self, seconds: float) -> float:
+            locked.append(lock.locked())
+            return float(self) + seconds
+
+    backlog.batches[0].expires_at = Expiry(backlog.batches[0].expires_at)
+    endpoint_of(subscription).time_shifted(-1000)
+    assert locked == [True]
+    assert subscription.take() is None
+    assert subscription.expired == 1
 
 
 async def test_keep_all_gets_credit_for_what_another_thread_takes(meeting: Meeting) -> None:
@@ -162,13 +185,14 @@ async def test_on_ready_of_messages_that_wait_already(meeting: Meeting) -> None:
     await until(lambda: got == [7])
 
 
-async def test_an_error_of_on_ready_is_counted(meeting: Meeting) -> None:
-    """The node lives on, and the messages wait."""
+async def test_an_error_of_on_ready_is_counted(meeting: Meeting, caplog: pytest.LogCaptureFixture) -> None:
+    """And logged; the node lives on, and the messages wait."""
     publisher, subscription = await pair(meeting, 10)
     node = endpoint_of(subscription).context
     subscription.set_on_ready(lambda: 1 // 0)
     publish(publisher, range(1))
     await until(lambda: node.callback_errors == 1)
+    assert "on_ready of the subscription to '/number' raised ZeroDivisionError" in caplog.text
     assert taken(subscription) == [0]
 
 
