@@ -24,9 +24,12 @@ class Contexts:
         self._failed = failed
         self._held: list[HeldContext] = []
 
-    async def enter(self, context: AbstractAsyncContextManager[Any]) -> Any:
-        """Enter a context; return its value, or raise its error."""
+    async def enter(
+        self, context: AbstractAsyncContextManager[Any], began: Callable[[HeldContext], object]
+    ) -> Any:
+        """Enter a context; return its value, or raise its error. Call `began` as it begins."""
         held = HeldContext(context)
+        began(held)
         self._held.append(held)
         held.task.add_done_callback(lambda _: self._ended(held))
         return await held.enter()

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
+from actors.errors import WaitTimeout
 from actors.interfaces.message import Message
 from actors.threads.contexts import Contexts
 from actors.threads.errors import ThreadStoppedError
 from actors.threads.loop_thread import STOP_TIMEOUT_SEC, LoopThread
 from actors.threads.publisher import QUEUED_MESSAGES, ThreadPublisher
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from asyncio import AbstractEventLoop
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from actors.endpoints.publisher.publisher import Publisher
+    from actors.threads.contexts import HeldContext
 
 T = TypeVar("T")
 MessageT = TypeVar("MessageT", bound=Message)
@@ -120,7 +124,14 @@ class NodeThread:
             ThreadStoppedError: The thread does not run, or ends meanwhile.
             RuntimeError: This is the loop's own thread.
         """
-        value: T = self._thread.call(self._contexts.enter(context), timeout_sec)
+        began: list[HeldContext] = []
+        try:
+            value: T = self._thread.call(self._contexts.enter(context, began.append), timeout_sec)
+        except (WaitTimeout, KeyboardInterrupt):
+            for held in began:  # the cancellation has come too late if it was being entered just now
+                with suppress(CallboardError):
+                    self._thread.submit(held.leave)
+            raise
         return value
 
     def leave(self, context: AbstractAsyncContextManager[Any]) -> None:

@@ -262,6 +262,35 @@ def test_what_is_entered_too_late_is_left(monkeypatch: pytest.MonkeyPatch) -> No
     assert left == ["late", "early"]
 
 
+@pytest.mark.parametrize("turns", range(5))
+def test_what_is_entered_as_the_time_ends_is_left(turns: int) -> None:
+    """Wherever the loop is at that moment: also if it has been entered, but the caller has not got it."""
+    expired, left = threading.Event(), threading.Event()
+
+    def block_after(turns: int) -> None:
+        if turns:
+            asyncio.get_running_loop().call_soon(block_after, turns - 1)
+        else:
+            expired.wait(DEADLINE_SEC)
+
+    @asynccontextmanager
+    async def context() -> AsyncGenerator[None]:
+        asyncio.get_running_loop().call_soon(block_after, turns)
+        try:
+            yield
+        finally:
+            left.set()
+
+    with NodeThread() as thread:
+        try:
+            thread.enter(context(), timeout_sec=0.1)
+        except actors.WaitTimeout:
+            expired.set()
+            assert left.wait(DEADLINE_SEC)
+        finally:
+            expired.set()
+
+
 def enter_failing_node(thread: NodeThread, host: Host) -> None:
     """Enter a node that then fails."""
     node = thread.enter(host.node("failing", on_error="stop"))
