@@ -391,7 +391,8 @@ class Node(NodeGraph, NodeParameters):
             callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate or `take`.
             qos_profile: A profile or a depth.
             qos: The same by keyword, for subscriptions without a callback.
-            concurrent: Do not wait for the node's other callbacks, nor for this one.
+            concurrent: Do not wait for the node's other callbacks, nor for this one. At most 1,000 run at a
+                time; further messages wait.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: As for `create_publisher`.
@@ -441,7 +442,8 @@ class Node(NodeGraph, NodeParameters):
             srv_type: A service class: generated, or a subclass of `actors.Service`.
             srv_name: As a topic's name.
             callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
-            concurrent: Handle requests concurrently with each other and with the node's other callbacks.
+            concurrent: Handle requests concurrently with each other and with the node's other callbacks; at
+                most 1,000 at a time.
 
         Returns:
             The service.

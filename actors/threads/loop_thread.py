@@ -162,6 +162,8 @@ class LoopThread:
         return future
 
     def _submit(self, future: Future[Any], work: Work) -> None:
+        if not (callable(work) or hasattr(work, "send")):
+            raise TypeError(f"Expected a coroutine or a function, such as a lambda, not {work!r}")
         try:
             if len(self._calls) >= MAX_CALLS:
                 raise TooManyCallsError(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")

@@ -175,6 +175,7 @@ class NodeThread:
             WaitTimeout: It did not end within `timeout_sec`.
             ThreadStoppedError: The thread does not run, or ends meanwhile.
             TooManyCallsError: 100,000 calls have not ended.
+            TypeError: It is neither, such as the result of a function that has run in this thread.
             RuntimeError: This is the loop's own thread, where it would wait for itself.
             concurrent.futures.CancelledError: The coroutine was cancelled in the loop.
             Exception: Its exception.
@@ -201,6 +202,7 @@ class NodeThread:
             the coroutine.
 
         Raises:
+            TypeError: As for `call`.
             ThreadStoppedError: The thread does not run.
             TooManyCallsError: 100,000 calls have not ended.
         """

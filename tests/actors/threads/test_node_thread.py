@@ -109,6 +109,16 @@ def test_results_and_errors_reach_the_caller() -> None:
         assert not isinstance(timeout.value, actors.WaitTimeout)
 
 
+def test_what_cannot_be_run_is_an_error() -> None:
+    """Such as the result of a function that was called outside of the loop."""
+    result: Any = 5
+    with NodeThread() as thread:
+        for use in (thread.call, thread.submit):
+            with pytest.raises(TypeError, match=r"Expected a coroutine or a function, .* not 5"):
+                use(result)
+        assert thread.call(lambda: result) == 5
+
+
 def test_a_call_is_cancelled_when_its_time_is_over() -> None:
     """It raises WaitTimeout, and the coroutine is cancelled."""
     endless = Endless()
