@@ -94,14 +94,24 @@ class ActionClientEndpoint(Endpoint):
         self.goals[key] = receiver  # before it is sent: feedback may arrive before the answer
         try:
             request = self._types.send_goal.Request(goal_id=receiver.goal_id, goal=goal)
-            response = await self._send.call(request, timeout_sec)
-            receiver.decided(accepted=response.accepted, stamp=response.stamp)
+            response = await self._reply(self._send.call_async(request, timeout_sec))
             if response.accepted:
                 reply = self._request_result(receiver.goal_id)
                 reply.add_done_callback(partial(self._result_replied, key, receiver))
+            receiver.decided(accepted=response.accepted, stamp=response.stamp)
         finally:
             if not receiver.accepted:
                 del self.goals[key]
+
+    async def _reply(self, reply: asyncio.Future[Any]) -> Any:
+        """Wait for a reply; raise NodeDestroyed if the client is destroyed meanwhile, which cancels calls."""
+        try:
+            return await reply
+        except asyncio.CancelledError:
+            task = asyncio.current_task()
+            if task is None or not task.cancelling():  # the caller itself has not been cancelled
+                self.require_alive()
+            raise
 
     def _result_replied(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
         self._held.hold(reply.attributes, partial(self._ended, key, receiver, reply))
@@ -120,13 +130,14 @@ class ActionClientEndpoint(Endpoint):
     async def cancel(self, goal_id: UUID, timeout_sec: float | None) -> CancelGoal.Response:
         """Request to cancel a goal."""
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id))
-        return await self._cancel.call(request, timeout_sec)
+        response: CancelGoal.Response = await self._reply(self._cancel.call_async(request, timeout_sec))
+        return response
 
     async def result(self, goal_id: UUID, timeout_sec: float | None) -> GoalResult[Any]:
         """Ask for the result of a goal, whoever has sent it."""
         request = self._types.get_result.Request(goal_id=goal_id)
         limit = math.inf if timeout_sec is None else timeout_sec
-        return goal_result(await self._results.call(request, limit))
+        return goal_result(await self._reply(self._results.call_async(request, limit)))
 
     def _feedback_received(self, message: Any) -> Any:
         receiver = self.goals.get(bytes(message.goal_id.uuid))
@@ -245,7 +256,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
             InvalidMessageError: A field has a wrong type or is out of range; nothing was sent.
             ValueError: A goal with this id is in flight already.
             RuntimeError: The node does not run, or the callback does not take one argument.
-            NodeDestroyed: The client or its node has been destroyed.
+            NodeDestroyed: The client or its node has been destroyed, before the call or during it.
             CallFailed: As for `Client.call`: ServiceUnavailable if there is no server, for example.
         """
         endpoint = self._endpoint

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import subprocess
 import sys
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import pytest
 
 import actors
 from actors import CancelResponse, GoalResponse, GoalState
-from actors.interfaces.action_msgs.msg import GoalInfo
+from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
@@ -561,6 +562,70 @@ async def test_a_destroyed_client_ends_its_goals(meeting: Meeting) -> None:
         with pytest.raises(actors.NodeDestroyed):
             await wait
     assert both.client.pending == 0
+
+
+@pytest.mark.parametrize("part", ["client", "client_node"])
+async def test_a_destroyed_client_ends_its_calls(meeting: Meeting, part: str) -> None:
+    """Whoever waits for an acceptance, a cancellation or a result gets NodeDestroyed, not CancelledError."""
+    entered: list[object] = []
+
+    async def wait(asked: object) -> Any:
+        entered.append(asked)
+        await asyncio.Event().wait()
+
+    async def decide(goal: Fibonacci.Goal) -> GoalResponse:
+        return GoalResponse.ACCEPT if goal == ORDER else await wait(goal)
+
+    both = await pair(meeting, wait, goal_callback=decide, cancel_callback=wait)
+    handle = await both.send()
+    calls = [
+        asyncio.ensure_future(call)
+        for call in (
+            both.client.send_goal(Fibonacci.Goal()),
+            handle.cancel(),
+            both.client.get_result(handle.goal_id),
+        )
+    ]
+    await until(lambda: len(entered) == 3)
+    if part == "client":
+        both.client.destroy()
+    else:
+        both.client_node.destroy_node()
+    for call in calls:
+        with pytest.raises(actors.NodeDestroyed):
+            await call
+
+
+async def test_a_cancelled_caller_stays_cancelled(meeting: Meeting) -> None:
+    """Its cancellation is not replaced by NodeDestroyed if the client is destroyed at the same time."""
+    entered = asyncio.Event()
+
+    async def decide(goal: object) -> GoalResponse:
+        entered.set()
+        await asyncio.Event().wait()
+        return GoalResponse.REJECT
+
+    both = await pair(meeting, succeed, goal_callback=decide)
+    sending = asyncio.ensure_future(both.send())
+    await entered.wait()
+    sending.cancel()
+    both.client.destroy()
+    with pytest.raises(asyncio.CancelledError):
+        await sending
+
+
+async def test_a_client_destroyed_as_the_acceptance_arrives_keeps_no_goal(meeting: Meeting) -> None:
+    """Whether the result was asked for before or not."""
+    both = await pair(meeting, succeed)
+
+    def destroy(message: GoalStatusArray) -> None:
+        both.client.destroy()
+
+    topic = "fibonacci/_action/status"
+    both.client_node.create_subscription(GoalStatusArray, topic, destroy, qos_profile_action_status_default)
+    with contextlib.suppress(actors.NodeDestroyed):
+        await both.send()
+    await until(lambda: both.client.destroyed and not both.client.pending)
 
 
 async def test_a_result_that_takes_too_long_can_be_awaited_again(meeting: Meeting) -> None:
