@@ -60,7 +60,7 @@ class HeldResults:
     def hold(self, attributes: Options | None, release: Callable[[], None]) -> None:
         """Call `release` when the feedback has been handed over, or lost, that a reply's attributes name."""
         end = FeedbackEnd.of(attributes)
-        if end is None or self._arrived(end):
+        if end is None or self._subscription.destroyed or self._arrived(end):
             release()
             return
         loop = self._subscription.context.require_loop()
@@ -85,9 +85,10 @@ class HeldResults:
     def _arrived(self, end: FeedbackEnd) -> bool:
         subscription = self._subscription
         attachment = subscription.tracker.attachments.get(end.gid)
-        if attachment is None:  # it is still to come, has gone, or is not matched
-            return not subscription.peers or end.gid in subscription.tracker.known
-        if attachment.expected < end.sequence:
+        if attachment is None:
+            if subscription.peers and end.gid not in subscription.tracker.known:
+                return False  # it is still to come
+        elif attachment.expected < end.sequence:
             return False
         return not any(
             batch.attachment.gid == end.gid and batch.numbers[batch.index] < end.sequence

@@ -212,6 +212,34 @@ async def test_a_result_does_not_wait_for_feedback_for_long(
     gate.set()
 
 
+@pytest.mark.parametrize("breaks", ["server", "broker"])
+async def test_a_result_waits_for_feedback_that_was_received_before_a_break(
+    meeting: Meeting, breaks: str
+) -> None:
+    """Feedback that waits for the mailbox goes before the result, also if its publisher has gone."""
+    both = await pair(meeting, five)
+    entered, gate = asyncio.Event(), asyncio.Event()
+
+    async def hold() -> None:
+        timer.cancel()
+        entered.set()
+        await gate.wait()
+
+    timer = both.client_node.create_timer(0, hold)
+    await entered.wait()
+    handle = await both.send()
+    await meeting.settled(both.server_node, both.client_node)
+    if breaks == "server":
+        both.server_node.destroy_node()
+        await until(lambda: not both.client.server_is_ready())
+    else:
+        await meeting.restart_broker()
+    gate.set()
+    async with asyncio.timeout(DEADLINE_SEC):
+        assert [list(each.sequence) async for each in handle] == [[0], [1], [2], [3], [4]]
+    assert (await handle.result(DEADLINE_SEC)).status is GoalState.SUCCEEDED
+
+
 async def test_feedback_that_nobody_takes_is_bounded_and_counted(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
