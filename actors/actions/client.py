@@ -20,7 +20,7 @@ from actors.actions.client_goal import (
 from actors.actions.feedback_order import HeldResults
 from actors.actions.names import ActionNames
 from actors.actions.server_goal import GoalT
-from actors.actions.states import GoalState
+from actors.actions.states import STATES, GoalState
 from actors.callbacks.callback_task import current_callback_task
 from actors.callbacks.functions import takes
 from actors.callbacks.must_await import must_await
@@ -151,7 +151,7 @@ class ActionClientEndpoint(Endpoint):
         if self.goals:
             for status in message.status_list:
                 receiver = self.goals.get(bytes(status.goal_info.goal_id.uuid))
-                if receiver is not None and status.status in set(GoalState):
+                if receiver is not None and status.status in STATES:
                     receiver.state_received(GoalState(status.status))
 
     def destroy(self) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import copy
 from collections import deque
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, TypeVar
 
-from actors.actions.states import GoalState
+from actors.actions.states import TERMINAL_STATES, GoalState
 from actors.callbacks.must_await import must_await
 from actors.endpoints.context import in_flight
 from actors.errors import GoalRejected, GoalUnknown, NodeDestroyed, WaitTimeout
@@ -56,6 +57,7 @@ class GoalReceiver:
         error: Why there will be no result.
         feedback: What waits for `async for`.
         dropped: Feedback dropped because more than `FEEDBACK_DEPTH` waited.
+        iterating: Whether a task waits for feedback.
         callback: Gets the feedback instead of `async for`.
         ended: Set when there is a result or an error.
         news: Set when there is feedback or the end.
@@ -119,6 +121,11 @@ class GoalReceiver:
                 return
             self.state = self.outcome.status
             self._end(None)
+
+    def raise_error(self) -> None:
+        """Raise why there will be no result, if so: a copy, because each raise changes the traceback."""
+        if self.error is not None:
+            raise copy.copy(self.error)
 
     def _end(self, error: Exception | None) -> None:
         self.error = error
@@ -193,8 +200,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
                         await receiver.ended.wait()
                 except TimeoutError as error:
                     raise WaitTimeout(f"{receiver.what} has not ended within {timeout_sec:g} s") from error
-        if receiver.error is not None:
-            raise receiver.error
+        receiver.raise_error()
         assert receiver.outcome is not None
         return receiver.outcome
 
@@ -232,22 +238,21 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
         receiver = self._receiver
         if receiver.callback is not None:
             raise TypeError("This goal has a feedback callback; send it without one to iterate")
-        if receiver.iterating:
-            raise RuntimeError("Another task is iterating over the feedback of this goal")
-        receiver.iterating = True
-        try:
-            while True:
-                while receiver.feedback:
-                    yield receiver.feedback.popleft()
-                if receiver.ended.is_set():
-                    break
+        while True:
+            while receiver.feedback:
+                yield receiver.feedback.popleft()
+            if receiver.ended.is_set():
+                break
+            if receiver.iterating:
+                raise RuntimeError("Another task is iterating over the feedback of this goal")
+            receiver.iterating = True
+            try:
                 receiver.news.clear()
                 with in_flight():
                     await receiver.news.wait()
-        finally:
-            receiver.iterating = False
-        if receiver.error is not None:
-            raise receiver.error
+            finally:
+                receiver.iterating = False
+        receiver.raise_error()
 
 
 def goal_result(response: Any) -> GoalResult[Any]:
@@ -256,7 +261,6 @@ def goal_result(response: Any) -> GoalResult[Any]:
     Raises:
         GoalUnknown: The server does not know the goal.
     """
-    known = response.status in set(GoalState) and GoalState(response.status).is_terminal
-    if not known:
+    if response.status not in TERMINAL_STATES:
         raise GoalUnknown("The server does not know the goal, or no longer")
     return GoalResult(GoalState(response.status), response.result)

@@ -25,6 +25,10 @@ class GoalState(IntEnum):
         return self >= GoalState.SUCCEEDED
 
 
+STATES: Final = frozenset(GoalState)
+TERMINAL_STATES: Final = frozenset(state for state in GoalState if state.is_terminal)
+
+
 class GoalEvent(Enum):
     """What can happen to a goal."""
 

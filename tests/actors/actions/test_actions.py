@@ -240,6 +240,42 @@ async def test_a_result_waits_for_feedback_that_was_received_before_a_break(
     assert (await handle.result(DEADLINE_SEC)).status is GoalState.SUCCEEDED
 
 
+async def test_an_iteration_can_be_left_and_begun_again(meeting: Meeting) -> None:
+    """The next one goes on with the next feedback message; only two tasks that wait at once are an error."""
+    gate = Gate()
+    both = await pair(meeting, gate.execute)
+    handle = await both.send()
+    await until(lambda: gate.goals)
+    for number in range(3):
+        gate.goals[0].publish_feedback(Fibonacci.Feedback(sequence=[number]))
+    taken: list[Any] = []
+    for _ in range(3):
+        async for feedback in handle:
+            taken += feedback.sequence
+            break
+    assert taken == [0, 1, 2]
+    waiting = asyncio.ensure_future(anext(aiter(handle)))
+    await asyncio.sleep(0)
+    with pytest.raises(RuntimeError, match="Another task"):
+        await anext(aiter(handle))
+    gate.open.set()
+    with pytest.raises(StopAsyncIteration):
+        await waiting
+
+
+async def test_each_wait_gets_an_exception_of_its_own(meeting: Meeting) -> None:
+    """One exception for all of them would collect their tracebacks."""
+    both = await pair(meeting, Gate().execute)
+    handle = await both.send()
+    both.client.destroy()
+    errors: list[BaseException] = []
+    for wait in (handle.result(DEADLINE_SEC), handle.result(DEADLINE_SEC), anext(aiter(handle))):
+        with pytest.raises(actors.NodeDestroyed, match=bytes(handle.goal_id.uuid).hex()) as caught:
+            await wait
+        errors.append(caught.value)
+    assert len(set(map(id, errors))) == 3
+
+
 async def test_feedback_that_nobody_takes_is_bounded_and_counted(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
