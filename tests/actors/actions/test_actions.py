@@ -14,10 +14,12 @@ import actors
 from actors import CancelResponse, GoalResponse, GoalState
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos.profile import qos_profile_action_status_default
+from actors.testing import SimulatedClock
 from proto.names import is_hidden
 from tests.actors.meeting import DEADLINE_SEC, MIB, matched, until
 
@@ -502,6 +504,21 @@ async def test_cancel_execution_cancels_the_callback(meeting: Meeting) -> None:
         assert await both.status(handle) is GoalState.CANCELED
     assert cancelled == ["execute"]
     assert both.server_node.callback_errors == 0
+
+
+async def test_goals_are_stamped_by_the_clock_of_the_node(meeting: Meeting) -> None:
+    """With `use_sim_time` too, so that goals can be cancelled by simulated time."""
+    server = await meeting.node("server", parameter_overrides={"use_sim_time": True})
+    client_node, gate = await meeting.node("client"), Gate()
+    server.create_action_server(Fibonacci, "fibonacci", gate.execute)
+    client = client_node.create_action_client(Fibonacci, "fibonacci")
+    assert await client.wait_for_server(DEADLINE_SEC)
+    clock = SimulatedClock(client_node, server)
+    await clock.set(12.5)
+    handle = await client.send_goal(ORDER)
+    assert handle.stamp == TimeMessage(sec=12, nanosec=500_000_000)
+    gate.open.set()
+    await handle.result(DEADLINE_SEC)
 
 
 async def test_a_failing_accepted_callback_aborts_the_goal(meeting: Meeting) -> None:
