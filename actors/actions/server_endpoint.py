@@ -83,6 +83,8 @@ class ActionServerEndpoint(Endpoint):
         self._callbacks = callbacks
         self._cancel_execution = cancel_execution
         self._timing = context.watch.of(callbacks.execute, f"the action '{name}'")
+        self._accept_timing = context.watch.of(callbacks.handle_accepted, f"the action '{name}'")
+        self._accepting: dict[GoalProgress, CallbackTask] = {}  # handle-accepted callbacks that run
         self._deciding: set[bytes] = set()
         """Goals whose goal callback is running."""
         self._status_due: asyncio.TimerHandle | None = None
@@ -138,16 +140,32 @@ class ActionServerEndpoint(Endpoint):
         response.accepted, response.stamp = True, self.context.clock.now().to_msg()
         goal = GoalProgress(self, key, GoalInfo(goal_id=request.goal_id, stamp=response.stamp), request.goal)
         self.goals[key] = goal
-        self.state_changed(goal)
-        try:
-            await awaited(self._callbacks.handle_accepted(goal.handle))
-        except BaseException as error:
-            if not (goal.started or goal.state.is_terminal or self.destroyed):
-                goal.end(GoalEvent.ABORT, None)
-            if not isinstance(error, Exception):  # the client has died: nobody would learn the goal's id
-                raise
-            self.context.callback_failed(f"The handle-accepted callback of the action '{self._name}'", error)
+        self.state_changed()
+        self._handle_accepted(goal)
         return response
+
+    def _handle_accepted(self, goal: GoalProgress) -> None:
+        """Call the handle-accepted callback; the answer to the client does not wait for its end."""
+
+        def ended(result: object, error: BaseException | None) -> None:
+            del result
+            self._accepting.pop(goal, None)
+            if error is None or (self.destroyed and isinstance(error, asyncio.CancelledError)):
+                return
+            if not (goal.started or goal.state.is_terminal or self.destroyed):
+                goal.end(GoalEvent.ABORT, None)  # nothing else would end it
+            self.context.callback_failed(self._accept_timing.what, error)
+
+        try:
+            outcome = self._callbacks.handle_accepted(goal.handle)
+        except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the goal is aborted
+            ended(None, error)
+            return
+        if inspect.isawaitable(outcome):
+            coroutine = outcome if inspect.iscoroutine(outcome) else awaited(outcome)
+            task = CallbackTask(self.context.mailbox, coroutine, ended, self._accept_timing)
+            self._accepting[goal] = task
+            self.context.mailbox.run_concurrently(task)
 
     async def _decide(self, request: Any) -> GoalResponse:
         try:
@@ -225,6 +243,8 @@ class ActionServerEndpoint(Endpoint):
         """Start the execute callback of a goal, unless the goal has ended."""
         if goal.started:
             raise RuntimeError("This goal has been executed already")
+        if callback is not None:
+            takes(callback, (1,), "execute")
         if goal.state.is_terminal or self.destroyed:
             return
         goal.started = True
@@ -296,16 +316,12 @@ class ActionServerEndpoint(Endpoint):
             if not waiter.done():
                 waiter.set_result(response)
         self._expire_later(loop)
-        self.state_changed(goal)
+        self.state_changed()
 
     # Status
 
-    def state_changed(self, goal: GoalProgress) -> None:
+    def state_changed(self) -> None:
         """Publish the states of all goals: in the next loop turn, or when the last message is old enough."""
-        del goal
-        self._publish_status_soon()
-
-    def _publish_status_soon(self) -> None:
         if self._status_due is None and not self.destroyed:
             loop = self.context.require_loop()
             period = max(STATUS_PERIOD_SEC, STATUS_GOAL_SEC * (len(self.goals) + len(self.results)))
@@ -329,7 +345,7 @@ class ActionServerEndpoint(Endpoint):
         loop = self.context.require_loop()
         self.results.expire(loop.time())
         self._expire_later(loop)
-        self._publish_status_soon()
+        self.state_changed()
 
     # The end
 
@@ -350,9 +366,9 @@ class ActionServerEndpoint(Endpoint):
             if not self._status.destroyed:
                 self._publish_status()
         super().destroy()
-        for goal in tuple(self.goals.values()):
-            if goal.task is not None:
-                goal.task.cancel()
+        for task in (*self._accepting.values(), *(goal.task for goal in self.goals.values())):
+            if task is not None:
+                task.cancel()
         self.goals.clear()
         for part in self._parts:
             part.destroy()

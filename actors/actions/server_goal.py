@@ -31,7 +31,7 @@ class GoalOwner(Protocol):
         """Publish feedback for a goal."""
         ...
 
-    def state_changed(self, goal: GoalProgress) -> None:
+    def state_changed(self) -> None:
         """Publish the states of the server's goals soon."""
         ...
 
@@ -82,7 +82,7 @@ class GoalProgress:
             InvalidGoalTransition: The event cannot happen in this state.
         """
         self.state = next_state(self.state, event)
-        self.server.state_changed(self)
+        self.server.state_changed()
 
     def end(self, event: GoalEvent, result: Any) -> None:
         """Enter a terminal state. The goal is finished if there is a result, or none will be returned."""
@@ -156,7 +156,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             execute_callback: Called instead of the server's.
 
         Raises:
-            RuntimeError: The goal has been executed already.
+            RuntimeError: The goal has been executed already, or the callback does not take one argument.
         """
         self._goal.server.execute(self._goal, execute_callback)
 
