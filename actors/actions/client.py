@@ -28,6 +28,7 @@ from actors.endpoints.client.client import Client
 from actors.endpoints.context import in_flight
 from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.subscription.subscription import Subscription
+from actors.errors import ServiceUnavailable
 from actors.interfaces.action import action_types, require_action
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
@@ -85,6 +86,11 @@ class ActionClientEndpoint(Endpoint):
     def ready(self) -> bool:
         """Whether all five parts are matched with a server's."""
         return all(each.peers > 0 for each in self._parts)
+
+    def require_not_refused(self) -> None:
+        """Raise ServiceUnavailable if the broker of this session has refused one of the parts."""
+        for refusal in filter(None, (endpoint_of(part).refusal for part in self._parts)):
+            raise ServiceUnavailable(f"Action '{self.name}': {refusal}")
 
     async def send(self, receiver: GoalReceiver, goal: Any, timeout_sec: float | None) -> None:
         """Send a goal, and ask for its result once it is accepted."""
@@ -213,6 +219,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
         Raises:
             RuntimeError: The node does not run.
             NodeDestroyed: The client or its node has been destroyed.
+            ServiceUnavailable: The broker refuses a part of the client; the text says why.
         """
         endpoint, context = self._endpoint, self._endpoint.context
         context.require_loop()
@@ -221,6 +228,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
             try:
                 async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
                     while not endpoint.ready:
+                        endpoint.require_not_refused()
                         await context.link.changed()
                         endpoint.require_alive()
             except TimeoutError:

@@ -27,6 +27,7 @@ class Endpoint(LinkEndpoint):
         interface: Its message or service class; None for one of every type.
         peers: How many counterparts it has now.
         destroyed: Whether it is out of service.
+        refusal: Why the broker of this session has refused it; "" if it has not.
         standard: Whether every node, or every lifecycle node, has it. The broker may refuse it, and needs no
             definition of its type.
     """
@@ -41,6 +42,7 @@ class Endpoint(LinkEndpoint):
         self.events = events
         self.peers = 0
         self.destroyed = False
+        self.refusal = ""
         context.endpoints[self] = None
 
     def require_alive(self) -> None:
@@ -63,8 +65,10 @@ class Endpoint(LinkEndpoint):
         self.context.link.wake()
 
     def refused(self, code: int, text: str) -> None:
-        """Log that the broker has refused the declaration."""
+        """Note and log that the broker has refused the declaration."""
         del code
+        self.refusal = text or "it gives no reason"
+        self.context.link.wake()
         if self.standard:
             self.context.log.debug(f"The broker refused a standard {self.kind}: {text}")
         elif self.context.may_log("refusals of the broker"):
@@ -88,8 +92,9 @@ class Endpoint(LinkEndpoint):
         """Correct points in time of `NodeContext.time`, which has jumped."""
 
     def session_ended(self) -> None:
-        """Forget the counterparts."""
+        """Forget the counterparts and the refusal."""
         self.peers = 0
+        self.refusal = ""
         if self.events is not None:
             self.events.session_ended()
 

@@ -43,7 +43,6 @@ class PublisherEndpoint(Endpoint):
         space: Messages that may be published before the queue is checked again.
         large: Whether the last message was large.
         accepted_now: Whether the broker of this session has accepted the publisher.
-        refusal: Why the broker of this session has refused it.
         overflowed: Messages that other threads have published, and that were dropped before they got here.
         manual: Whether readers expect it to assert its liveliness.
         qos_monitor: Checks that it keeps its deadline and its lease; None if there are no callbacks to tell.
@@ -69,7 +68,6 @@ class PublisherEndpoint(Endpoint):
         self.space = 0
         self.large = False
         self.accepted_now = False
-        self.refusal = ""
         self.overflowed = 0
         self.interface = msg_type
         self._topic = topic
@@ -252,7 +250,6 @@ class PublisherEndpoint(Endpoint):
     def refused(self, code: int, text: str) -> None:
         """Drop the queue, because nothing will send it."""
         super().refused(code, text)
-        self.refusal = text or "it gives no reason"
         self.flush_turn()
         self.queue.drop_larger(0)  # all: no message has 0 bytes
         if self.destroyed:
@@ -300,7 +297,6 @@ class PublisherEndpoint(Endpoint):
         """Keep messages in the queue again; KEEP_LAST drops those beyond its depth."""
         super().session_ended()
         self.accepted_now = False
-        self.refusal = ""  # the next broker may accept it
         self.queue.restart(0)
         self.queue.trim()
         self.space = 0

@@ -741,6 +741,20 @@ async def test_a_client_destroyed_as_the_acceptance_arrives_keeps_no_goal(meetin
     await until(lambda: both.client.destroyed and not both.client.pending)
 
 
+async def test_waiting_for_a_server_ends_if_the_broker_refuses_the_client(meeting: Meeting) -> None:
+    """It would wait until its deadline; the error says why. At another broker it may wait again."""
+    await meeting.restart_broker(max_endpoints=4)
+    node = await meeting.node("client")
+    client = node.create_action_client(Fibonacci, "fibonacci")
+    with pytest.raises(actors.ServiceUnavailable, match="'/fibonacci': one connection may declare 4"):
+        await client.wait_for_server(DEADLINE_SEC)
+    await meeting.restart_broker()
+    await until(lambda: node.connected)
+    server = await meeting.node("server")
+    server.create_action_server(Fibonacci, "fibonacci", succeed)
+    assert await client.wait_for_server(DEADLINE_SEC)
+
+
 async def test_a_result_that_takes_too_long_can_be_awaited_again(meeting: Meeting) -> None:
     """The timeout ends the wait, not the goal."""
     gate = Gate()
