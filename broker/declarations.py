@@ -13,6 +13,7 @@ from broker.deliveries import Send, SendEncoded
 from broker.graph import Graph, check_type
 from broker.latched import latched_depth
 from broker.records import (
+    NO_QOS,
     NOT_LATCHED,
     ClientRecord,
     Endpoint,
@@ -76,9 +77,9 @@ def check_right(peer: Peer, action: Action, name: str) -> None:
     Raises:
         Refusal: The access rules deny it.
     """
-    if not peer.may(action, name):
-        assert peer.principal is not None
-        text = f"the access rules do not allow '{peer.principal.user}' to {_WORDS[action]} '{name}'"
+    principal = peer.principal
+    if principal is not None and not principal.rights.may(action, name):
+        text = f"the access rules do not allow '{principal.user}' to {_WORDS[action]} '{name}'"
         raise Refusal(ErrorCode.DENIED, text)
 
 
@@ -170,15 +171,16 @@ class Declarations:
         node = peer.endpoints.get(frame.node)
         if not isinstance(node, NodeRecord):
             raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
+        type_name, type_hash = check_type(frame.type_name or "", frame.type_hash or "")
         common: dict[str, Any] = {
             "key": next(self._keys),
             "id": frame.id,
             "peer": peer,
             "node": node,
-            "type_name": frame.type_name or "",
-            "type_hash": frame.type_hash or "",
+            "type_name": type_name,
+            "type_hash": type_hash,
+            "qos": NO_QOS,
         }
-        check_type(common["type_name"], common["type_hash"])
         if isinstance(frame, _ON_TOPIC_FRAMES):
             validate_full_topic_name(frame.topic)
             return self._make_on_topic(frame, common)

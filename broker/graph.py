@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from broker.deliveries import Delivery
     from broker.records import Endpoint, Peer
     from broker.refusals import Refusals
-    from proto.frames import GraphEntry
 
 ENTRIES_PER_FRAME: Final = 100
 """Keeps a GRAPH frame below limits.MAX_FRAME_BYTES, however long the names are."""
@@ -81,7 +80,7 @@ class Graph:
         self._emit = emit
         self._count = count
         self._refusals = refusals
-        self._entries: dict[int, GraphEntry] = {}
+        self._entries: dict[int, Endpoint] = {}
         self._encoded: dict[int, bytes] = {}
         """By key, the entries that have been sent, as they are encoded in GRAPH frames."""
         self._watches: dict[tuple[int, int], Rights | None] = {}
@@ -89,13 +88,13 @@ class Graph:
         self._unanswered: dict[tuple[int, int], _Watch] = {}
         self._unanswered_of: Counter[int] = Counter()
         """How many of them each peer has."""
-        self._added: dict[int, GraphEntry] = {}
-        self._removed: dict[int, GraphEntry] = {}
-        self._types: dict[str, dict[int, GraphEntry]] = {}
+        self._added: dict[int, Endpoint] = {}
+        self._removed: dict[int, Endpoint] = {}
+        self._types: dict[str, dict[int, Endpoint]] = {}
         """The entries of each type hash, by key."""
         self._visible_types: dict[tuple[Rights, str], bool] = {}
         """Answers of `is_type_visible`, until an entry changes."""
-        self._suspended: dict[int, GraphEntry] = {}
+        self._suspended: dict[int, Endpoint] = {}
         """Entries that watchers know as suspended."""
 
     def __len__(self) -> int:
@@ -113,14 +112,18 @@ class Graph:
 
     def add(self, endpoint: Endpoint) -> None:
         """Add an endpoint that is new or back."""
-        entry = self._entries[endpoint.key] = endpoint.entry()
-        self._suspended.pop(endpoint.key, None)
-        if entry.type_hash:
-            self._types.setdefault(entry.type_hash, {})[entry.key] = entry
+        key = endpoint.key
+        self._entries[key] = endpoint
+        self._suspended.pop(key, None)
+        if endpoint.type_hash:
+            of_type = self._types.get(endpoint.type_hash)
+            if of_type is None:
+                of_type = self._types[endpoint.type_hash] = {}
+            of_type[key] = endpoint
             self._visible_types.clear()
         if self._watches:
-            self._added[endpoint.key] = entry
-            self._removed.pop(endpoint.key, None)
+            self._added[key] = endpoint
+            self._removed.pop(key, None)
 
     def remove(self, endpoint: Endpoint, *, suspended: bool = False) -> None:
         """Remove an endpoint that is gone, or suspended and may come back."""
@@ -131,16 +134,16 @@ class Graph:
             self._forget_type(shown)
         known = self._suspended.pop(key, None) or shown
         if suspended:
-            self._suspended[key] = endpoint.entry()
+            self._suspended[key] = endpoint
         if known is not None and self._watches:
             self._added.pop(key, None)
             self._removed[key] = known
 
-    def _forget_type(self, entry: GraphEntry) -> None:
-        entries = self._types[entry.type_hash]
-        del entries[entry.key]
+    def _forget_type(self, endpoint: Endpoint) -> None:
+        entries = self._types[endpoint.type_hash]
+        del entries[endpoint.key]
         if not entries:
-            del self._types[entry.type_hash]
+            del self._types[endpoint.type_hash]
         self._visible_types.clear()
 
     def is_type_visible(self, rights: Rights | None, type_hash: str) -> bool:
@@ -248,7 +251,7 @@ class Graph:
         self._send(watches, self._encode(before, (), lost))
 
     def _encode(
-        self, rights: Rights | None, added: Iterable[GraphEntry], removed: Iterable[GraphEntry]
+        self, rights: Rights | None, added: Iterable[Endpoint], removed: Iterable[Endpoint]
     ) -> list[bytes]:
         """Return what of these changes somebody may see, in pieces; each is a GRAPH frame of a watch."""
         new = [self._encode_entry(entry) for entry in added if is_visible(rights, entry)]
@@ -262,10 +265,10 @@ class Graph:
             pieces.append(encode_graph_changes((), part, [key for key in part if key in self._suspended]))
         return pieces
 
-    def _encode_entry(self, entry: GraphEntry) -> bytes:
-        encoded = self._encoded.get(entry.key)
+    def _encode_entry(self, endpoint: Endpoint) -> bytes:
+        encoded = self._encoded.get(endpoint.key)
         if encoded is None:
-            encoded = self._encoded[entry.key] = encode_graph_entry(entry)
+            encoded = self._encoded[endpoint.key] = encode_graph_entry(endpoint.entry())
         return encoded
 
     def _send(self, watches: Iterable[tuple[int, int]], pieces: list[bytes]) -> None:
@@ -286,16 +289,20 @@ def _by_rights(
     return groups
 
 
-def is_visible(rights: Rights | None, entry: GraphEntry) -> bool:
-    """Return whether somebody may see an entry: a node, or an endpoint by its own name and its node's."""
+def is_visible(rights: Rights | None, endpoint: Endpoint) -> bool:
+    """Return whether somebody may see a node, or an endpoint by its own name and its node's."""
     return rights is None or (
-        rights.may(Action.SEE, entry.node) and (not entry.name or rights.may(Action.SEE, entry.name))
+        rights.may(Action.SEE, endpoint.node_name)
+        and (endpoint.node is None or rights.may(Action.SEE, endpoint.name))
     )
 
 
 @lru_cache(maxsize=1000)
-def check_type(name: str, type_hash: str) -> None:
+def check_type(name: str, type_hash: str) -> tuple[str, str]:
     """Check a type's name and hash; "" means any type. Pairs that were valid are kept, which are small.
+
+    Returns:
+        The two, the same objects for all endpoints of the type.
 
     Raises:
         Refusal: They are invalid.
@@ -303,3 +310,4 @@ def check_type(name: str, type_hash: str) -> None:
     if not (_TYPE_TEXT.fullmatch(name) and _TYPE_TEXT.fullmatch(type_hash)):
         text = "a type's name and hash are at most 255 letters, digits and /_.-"
         raise Refusal(ErrorCode.MALFORMED, text)
+    return name, type_hash

@@ -58,6 +58,8 @@ class Services:
             if group.clients:
                 _join_pool(group, endpoint)
             pairs = [(client, endpoint) for client in group.clients.values()]
+        if not pairs:
+            return
         self._notices.begin(endpoint)
         for client, server in pairs:
             if _same_type(client, server):

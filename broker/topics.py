@@ -70,7 +70,8 @@ class Topics:
         """Match a publisher that is new or restored."""
         self._routes.prune()
         self._routes.add_publisher(publisher)
-        topic = publisher.topic = self._topics.setdefault(publisher.name, TopicRecord(publisher.name))
+        name = publisher.name
+        topic = publisher.topic = self._topics.get(name) or self._topics.setdefault(name, TopicRecord(name))
         topic.publishers[publisher.key] = publisher
         for subscription in publisher.awaited_by.values():  # each is attached again below
             del subscription.awaits[publisher.key]

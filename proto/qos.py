@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from proto import limits
@@ -11,7 +12,7 @@ from proto.errors import ErrorCode
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from proto.frames import Options
+    from proto.frames import Options, Scalar
 
 KEEP_LAST: Final = 1
 KEEP_ALL: Final = 2
@@ -67,16 +68,27 @@ class Qos(NamedTuple):
         return self.durability == TRANSIENT_LOCAL
 
     def to_map(self) -> Options:
-        """Return it as a QoS map: always the first four keys, and the others if they are not the default."""
-        policies = self._asdict()
-        return {
-            key: value
-            for key, value in policies.items()
-            if key in _ALWAYS_SENT or (value and (key, value) != ("liveliness", AUTOMATIC))
-        }
+        """Return it as a QoS map: always the first four keys, and the others if they are not the default.
+
+        Equal ones share the map: do not change it.
+        """
+        return _to_map(self)
 
 
 _ALWAYS_SENT: Final = frozenset({"history", "depth", "reliability", "durability"})
+
+
+@lru_cache(maxsize=1000)
+def _to_map(qos: Qos) -> Options:
+    return {
+        key: value
+        for key, value in qos._asdict().items()
+        if key in _ALWAYS_SENT or (value and (key, value) != ("liveliness", AUTOMATIC))
+    }
+
+
+_KEYS: Final = Qos._fields
+_DEFAULTS: Final = (KEEP_LAST, DEFAULT_DEPTH, RELIABLE, VOLATILE, AUTOMATIC, 0, 0, 0, False)
 
 
 def parse_qos(options: Options) -> Qos:
@@ -85,42 +97,45 @@ def parse_qos(options: Options) -> Qos:
     Raises:
         Refusal: A value is invalid.
     """
+    return _parse(*map(options.get, _KEYS, _DEFAULTS))
+
+
+@lru_cache(maxsize=1000, typed=True)  # typed: 1.0 and True equal 1
+def _parse(*values: Scalar) -> Qos:
+    """Parse the values of all policies. Most endpoints have the same few, and share the result."""
+    history, depth, reliability, durability, liveliness, deadline_ns, lifespan_ns, lease_ns, strict = values
     return Qos(
-        _choice(options, "history", KEEP_LAST, KEEP_ALL),
-        _depth(options),
-        _choice(options, "reliability", RELIABLE, BEST_EFFORT),
-        _choice(options, "durability", VOLATILE, TRANSIENT_LOCAL),
-        _choice(options, "liveliness", AUTOMATIC, MANUAL_BY_TOPIC),
-        _time(options, "deadline_ns"),
-        _time(options, "lifespan_ns"),
-        _time(options, "lease_ns"),
-        _flag(options, "strict"),
+        _choice("history", history, KEEP_LAST, KEEP_ALL),
+        _depth(depth),
+        _choice("reliability", reliability, RELIABLE, BEST_EFFORT),
+        _choice("durability", durability, VOLATILE, TRANSIENT_LOCAL),
+        _choice("liveliness", liveliness, AUTOMATIC, MANUAL_BY_TOPIC),
+        _time("deadline_ns", deadline_ns),
+        _time("lifespan_ns", lifespan_ns),
+        _time("lease_ns", lease_ns),
+        _flag("strict", strict),
     )
 
 
-def _choice(options: Options, key: str, default: int, other: int) -> int:
-    value = options.get(key, default)
+def _choice(key: str, value: Scalar, default: int, other: int) -> int:
     if type(value) is not int or value not in {default, other}:
         raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be {default} or {other}")
     return value
 
 
-def _depth(options: Options) -> int:
-    value = options.get("depth", DEFAULT_DEPTH)
+def _depth(value: Scalar) -> int:
     if type(value) is not int or not 0 <= value <= limits.MAX_DEPTH:
         raise Refusal(ErrorCode.MALFORMED, f"QoS depth must be from 0 to {limits.MAX_DEPTH}")
     return max(1, value)
 
 
-def _time(options: Options, key: str) -> int:
-    value = options.get(key, 0)
+def _time(key: str, value: Scalar) -> int:
     if type(value) is not int or not 0 <= value <= limits.MAX_QOS_NS:
         raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be from 0 to {limits.MAX_QOS_NS}")
     return value
 
 
-def _flag(options: Options, key: str) -> bool:
-    value = options.get(key, False)
+def _flag(key: str, value: Scalar) -> bool:
     if type(value) is not bool:
         raise Refusal(ErrorCode.MALFORMED, f"QoS {key} must be true or false")
     return value

@@ -40,6 +40,19 @@ def test_a_wrong_value_is_refused_by_name(options: dict[str, int | float]) -> No
 
 
 @pytest.mark.parametrize(
+    ("valid", "wrong"), [({"depth": 1}, {"depth": True}), ({"lease_ns": 7}, {"lease_ns": 7.0})]
+)
+def test_a_wrong_value_is_refused_after_an_equal_valid_one(
+    valid: dict[str, int], wrong: dict[str, float]
+) -> None:
+    """Maps that have been parsed before are known by the types of their values, too."""
+    assert valid == wrong
+    parse_qos(valid)
+    with pytest.raises(Refusal, match=next(iter(wrong))):
+        parse_qos(wrong)
+
+
+@pytest.mark.parametrize(
     ("publisher", "subscription", "policy"),
     [
         ({}, {}, None),
