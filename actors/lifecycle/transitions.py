@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM
 from actors.endpoints.context import in_flight
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.service.idle import IdleService
 from actors.errors import NodeDestroyed
 from actors.interfaces.lifecycle_msgs import msg, srv
 from actors.lifecycle.errors import InvalidTransitionError
@@ -70,11 +70,8 @@ class Transitions:
             ("get_available_transitions", srv.GetAvailableTransitions, self._get_available_transitions),
             ("get_transition_graph", srv.GetAvailableTransitions, self._get_transition_graph),
         ):
-            srv_type: Any = kind
-            ServiceEndpoint(
-                self._context, srv_type, srv_type.Request, srv_type.Response,
-                node.resolve_service_name(f"~/{name}"), callback=callback, concurrent=True, standard=True,
-            )  # fmt: skip
+            full_name = node.resolve_service_name(f"~/{name}")
+            IdleService(self._context, kind, full_name, callback=callback, concurrent=True)
 
     async def request(self, wanted: int | str) -> TransitionCallbackReturn:
         """Begin a transition, and wait for its end.

@@ -9,7 +9,7 @@ from actors.callbacks.mailbox import IDLE_WORKERS
 from actors.diagnostics.records import LagDiagnostics, MailboxDiagnostics, NodeDiagnostics, Size
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
-from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.service.endpoint import DeclaredService
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 from actors.logging.logger import MAX_FILTERS
 
@@ -33,7 +33,7 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
     link = context.link
     outbox = None if link.channel is None else link.channel.outbox
     now = 0.0 if link.loop is None else link.loop.time()
-    endpoints = tuple(context.endpoints)
+    endpoints = sorted(context.endpoints, key=lambda each: each.id)  # as they were made
     return NodeDiagnostics(
         node=context.full_name,
         broker=link.url or link.broker_urls,
@@ -49,7 +49,7 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
         subscriptions=tuple(
             each.diagnostics() for each in endpoints if isinstance(each, SubscriptionEndpoint)
         ),
-        services=tuple(each.diagnostics() for each in endpoints if isinstance(each, ServiceEndpoint)),
+        services=tuple(each.diagnostics() for each in endpoints if isinstance(each, DeclaredService)),
         clients=tuple(each.diagnostics() for each in endpoints if isinstance(each, ClientEndpoint)),
         timers=tuple(timer.diagnostics() for timer in context.timers),
         sizes=(

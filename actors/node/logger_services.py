@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.service.idle import IdleService
 from actors.interfaces.rcl_interfaces.msg import LoggerLevel, SetLoggerLevelsResult
 from actors.interfaces.rcl_interfaces.srv import GetLoggerLevels, SetLoggerLevels
 from actors.logging.logger import ROOT_NAME, LoggingSeverity
@@ -43,10 +43,8 @@ class LoggerServices:
         ]
         try:
             for name, kind, callback in kinds:
-                ServiceEndpoint(
-                    context, kind, kind.Request, kind.Response, names.resolve_service(f"~/{name}"),
-                    callback=callback, concurrent=True, standard=True,
-                )  # fmt: skip
+                full_name = names.resolve_service(f"~/{name}")
+                IdleService(context, kind, full_name, callback=callback, concurrent=True)
         except InvalidServiceNameError as error:
             context.log.warning(f"The node's name is too long for logger services: {error}")
 

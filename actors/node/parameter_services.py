@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.service.idle import IdleService
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.rcl_interfaces.msg import (
     ListParametersResult,
@@ -79,12 +79,8 @@ class ParameterServices:
             ("set_parameters", SetParameters, self._set),
             ("set_parameters_atomically", SetParametersAtomically, self._set_atomically),
         ):
-            kind: Any = srv_type
             full_name = names.resolve_service(f"~/{name}")
-            ServiceEndpoint(
-                self._context, kind, kind.Request, kind.Response, full_name, callback=callback,
-                concurrent=False, standard=True,
-            )  # fmt: skip
+            IdleService(self._context, srv_type, full_name, callback=callback, concurrent=False)
 
     def _publish(self, changes: ParameterChanges) -> None:
         if self._events.destroyed:

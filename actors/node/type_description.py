@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from actors.endpoints.service.endpoint import ServiceEndpoint
+from actors.endpoints.service.idle import IdleService
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.described import texts_of
 from actors.interfaces.message import definition, type_hash
@@ -28,16 +28,12 @@ class TypeDescriptionService:
 
     def __init__(self, context: NodeContext, names: Remapper) -> None:
         self._context = context
-        srv_type: Any = GetTypeDescription
         try:
             full_name = names.resolve_service("~/get_type_description")
         except InvalidServiceNameError as error:
             context.log.warning(f"The node's name is too long for its type description service: {error}")
             return
-        ServiceEndpoint(
-            context, srv_type, srv_type.Request, srv_type.Response, full_name, callback=self._answer,
-            concurrent=True, standard=True,
-        )  # fmt: skip
+        IdleService(context, GetTypeDescription, full_name, callback=self._answer, concurrent=True)
 
     def _answer(self, request: GetTypeDescription.Request) -> GetTypeDescription.Response:
         in_use = {each.interface for each in self._context.endpoints} - {None}

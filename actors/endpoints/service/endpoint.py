@@ -34,7 +34,28 @@ MAX_RUNNING: Final = 1000
 STOPPING: Final = "the node is stopping"
 
 
-class ServiceEndpoint(IntrospectedEndpoint):
+class DeclaredService(IntrospectedEndpoint):
+    """A service that the broker knows."""
+
+    kind: ClassVar = "service"
+
+    def declaration(self) -> frames.Frame:
+        """Declare the service."""
+        return frames.Service(
+            self.id,
+            self.context.id,
+            self.srv_name,
+            type_name(self.srv_type),
+            type_hash(self.srv_type),
+            None if self.standard else definition(self.srv_type),
+        )
+
+    def diagnostics(self) -> ServiceDiagnostics:
+        """Return its state and counts."""
+        raise NotImplementedError
+
+
+class ServiceEndpoint(DeclaredService):
     """What the runtime calls on a service.
 
     Attributes:
@@ -46,7 +67,6 @@ class ServiceEndpoint(IntrospectedEndpoint):
         posted, timing, concurrent: See `CallbackSource`.
     """
 
-    kind: ClassVar = "service"
     reply_attributes: Callable[[], frames.Options | None] | None = None
 
     def __init__(
@@ -59,13 +79,12 @@ class ServiceEndpoint(IntrospectedEndpoint):
         *,
         callback: Callable[..., Any],
         concurrent: bool,
-        standard: bool = False,
+        replaced: DeclaredService | None = None,
     ) -> None:
-        self.standard = standard  # before it is declared; the callback takes the request
         self._requests = codec_for(request_type)
         self.replies = Replies(self, context.link, response_type, name)
         self._response_type = response_type
-        self._with_response = not standard and takes(callback, (1, 2), "service") == 2
+        self._with_response = replaced is None and takes(callback, (1, 2), "service") == 2
         super().__init__(context, srv_type, name)
         self.posted = False
         self.calls = 0
@@ -76,7 +95,12 @@ class ServiceEndpoint(IntrospectedEndpoint):
         self.concurrent = concurrent
         self._suspended = 0
         """Suspended handlers, including those whose callers have given up."""
-        context.link.add(self)
+        if replaced is None:
+            context.link.add(self)
+        else:
+            self.id, self.peers, self.standard = replaced.id, replaced.peers, replaced.standard
+            del context.endpoints[replaced]
+            context.link.endpoints[self.id] = self
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Queue requests for the callback."""
@@ -229,17 +253,6 @@ class ServiceEndpoint(IntrospectedEndpoint):
         """Abandon all calls: the broker reports the broken link to their callers."""
         super().session_ended()
         self._abandon()
-
-    def declaration(self) -> frames.Frame:
-        """Declare the service."""
-        return frames.Service(
-            self.id,
-            self.context.id,
-            self.srv_name,
-            type_name(self.srv_type),
-            type_hash(self.srv_type),
-            None if self.standard else definition(self.srv_type),
-        )
 
     def diagnostics(self) -> ServiceDiagnostics:
         """Return its state and counts."""
