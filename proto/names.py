@@ -194,7 +194,10 @@ def expand_topic_name(
 
 def expand_for_node(topic: str, node_name: str, namespace: str, *, is_service: bool, validate: bool) -> str:
     """Return what `expand_topic_name` returns, without checking the node's own names."""
-    validate_topic_name(topic, is_service=is_service)
+    _require_str("service name" if is_service else "topic name", topic)
+    usual = _USUAL_TOPIC_NAME.fullmatch(topic)
+    if not usual:
+        validate_topic_name(topic, is_service=is_service)
     full = topic
     if full.startswith("~"):
         full = full_node_name(namespace, node_name) + full[1:]
@@ -202,7 +205,7 @@ def expand_for_node(topic: str, node_name: str, namespace: str, *, is_service: b
         full = _substitute(full, topic, node_name, namespace, is_service=is_service)
     if not full.startswith("/"):
         full = full_node_name(namespace, full)
-    if validate:
+    if validate and not (usual and len(full) <= MAX_TOPIC_NAME_LENGTH):  # then its tokens are valid
         (validate_full_service_name if is_service else validate_full_topic_name)(full)
     return full
 

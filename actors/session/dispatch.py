@@ -52,7 +52,7 @@ DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]
     frames.Error: lambda connection, _, frame: connection.turned_away(frame),
     frames.Pong: lambda _, link, frame: link.pong_received(frame.token),
     # An endpoint, by its id
-    frames.Accepted: lambda _, link, frame: _endpoint(link, frame.id).accepted(frame.number),
+    frames.Accepted: lambda _, link, frame: link.endpoints.get(frame.id, _UNKNOWN).accepted(frame.number),
     frames.Refused: _refused,
     frames.Matched: _matched,
     frames.Notice: _notice,
