@@ -7,7 +7,7 @@ and cannot be set. Their handlers run through the mailbox, because they call the
 from __future__ import annotations
 
 from collections.abc import Sized
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.publisher.publisher import Publisher

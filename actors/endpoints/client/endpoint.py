@@ -83,7 +83,6 @@ class ClientEndpoint(IntrospectedEndpoint):
         failed: Calls that have ended in an error so far, timeouts included.
         timeouts: Calls whose deadline has passed so far.
         late: Replies that arrived after their call had ended.
-        refusal: Why the broker refuses this client in this session; "" if it does not.
     """
 
     kind: ClassVar = "client"
@@ -94,7 +93,6 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.pending: dict[int, CallFuture] = {}
         self.failed = self.timeouts = self.late = 0
-        self.refusal = ""
         self._deadlines = Deadlines(self._expired)
         self._last_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
@@ -287,17 +285,14 @@ class ClientEndpoint(IntrospectedEndpoint):
         super().destroy()
 
     def refused(self, code: int, text: str) -> None:
-        """Fail all calls, and end waits for the service."""
+        """Fail all calls."""
         super().refused(code, text)
-        self.refusal = text
         for future in self._take_pending():
             self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': {text}"))
-        self.context.link.wake()
 
     def session_ended(self) -> None:
         """Fail calls in flight at once."""
         super().session_ended()
-        self.refusal = ""
         for future in self._take_pending():
             text = f"Service '{self.srv_name}': the link to the broker broke before the reply"
             self._fail(future, ServiceUnavailable(text))
