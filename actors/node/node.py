@@ -23,7 +23,7 @@ from actors.logging.logger import Logger, get_logger, node_logger_name
 from actors.logging.sinks import DiscardingSink, add_sink
 from actors.node.decorators import declared
 from actors.node.graph_queries import NodeGraph
-from actors.node.lifecycle import STOP_TIMEOUT_SEC, Lifecycle
+from actors.node.node_runner import STOP_TIMEOUT_SEC, NodeRunner
 from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
 from actors.node.time_source import TimeSource
@@ -185,7 +185,7 @@ class Node(NodeGraph, NodeParameters):
         TimeSource(self._context, self._names, self._parameters)
         if automatically_declare_parameters_from_overrides:
             self._parameters.declare_overrides()
-        self._lifecycle = Lifecycle(
+        self._node_runner = NodeRunner(
             self._context,
             Connector(link, target.urls, domain=target.domain, credentials=target.credentials, log=log),
             connect_timeout_sec=connect_timeout_sec,
@@ -254,7 +254,7 @@ class Node(NodeGraph, NodeParameters):
         """
         from actors.node.diagnostics import diagnose  # noqa: PLC0415 - seldom needed
 
-        return diagnose(self._context, self._lifecycle)
+        return diagnose(self._context, self._node_runner)
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the full name of a topic.
@@ -678,7 +678,7 @@ class Node(NodeGraph, NodeParameters):
         rate.destroy()
         return True
 
-    # Lifecycle
+    # Start and stop
 
     async def __aenter__(self) -> Self:
         """Start: connect, and run callbacks as messages arrive.
@@ -693,7 +693,7 @@ class Node(NodeGraph, NodeParameters):
             NodeAlreadyRunning: It runs already.
             NodeDestroyed: It has been destroyed.
         """
-        await self._lifecycle.begin()
+        await self._node_runner.begin()
         return self
 
     async def __aexit__(
@@ -707,7 +707,7 @@ class Node(NodeGraph, NodeParameters):
         No further callbacks are called; requests are answered with an error at once. If the task is cancelled
         meanwhile, callbacks are cancelled without waiting.
         """
-        await self._lifecycle.end(error)
+        await self._node_runner.end(error)
         return False
 
     async def run(self) -> None:
@@ -720,14 +720,14 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: It has been destroyed before.
         """
         async with self:
-            await self._lifecycle.destroyed()
+            await self._node_runner.destroyed()
 
     def destroy_node(self) -> None:
         """Take the node and everything it has out of service at once; `run` returns. Idempotent.
 
         Callbacks that run are cancelled; callers of its services get ServiceUnavailable.
         """
-        self._lifecycle.destroy()
+        self._node_runner.destroy()
 
 
 def _parts(srv_type: Any) -> tuple[type[Any], type[Any]]:

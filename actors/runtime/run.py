@@ -22,7 +22,7 @@ from actors.arguments.ros_arguments import (
 from actors.config import environment
 from actors.logging.logger import LoggingSeverity, get_logger
 from actors.logging.output import configure_logging
-from actors.node.lifecycle import GRACE_SEC
+from actors.node.node_runner import GRACE_SEC
 from actors.runtime.programs import run_program
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from proto.aio import process

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.callbacks.functions import as_coroutine
 from actors.errors import WaitTimeout
-from actors.node.lifecycle import GRACE_SEC
+from actors.node.node_runner import GRACE_SEC
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from actors.runtime.run import LAST_TASKS_SEC
 from actors.threads.errors import ThreadStoppedError, TooManyCallsError

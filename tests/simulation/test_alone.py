@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
-from actors.node.lifecycle import STOP_TIMEOUT_SEC
+from actors.node.node_runner import STOP_TIMEOUT_SEC
 from tests.simulation.loop import SimulatedLoop, simulate
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Ask, Note

@@ -200,7 +200,7 @@ async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting
     def answer(msg: String) -> None:
         for _ in range(5):
             publisher.publish(msg)
-        connection = node._lifecycle._connector._connection
+        connection = node._node_runner._connector._connection
         assert connection is not None
         connection.frame_received(frames.Goodbye("the broker is stopping"))
         collected.append(len(link._dirty))

@@ -13,7 +13,7 @@ from actors.endpoints.flow_control import queue_limits
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
-from actors.node.lifecycle import STOP_TIMEOUT_SEC
+from actors.node.node_runner import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
 from proto.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until

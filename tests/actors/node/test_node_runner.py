@@ -12,7 +12,7 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.flow_control.window import WINDOW_MESSAGES
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
-from actors.node.lifecycle import GRACE_SEC, STOP_TIMEOUT_SEC
+from actors.node.node_runner import GRACE_SEC, STOP_TIMEOUT_SEC
 from tests.actors.meeting import KEEP_ALL
 from tests.simulation.network import on_host
 from tests.simulation.stage import play

@@ -1,4 +1,4 @@
-"""The lifecycle of a node: how it starts, what ends it, and how it stops.
+"""Runs a node: how it starts, what ends it, and how it stops.
 
 Entering and leaving `async with node:` call `begin` and `end`. A node that stops calls no further callbacks,
 but running callbacks may end, and calls and topics still work for them. Whatever callbacks do, `end` returns
@@ -35,8 +35,8 @@ GRACE_SEC: Final = 1.0
 """How long to wait for cancelled callbacks, and then for the node's other tasks."""
 
 
-class Lifecycle:
-    """The lifecycle of one node.
+class NodeRunner:
+    """Starts and stops one node.
 
     Args:
         context: Shared by the node's parts.
