@@ -85,9 +85,9 @@ if TYPE_CHECKING:
     from actors.node.decorators import service as service
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
-    from actors.node.messages import wait_for_message as wait_for_message
     from actors.node.node import Node as Node
     from actors.node.qos_overrides import QoSOverridingOptions as QoSOverridingOptions
+    from actors.node.wait_for_message import wait_for_message as wait_for_message
     from actors.parameter_client.client import ParameterClient as ParameterClient
     from actors.parameter_client.event_handler import ParameterEventHandler as ParameterEventHandler
     from actors.parameters.errors import InvalidParameterError as InvalidParameterError
@@ -260,9 +260,9 @@ __getattr__, __dir__ = lazy_names(
             "LoggingSeverity",
             "get_logger",
         ),
-        "actors.node.messages": ("wait_for_message",),
         "actors.node.node": ("Node",),
         "actors.node.qos_overrides": ("QoSOverridingOptions",),
+        "actors.node.wait_for_message": ("wait_for_message",),
         "actors.parameter_client.client": ("ParameterClient",),
         "actors.parameter_client.event_handler": ("ParameterEventHandler",),
         "actors.parameters.errors": (
