@@ -20,7 +20,7 @@ from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, S
 from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
-from actors.launch.engine.transitions import Transitions
+from actors.launch.engine.transition_queue import TransitionQueue
 from actors.launch.planning.events import (
     Appeared,
     Event,
@@ -95,7 +95,7 @@ class Machine:
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
         self._reactions = ReactionQueue(self._effects.append, self._notify)
-        self._transitions = Transitions(self._effects.append, self._notify)
+        self._transitions = TransitionQueue(self._effects.append, self._notify)
 
     # What is to be known
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from actors.launch.engine.effects import CancelTransition, RequestTransition
-from actors.launch.engine.transitions import MAX_WAITING
+from actors.launch.engine.transition_queue import MAX_WAITING
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import ProcessStarted, ShuttingDown, StateTransition
 from actors.launch.planning.steps import ChangeStates, LifecycleSpec, LogText, ProcessSpec, Start

@@ -39,8 +39,8 @@ class _Node:
         self.request: RequestTransition | None = None
 
 
-class Transitions:
-    """What lifecycle nodes are asked to do.
+class TransitionQueue:
+    """The transitions that wait to be requested of the lifecycle nodes of a launch.
 
     Args:
         emit: Takes requests.
