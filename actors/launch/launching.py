@@ -74,7 +74,7 @@ class Launch:
         ContextError: There is no such context, or the file of contexts is broken.
 
     Attributes:
-        place: The address of the broker and the domain.
+        target: The address of the broker and the domain.
     """
 
     def __init__(
@@ -94,11 +94,11 @@ class Launch:
         keep: bool = False,
         watch_graph: bool = False,
     ) -> None:
-        self.place = find_broker_target(url, domain, context)
+        self.target = find_broker_target(url, domain, context)
         self._description = description
         self._library: Library = Files() if library is None else library
         self._arguments = arguments or {}
-        self._environment = _environment(self.place, environment)
+        self._environment = _environment(self.target, environment)
         self._folder = folder
         self._output = output
         self._watch_graph = watch_graph
@@ -111,7 +111,7 @@ class Launch:
         self._runner = Runner(
             self._machine,
             self._listeners,
-            place=self.place,
+            target=self.target,
             node_name=self._node_name,
             stop_timeout_sec=stop_timeout_sec,
         )
@@ -181,7 +181,7 @@ class Launch:
         async with AsyncExitStack() as stack:
             await self._find_broker(stack)
             if self._watch_graph or awaits_graph(steps):
-                await stack.enter_async_context(graph_watch(self.place, self._node_name, self._runner.graph))
+                await stack.enter_async_context(graph_watch(self.target, self._node_name, self._runner.graph))
             return await self._runner.run(steps)
 
     def listen(self, listener: Listener) -> None:
@@ -238,27 +238,27 @@ class Launch:
 
     async def _find_broker(self, stack: AsyncExitStack) -> None:
         """Find a broker that answers, or start one."""
-        place = self.place
+        target = self.target
         for tries_left in reversed(range(FIND_TRIES)):
-            if await broker_is_there(place):
+            if await broker_is_there(target):
                 return
-            if len(place.urls) != 1 or not can_embed(place.urls[0]):
-                urls = ", ".join(map(str, place.urls))
-                raise BrokerUnreachable(f"No broker at {urls}. {start_hint(place.urls[0])}")
+            if len(target.urls) != 1 or not can_embed(target.urls[0]):
+                urls = ", ".join(map(str, target.urls))
+                raise BrokerUnreachable(f"No broker at {urls}. {start_hint(target.urls[0])}")
             try:
-                await stack.enter_async_context(embedded_broker(place.urls[0]))
+                await stack.enter_async_context(embedded_broker(target.urls[0]))
             except AddressInUseError:  # another launch was quicker; or what had it is about to end
                 if not tries_left:
                     raise
                 await asyncio.sleep(FIND_PAUSE_SEC)
             else:
-                self.notify(Message(Level.INFO, f"no broker at {place.url}: this launch brings its own"))
+                self.notify(Message(Level.INFO, f"no broker at {target.url}: this launch brings its own"))
                 return
 
 
-def _environment(place: BrokerTarget, given: Mapping[str, str] | None) -> dict[str, str]:
+def _environment(target: BrokerTarget, given: Mapping[str, str] | None) -> dict[str, str]:
     """Return the environment of programs, with the address of the broker."""
     base = os.environ if given is None else given
-    extra = {"CALLBOARD_URL": place.url, "CALLBOARD_DOMAIN": str(place.domain)}
+    extra = {"CALLBOARD_URL": target.url, "CALLBOARD_DOMAIN": str(target.domain)}
     # With a URL given, they would not read the files from the context.
-    return {**base, **extra, **place.credentials.variables(), "PYTHONUNBUFFERED": "1"}
+    return {**base, **extra, **target.credentials.variables(), "PYTHONUNBUFFERED": "1"}

@@ -55,8 +55,8 @@ class RunningLaunch:
     def __init__(self, _run: LaunchRun) -> None:
         self._run = _run
         self._transcript = _run.transcript
-        self.url = _run.launch.place.url
-        self.domain = _run.launch.place.domain
+        self.url = _run.launch.target.url
+        self.domain = _run.launch.target.domain
 
     @property
     def dropped_lines(self) -> int:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @asynccontextmanager
 async def graph_watch(
-    place: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]
+    target: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]
 ) -> AsyncGenerator[None]:
     """Report what the graph has whenever that changes, without the nodes of the launch itself.
 
@@ -34,11 +34,11 @@ async def graph_watch(
     Leaving takes two seconds at most.
 
     Args:
-        place: Where the broker is, and which of its graphs is meant.
+        target: The broker, and the number of its graph.
         name: Of the watching node; the launch's other nodes have names that begin with it.
         on_change: Gets all that is there; each time another set. It must not wait.
     """
-    watch = keep_running("The launch's watch of the graph", lambda: _watch(place, name, on_change))
+    watch = keep_running("The launch's watch of the graph", lambda: _watch(target, name, on_change))
     watching = asyncio.create_task(watch, name="launch graph")
     try:
         yield
@@ -46,8 +46,8 @@ async def graph_watch(
         await cancel_and_wait(watching)
 
 
-async def _watch(place: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
-    node = launch_node(place, name)
+async def _watch(target: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
+    node = launch_node(target, name)
     node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
     known = Presences(own_node=node.get_fully_qualified_name())
     try:

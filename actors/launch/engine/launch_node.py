@@ -21,17 +21,17 @@ def launch_node_name() -> str:
     return f"_launch_{os.getpid()}_{secrets.token_hex(3)}"
 
 
-def launch_node(place: BrokerTarget, name: str) -> Node:
+def launch_node(target: BrokerTarget, name: str) -> Node:
     """Return a hidden node.
 
     Args:
-        place: The broker, and the number of its graph.
+        target: The broker, and the number of its graph.
         name: Of the node.
     """
     return Node(
         name,
-        url=place.url,
-        domain=place.domain,
+        url=target.url,
+        domain=target.domain,
         use_global_arguments=False,
         parameter_overrides={"start_type_description_service": False},
         start_parameter_services=False,

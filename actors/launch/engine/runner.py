@@ -45,7 +45,7 @@ class Runner:
     Args:
         machine: Decides what to do.
         listeners: Called with each event when it happens.
-        place: The broker of its lifecycle nodes, and the number of its graph.
+        target: The broker of its lifecycle nodes, and the number of its graph.
         node_name: What the names of its hidden nodes begin with.
         stop_timeout_sec: Seconds between SIGINT and SIGTERM, and between SIGTERM and SIGKILL, for processes
             without timeouts of their own. All processes are stopped at the same time.
@@ -56,13 +56,13 @@ class Runner:
         machine: Machine,
         listeners: Sequence[Listener],
         *,
-        place: BrokerTarget,
+        target: BrokerTarget,
         node_name: str,
         stop_timeout_sec: float,
     ) -> None:
         self._machine = machine
         self._listeners = listeners
-        self._place = place
+        self._target = target
         self._node_name = node_name
         self._stop_timeout_sec = stop_timeout_sec
         self._driver: Driver[Effect] = Driver(machine, self._perform)
@@ -179,7 +179,7 @@ class Runner:
             from actors.launch.engine.transition_client import TransitionClient  # noqa: PLC0415
 
             self._transitions = TransitionClient(
-                self._place,
+                self._target,
                 f"{self._node_name}_lifecycle",
                 self._driver.context,
                 on_event=self._state_changed,

@@ -32,7 +32,7 @@ class TransitionClient:
     A broker that is unreachable, or refuses the hidden node, only makes requests fail.
 
     Args:
-        place: The broker, and the number of its graph.
+        target: The broker, and the number of its graph.
         name: Of the hidden node.
         context: Everything runs in copies of it.
         on_event: Called with the process of a watched node, and each transition event of the node.
@@ -42,14 +42,14 @@ class TransitionClient:
 
     def __init__(
         self,
-        place: BrokerTarget,
+        target: BrokerTarget,
         name: str,
         context: Context,
         *,
         on_event: Callable[[ProcessSpec, TransitionEvent], None],
         on_answer: Callable[[RequestTransition, str | None], None],
     ) -> None:
-        self._place = place
+        self._target = target
         self._name = name
         self._context = context
         self._on_event = on_event
@@ -109,7 +109,7 @@ class TransitionClient:
 
     async def _run(self) -> None:
         self._entered.clear()
-        self._node = node = launch_node(self._place, self._name)
+        self._node = node = launch_node(self._target, self._name)
         # That the broker refuses an endpoint; not that it is away, which failed requests say.
         node.get_logger().set_level(LoggingSeverity.ERROR)
         for name in self._watched:

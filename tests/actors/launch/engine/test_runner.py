@@ -73,8 +73,8 @@ def processes(names: str) -> list[Step]:
 
 def of(*listeners: Callable[[Event], None]) -> Runner:
     """Return a runner."""
-    place = find_broker_target()
-    return Runner(Machine(), listeners, place=place, node_name="_launch_1", stop_timeout_sec=1)
+    target = find_broker_target()
+    return Runner(Machine(), listeners, target=target, node_name="_launch_1", stop_timeout_sec=1)
 
 
 async def test_it_ends_when_all_have_ended() -> None:
