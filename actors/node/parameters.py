@@ -51,6 +51,7 @@ class NodeParameters:
             InvalidParameterError: The name is empty.
             InvalidParameterTypeError: The override has another type than `value`.
             InvalidParameterValueError: A range or an on-set callback refuses the value.
+            ParameterModifiedInCallbackError: Called in a pre-set or on-set callback.
             TypeError: The name is not a str, or no parameter can hold the value.
             ValueError: `value` is `ParameterType.NOT_SET`.
         """
@@ -69,7 +70,7 @@ class NodeParameters:
         """Declare several parameters below a namespace.
 
         Args:
-            namespace: Put before each name, with a dot.
+            namespace: Put before each name, with a dot; "" for none.
             parameters: Tuples of name, value and descriptor; the last two may be missing.
             ignore_override: As for `declare_parameter`.
 
@@ -81,13 +82,14 @@ class NodeParameters:
             InvalidParameterError: A name is empty.
             InvalidParameterTypeError: As for `declare_parameter`; those before it stay declared.
             InvalidParameterValueError: As for `declare_parameter`; those before it stay declared.
+            ParameterModifiedInCallbackError: As for `declare_parameter`.
             TypeError: A name is not a str, or no parameter can hold a value.
             ValueError: A value is `ParameterType.NOT_SET`.
         """
         return self._parameters.declare_many(namespace, parameters, ignore_override=ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
-        """Forget a parameter.
+        """Remove a parameter: its declaration and its value.
 
         Args:
             name: The parameter's name.
@@ -95,6 +97,7 @@ class NodeParameters:
         Raises:
             ParameterNotDeclaredError: It is not declared.
             ParameterImmutableError: It is read-only.
+            ParameterModifiedInCallbackError: Called in a pre-set or on-set callback.
         """
         self._parameters.undeclare(name)
 
@@ -116,10 +119,10 @@ class NodeParameters:
             name: The parameter's name.
 
         Returns:
-            The parameter.
+            The parameter. Of an undeclared one, if the node allows that: one without a value.
 
         Raises:
-            ParameterNotDeclaredError: It is not declared.
+            ParameterNotDeclaredError: It is not declared, and the node does not allow undeclared ones.
             ParameterUninitializedError: It was declared with only a type and has no value yet.
         """
         return self._parameters.get(name)
@@ -134,7 +137,7 @@ class NodeParameters:
             The parameters, in the same order.
 
         Raises:
-            ParameterNotDeclaredError: One is not declared.
+            ParameterNotDeclaredError: As for `get_parameter`.
             ParameterUninitializedError: One was declared with only a type and has no value yet.
         """
         return [self._parameters.get(name) for name in names]
@@ -171,11 +174,11 @@ class NodeParameters:
         return [self.get_parameter_type(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """Return a parameter, or the alternative if it is not declared.
+        """Return a parameter, or the alternative if it is not declared or has no value.
 
         Args:
             name: The parameter's name.
-            alternative_value: Returned if it is not declared.
+            alternative_value: Returned instead; None: a parameter of that name without a value.
 
         Returns:
             The parameter, or the alternative.
@@ -204,6 +207,7 @@ class NodeParameters:
 
         Raises:
             ParameterNotDeclaredError: One is not declared; then none is set.
+            ParameterModifiedInCallbackError: Called in a pre-set or on-set callback.
         """
         return self._parameters.set(parameter_list)
 
@@ -218,6 +222,7 @@ class NodeParameters:
 
         Raises:
             ParameterNotDeclaredError: One is not declared; then none is set.
+            ParameterModifiedInCallbackError: Called in a pre-set or on-set callback.
         """
         return self._parameters.set_atomically(parameter_list)
 
@@ -225,11 +230,11 @@ class NodeParameters:
         """List the names of parameters.
 
         Args:
-            prefixes: Only names below one of these; empty for all.
-            depth: How many levels deep; 0 for all.
+            prefixes: Only these names and those below them, levels separated by dots; empty for all.
+            depth: Levels below each prefix, or from the top; 0 for all.
 
         Returns:
-            The names, and their prefixes.
+            The names, and what precedes the last dot of each.
 
         Raises:
             TypeError: `prefixes` is a str.
@@ -288,7 +293,9 @@ class NodeParameters:
         return self._parameters.set_descriptor(name, descriptor, alternative_value).get_parameter_value()
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Let `callback` change parameters before they are set. The last one added is called first.
+        """Let `callback` change parameters before they are set, or refuse them all with an empty list.
+
+        The last one added is called first.
 
         Args:
             callback: Gets the parameters, and returns those to set.
@@ -299,7 +306,7 @@ class NodeParameters:
         self._parameters.callbacks.pre_set.insert(0, require_plain(callback))
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
-        """Let `callback` accept or refuse parameters before they are set.
+        """Let `callback` accept or refuse parameters before they are set. The last one added is called first.
 
         Args:
             callback: Gets the parameters, and returns the result.
@@ -310,7 +317,7 @@ class NodeParameters:
         self._parameters.callbacks.on_set.insert(0, require_plain(callback))
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Call `callback` after parameters have been set.
+        """Call `callback` after parameters have been set. The last one added is called first.
 
         Args:
             callback: Gets the parameters.

@@ -105,12 +105,12 @@ class ParameterClient:
         """List the names of parameters.
 
         Args:
-            prefixes: Only names below one of these; empty for all.
-            depth: How many levels deep; 0 for all.
+            prefixes: Only these names and those below them, levels separated by dots; empty for all.
+            depth: Levels below each prefix, or from the top; 0 for all.
             timeout_sec: As for `Client.call`.
 
         Returns:
-            The names, and their prefixes.
+            The names, and what precedes the last dot of each.
 
         Raises:
             CallFailed: There is no reply.

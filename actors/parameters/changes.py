@@ -17,7 +17,7 @@ class ParameterChanges:
 
     Attributes:
         new: Parameters that had no value before.
-        changed: Parameters that had one, with the value of now, even if it is the same.
+        changed: Parameters that had one, with the value that they have now, even if it is the same.
         deleted: Parameters that have no value any more.
     """
 
@@ -32,8 +32,8 @@ class ParameterChanges:
         """Compare parameters with what they are now.
 
         Args:
-            before: The parameters that may have changed; None for one that was not declared.
-            after: All parameters of now.
+            before: The parameters that may have changed, as they were; None for one that was not declared.
+            after: All parameters, as they are.
         """
         changes = cls([], [], [])
         for name, old in before.items():

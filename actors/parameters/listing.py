@@ -1,4 +1,4 @@
-"""Which parameters a list of names contains."""
+"""Lists parameter names, all or those at and below prefixes: ROS 2's `list_parameters`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> Lis
     Args:
         names: The names.
         prefixes: Without a dot at the end; none means all names.
-        depth: Levels below each prefix; 0 for all.
+        depth: Levels below each prefix, or from the top without prefixes; 0 for all.
+
+    Returns:
+        The names, and what precedes the last dot of each.
 
     Raises:
         TypeError: `prefixes` is a str.
@@ -36,7 +39,7 @@ def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> Lis
 
 
 def _is_listed(name: str, prefixes: frozenset[str], depth: int) -> bool:
-    """Compare the name's own prefixes: there may be many more of those that are asked for."""
+    """Return whether a name is listed: one look-up for each level, however many prefixes are wanted."""
     if not prefixes:
         return not depth or name.count(SEPARATOR) < depth
     if name in prefixes:

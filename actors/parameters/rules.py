@@ -1,4 +1,4 @@
-"""What the declaration of a parameter says about a value: its type, and why it is refused."""
+"""The rules of a declaration for new values: read-only, type, ranges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from actors.parameters.types import ParameterDescriptor, ParameterValue
 
 MAX_NAME_CHARS: Final = 4096
-"""Of a parameter that is declared by setting it, which other nodes can do if the node allows it."""
+"""The longest name that setting an undeclared parameter can declare: other nodes may do that, too."""
 
 
 def as_declared(descriptor: ParameterDescriptor | None, parameter: Parameter) -> Parameter:
@@ -24,7 +24,12 @@ def as_declared(descriptor: ParameterDescriptor | None, parameter: Parameter) ->
 
 
 def refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str:
-    """Return why a parameter may not be set to this value, "" if it may; None describes an undeclared one."""
+    """Return why a parameter may not be set to a value, "" if it may.
+
+    Args:
+        descriptor: Its descriptor; None if it is not declared.
+        parameter: Its name and the value to set.
+    """
     if descriptor is None:
         return "" if 0 < len(parameter.name) <= MAX_NAME_CHARS else "Invalid parameter name"
     if descriptor.read_only:

@@ -235,16 +235,7 @@ class ParameterStore:
         return {name.removeprefix(start): each for name, each in found if name.startswith(start)}
 
     def list_names(self, prefixes: Sequence[str] = (), depth: int = 0) -> ListParametersResult:
-        """List the names of all parameters, or of those at and below the prefixes.
-
-        Args:
-            prefixes: Without a dot at the end; none means all parameters.
-            depth: Levels below each prefix; 0 for all.
-
-        Raises:
-            TypeError: `prefixes` is a str.
-            ValueError: `depth` is negative.
-        """
+        """List names as `listing.list_names` does."""
         return list_names(self._parameters, prefixes, depth)
 
     def describe(self, name: str) -> ParameterDescriptor:
@@ -309,12 +300,16 @@ class ParameterStore:
 
         Raises:
             ParameterNotDeclaredError: One is not declared; then none is set.
+            ParameterModifiedInCallbackError: A callback is deciding about values.
         """
         self._check_declared(parameters)
         return [self.set_atomically([parameter]) for parameter in parameters]
 
     def set_atomically(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Set all of these parameters, or none.
+
+        Returns:
+            The result for all of them.
 
         Raises:
             ParameterNotDeclaredError: One is not declared; then none is set.

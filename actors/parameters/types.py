@@ -346,7 +346,7 @@ class ListParametersResult:
 
     Attributes:
         names: Their names.
-        prefixes: The prefixes of these names, each once.
+        prefixes: What precedes the last dot of these names, each once.
     """
 
     names: list[str]
