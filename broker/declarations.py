@@ -97,7 +97,7 @@ class Declarations:
         limits: What one peer may declare.
         refusals: Counts what limits refuse.
         topics, services, graph: The parts that match and publish endpoints.
-        replace_peer: Removes a suspended peer whose node's name another node takes; with the reason.
+        replace_peer: Called with a suspended peer whose name another node takes, and the reason; removes it.
         report: See `Router`.
 
     Attributes:

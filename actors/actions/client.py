@@ -43,7 +43,9 @@ if TYPE_CHECKING:
 
 
 class ActionClientEndpoint(Endpoint):
-    """What the runtime calls on an action client. It has no number on the link; its five parts have.
+    """What the runtime calls on an action client.
+
+    The broker does not know it: its parts, two subscriptions and three clients, are declared.
 
     Attributes:
         name: The action's full name.
@@ -127,7 +129,10 @@ class ActionClientEndpoint(Endpoint):
         receiver.result_received(reply)
 
     def _request_result(self, goal_id: UUID) -> Any:
-        """Ask for the result, however long the goal takes; no call of the callback that sends the goal."""
+        """Ask for the result, without a time limit.
+
+        Not as a call of the current callback: that would let others run until the goal ends.
+        """
         request = self._types.get_result.Request(goal_id=goal_id)
         context = copy_context()
         context.run(current_callback_task.set, None)

@@ -52,13 +52,14 @@ class GoalReceiver:
         name: The action's full name, for messages.
         state: The goal's state as far as it is known.
         accepted: Whether the server has accepted it; None before its answer.
-        stamp: When the server has accepted it, by the server's clock.
+        stamp: When the server accepted or rejected it, by the server's clock; None before its answer.
         outcome: The result.
         error: Why there will be no result.
         feedback: What waits for `async for`.
         dropped: Feedback dropped because more than `FEEDBACK_DEPTH` waited.
         iterating: Whether a task waits for feedback.
         callback: Gets the feedback instead of `async for`.
+        iterating: Whether a task iterates over the feedback.
         ended: Set when there is a result or an error.
         news: Set when there is feedback or the end.
     """
@@ -206,7 +207,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
 
     @must_await
     async def cancel(self, timeout_sec: float | None = None) -> CancelGoal.Response:
-        """Request to cancel the goal. Whether and when it ends is up to the server; `result` tells.
+        """Request to cancel the goal. The server decides whether and when it ends: `result` waits for that.
 
         Args:
             timeout_sec: Seconds to wait for the answer; None is the node's `default_call_timeout_sec`.

@@ -40,14 +40,16 @@ STATUS_PERIOD_SEC: Final = 0.01
 """The least time between two status messages."""
 
 STATUS_GOAL_SEC: Final = 0.0001
-"""The same for each goal that they list, so that long lists do not occupy the loops of server and clients."""
+"""The least time for each goal that they list: long lists must not occupy the loops of server and clients."""
 
 NO_ID: Final = bytes(16)
 """In a request to cancel, it stands for all goals."""
 
 
 class ActionServerEndpoint(Endpoint):
-    """What the runtime calls on an action server. It has no number on the link; its five parts have.
+    """What the runtime calls on an action server.
+
+    The broker does not know it: its parts, two publishers and three services, are declared.
 
     Attributes:
         goals: Those that have not finished, by id.

@@ -54,7 +54,7 @@ class GoalProgress:
         handle: What the callbacks hold.
         task: The running execute callback.
         started: Whether the execute callback has been started.
-        finished: Whether its result is known.
+        finished: Whether its result is known, kept and sent.
         waiters: Those who wait for the result.
     """
 
@@ -85,7 +85,12 @@ class GoalProgress:
         self.server.state_changed()
 
     def end(self, event: GoalEvent, result: Any) -> None:
-        """Enter a terminal state. The goal is finished if there is a result, or none will be returned."""
+        """Enter a terminal state; finish the goal if it has a result, or no execute callback returns one.
+
+        Raises:
+            InvalidGoalTransition: The event cannot happen in this state.
+            TypeError, InvalidMessageError: The result is not valid.
+        """
         size = 0 if result is None else self.server.require_result(result)
         self.apply(event)
         if result is not None or not self.started:

@@ -1,4 +1,4 @@
-"""What a mailbox runs the callbacks of, and how far a source may go at once."""
+"""Callback sources, whose callbacks a mailbox runs, and the share of a loop turn that a source gets."""
 
 from __future__ import annotations
 

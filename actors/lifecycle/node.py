@@ -35,7 +35,7 @@ class LifecycleNode(Node):
         node_name: As for `Node`.
         enable_communication_interface: Serve `~/change_state`, `~/get_state`, `~/get_available_states`,
             `~/get_available_transitions` and `~/get_transition_graph`, and publish `~/transition_event`.
-        options: All others are `Node`'s.
+        options: All other arguments of `Node`.
 
     Raises:
         CallboardError, ValueError, TypeError, RuntimeError: As `Node`.
@@ -118,7 +118,7 @@ class LifecycleNode(Node):
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> CallbackResult:
-        """Begin to work. Lifecycle publishers publish from here on; if overridden, from its success on.
+        """Begin to work. Lifecycle publishers publish after its success; this default enables them at once.
 
         Args:
             state: The state that the node was in.
@@ -131,7 +131,7 @@ class LifecycleNode(Node):
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> CallbackResult:
-        """Stop working. Lifecycle publishers are silent from here on; if overridden, from its success on.
+        """Stop working. Lifecycle publishers are silent after its success; this default stops them at once.
 
         Args:
             state: The state that the node was in.

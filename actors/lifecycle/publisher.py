@@ -61,7 +61,7 @@ class LifecyclePublisher(Publisher[T]):
         """Send a message as `Publisher.publish` does; while the node is not active, only count it.
 
         Args:
-            msg: The message.
+            msg: The message, or one that is already encoded.
 
         Raises:
             TypeError, InvalidMessageError, PublisherFull, NodeDestroyed: As `Publisher.publish`.

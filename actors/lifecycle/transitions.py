@@ -43,10 +43,10 @@ class Transitions:
 
     Args:
         node: The node; its methods are the callbacks.
-        context: The same node's.
+        context: The node's context.
 
     Attributes:
-        machine: The state.
+        machine: The state machine.
         activation: Whether lifecycle publishers publish.
     """
 

@@ -1,5 +1,7 @@
 """Sinks: they take the records of one logger and of the loggers below it, beside the program's handlers.
 
+A record goes to the sinks of its own logger or, if it has none, of the nearest logger above that has some.
+
 A node publishes its log with one. A handler of the standard module would not do: a logger that has a handler
 is no longer written to stderr, and a handler of `a` also gets the records of the node `/a/b`.
 """
@@ -44,7 +46,7 @@ _lock = threading.RLock()
 
 
 def add_sink(name: str, sink: LogSink) -> Callable[[], object]:
-    """Give a sink the records of a logger, and of those below it that have no sink further down.
+    """Give a sink the records of a logger, and of those below it except where a logger between has sinks.
 
     Args:
         name: The logger's name.

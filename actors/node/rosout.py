@@ -41,7 +41,7 @@ QUIET_SEC: Final = 0.1
 """How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
 log call; whoever subscribes meanwhile gets them at once."""
 QUIET_LINES: Final = 500
-"""How many lines end that moment."""
+"""So many collected lines are published without waiting for the end of `QUIET_SEC`."""
 MAX_CHARACTERS: Final = 16_384
 """Characters of a line that are published: many times a long traceback. A line is printed whole."""
 MAX_NAME: Final = 1024

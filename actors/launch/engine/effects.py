@@ -66,13 +66,13 @@ class Ask:
 
 @dataclass(frozen=True, eq=False)
 class RequestTransition:
-    """Request a transition of a lifecycle node, and say `transition_ended`.
+    """Request a transition of a lifecycle node, and call `transition_ended` at its end.
 
     Attributes:
         label: Its process.
         node: Its full name.
         transition: The transition's number or label.
-        timeout_sec: How long that may take, including the time until the node is there.
+        timeout_sec: Seconds that it may take, including the time until the node is there.
     """
 
     label: str

@@ -26,7 +26,7 @@ def launch_node(target: BrokerTarget, name: str) -> Node:
 
     Args:
         target: The broker, and the number of its graph.
-        name: Of the node.
+        name: Its name.
     """
     return Node(
         name,

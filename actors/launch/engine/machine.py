@@ -165,7 +165,7 @@ class Machine:
         return self._done()
 
     def transition_ended(self, request: RequestTransition, failure: str | None, now: float) -> list[Effect]:
-        """A request of a transition has ended; None: the transition is done."""
+        """A request of a transition has ended: None if it succeeded, otherwise why not."""
         self._now = now
         self._transitions.answered(request, failure)
         return self._done()

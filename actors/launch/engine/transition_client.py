@@ -33,11 +33,11 @@ class TransitionClient:
 
     Args:
         target: The broker, and the number of its graph.
-        name: Of the hidden node.
+        name: The hidden node's name.
         context: Everything runs in copies of it.
         on_event: Called with the process of a watched node, and each transition event of the node.
-        on_answer: Called at the end of a request: None if the transition is done; otherwise why not, empty if
-            the node has not said.
+        on_answer: Called at the end of a request: with None if the transition succeeded, otherwise with the
+            reason, which is empty if the node gave none.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class TransitionClient:
         self._context.copy().run(self._subscribe, name)
 
     def request(self, request: RequestTransition) -> None:
-        """Request a transition, and say its end.
+        """Request a transition; `on_answer` is called at its end.
 
         Args:
             request: Which one.
@@ -93,7 +93,7 @@ class TransitionClient:
         task.add_done_callback(partial(self._ended, request))
 
     def cancel(self, request: RequestTransition) -> None:
-        """Wait no longer for the end of a transition, and say nothing of it.
+        """Wait no longer for the end of a transition; `on_answer` is not called.
 
         Args:
             request: Which one; one that has ended is ignored.
@@ -110,7 +110,7 @@ class TransitionClient:
     async def _run(self) -> None:
         self._entered.clear()
         self._node = node = launch_node(self._target, self._name)
-        # That the broker refuses an endpoint; not that it is away, which failed requests say.
+        # Errors only, such as refused endpoints: that the broker is away is in the answers to requests.
         node.get_logger().set_level(LoggingSeverity.ERROR)
         for name in self._watched:
             self._subscribe(name)

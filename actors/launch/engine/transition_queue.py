@@ -68,7 +68,7 @@ class TransitionQueue:
             self._next(node)
 
     def started(self, process: ProcessSpec) -> None:
-        """A process runs: request what its node gets first, and then what was requested before."""
+        """A process runs: request the transitions of its autostart, and then those that wait."""
         node = self._node(process)
         if node is None or process.lifecycle is None or self._abandoned:
             return
@@ -85,7 +85,7 @@ class TransitionQueue:
             self._cancel(node)
 
     def answered(self, request: RequestTransition, failure: str | None) -> None:
-        """A request has ended; None: well. Ignore it if nobody waits for it any more."""
+        """A request has ended: None if it succeeded, otherwise why not. Ignore one that nobody waits for."""
         node = self._nodes.get(request.label)
         if node is None or node.request is not request:
             return

@@ -72,7 +72,7 @@ def lifecycle_transition(action: LifecycleTransition, scope: Scope) -> list[Step
 def state_transitions(
     handler: OnStateTransition, scope: Scope
 ) -> tuple[Callable[[StateTransition], bool], list[str]]:
-    """Return what tells whether a state transition is meant by a handler, and the same for people.
+    """Return a function that tells which state transitions a handler reacts to, and its conditions as texts.
 
     Raises:
         LaunchError: There is no such state or transition.

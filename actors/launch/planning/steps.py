@@ -47,8 +47,8 @@ class LifecycleSpec:
     """What a lifecycle node is asked to do.
 
     Attributes:
-        autostart: The transitions to request when it has been started.
-        timeout_sec: How long each transition may take.
+        autostart: The transitions to request each time that its process has been started; often none.
+        timeout_sec: Seconds that each transition may take.
     """
 
     autostart: tuple[int | str, ...]
@@ -63,7 +63,7 @@ class ProcessSpec:
         label: What its lines begin with; unique in the launch.
         name: The label without its number.
         node: The full name of its node, where the description says it; None: as the program has it.
-        lifecycle: Of a lifecycle node.
+        lifecycle: What is requested of its lifecycle node; None if its node has no states.
         command: The program and its arguments. Of a node in this process: the arguments.
         program: Makes the node that runs in this process; None for a process of its own.
         shown: The command as people would type it.
