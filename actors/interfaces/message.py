@@ -27,7 +27,7 @@ import msgspec
 
 from actors.interfaces.definition import action_definition, message_definition, service_definition
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
-from actors.interfaces.values import has_sequences, same, sequences_of, shown
+from actors.interfaces.values import has_sequences, same, sequences_of, value_repr
 from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
@@ -53,7 +53,8 @@ class Message(msgspec.Struct, metaclass=MessageType):
         name = message_name(type(self)).replace("/", ".")
         types = sequences_of(type(self))
         fields = (
-            f"{field}={shown(types.get(field), getattr(self, field))}" for field in self.__struct_fields__
+            f"{field}={value_repr(types.get(field), getattr(self, field))}"
+            for field in self.__struct_fields__
         )
         return f"{name}({', '.join(fields)})"
 

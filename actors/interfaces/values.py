@@ -79,7 +79,7 @@ def same(field_type: FieldType, left: Any, right: Any) -> bool:
         return repr(left) == repr(right)
 
 
-def shown(field_type: FieldType | None, value: Any) -> str:
+def value_repr(field_type: FieldType | None, value: Any) -> str:
     """Return a field's value as ROS 2 prints it: `array([0., 0.])` for a fixed array of numbers, else a list.
 
     Args:
