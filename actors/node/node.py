@@ -171,7 +171,7 @@ class Node(NodeGraph, NodeParameters):
             self._no_rosout = DiscardingSink()
             add_sink(log.name, self._no_rosout)
         if start_parameter_services:
-            from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - the same
+            from actors.node.parameter_services import ParameterServices  # noqa: PLC0415 - hidden nodes do without
 
             ParameterServices(self._context, self._names, self._parameters)
         if enable_logger_service:
@@ -179,7 +179,7 @@ class Node(NodeGraph, NodeParameters):
 
             LoggerServices(self._context, self._names)
         if self._parameters.get("start_type_description_service").value:
-            from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - the same
+            from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - hidden nodes do without
 
             TypeDescriptionService(self._context, self._names)
         TimeSource(self._context, self._names, self._parameters)
