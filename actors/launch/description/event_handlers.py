@@ -113,8 +113,8 @@ class OnProcessIO(ProcessHandler):
 class OnStateTransition(EventHandler):
     """React to a step of a lifecycle node's transition.
 
-    Of what is given everything must be as it says. A function can read `transition`, `start_state` and
-    `goal_state` of the event.
+    It reacts if all given conditions hold. A function can read `transition`, `start_state` and `goal_state`
+    of the event.
 
     Attributes:
         entities: An action, a list of actions, or a function that is called with the event and the

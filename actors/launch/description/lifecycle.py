@@ -94,14 +94,14 @@ class matches_action(Part):  # noqa: N801 - the name in ROS 2
 class ChangeState(Part):
     """Request a transition of lifecycle nodes: `EmitEvent(event=ChangeState(…))`.
 
-    The nodes that the launch has started are asked, each after the transitions that were requested of it
-    before. A transition that fails is logged.
+    The launch requests it of those nodes that it has started, of each after the transitions that were
+    requested before. A transition that fails is logged.
 
     Attributes:
         lifecycle_node_matcher: Chooses the nodes: `matches_action(node)`, or a function that is called with
             a `LifecycleNode` action and returns whether it is meant.
         transition_id: A constant of `lifecycle_msgs.msg.Transition`, such as `TRANSITION_CONFIGURE`, or a
-            label such as "configure". The label "shutdown" is possible in each state.
+            label such as "configure". The label "shutdown" is possible in each state but finalized.
     """
 
     noun: ClassVar[str] = "event"

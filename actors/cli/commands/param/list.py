@@ -26,7 +26,11 @@ def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument("node", metavar="NODE", nargs="?", help="such as /talker; default: all nodes")
     parser.add_argument(
-        "--param-prefixes", metavar="PREFIX", nargs="+", default=[], help="only names below one of these"
+        "--param-prefixes",
+        metavar="PREFIX",
+        nargs="+",
+        default=[],
+        help="only these names and those below them",
     )
     parser.add_argument(
         "--filter", metavar="REGEX", default="", help="only names that this expression matches"
