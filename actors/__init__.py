@@ -91,6 +91,7 @@ if TYPE_CHECKING:
     from actors.parameter_client.client import ParameterClient as ParameterClient
     from actors.parameter_client.event_handler import ParameterEventHandler as ParameterEventHandler
     from actors.parameters.errors import InvalidParameterError as InvalidParameterError
+    from actors.parameters.errors import InvalidParameterFileError as InvalidParameterFileError
     from actors.parameters.errors import InvalidParameterTypeError as InvalidParameterTypeError
     from actors.parameters.errors import InvalidParameterValueError as InvalidParameterValueError
     from actors.parameters.errors import ParameterAlreadyDeclaredError as ParameterAlreadyDeclaredError
@@ -267,6 +268,7 @@ __getattr__, __dir__ = lazy_names(
         "actors.parameter_client.event_handler": ("ParameterEventHandler",),
         "actors.parameters.errors": (
             "InvalidParameterError",
+            "InvalidParameterFileError",
             "InvalidParameterTypeError",
             "InvalidParameterValueError",
             "ParameterAlreadyDeclaredError",

@@ -305,8 +305,8 @@ class Node(NodeGraph, NodeParameters):
             topic: Relative to the namespace, absolute with `/`, private with `~/`.
             qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
             event_callbacks: Callbacks for its QoS events.
-            qos_overriding_options: Which policies parameters such as `qos_overrides./chatter.publisher.depth`
-                override.
+            qos_overriding_options: Which policies may be overridden by parameters such as
+                `qos_overrides./chatter.publisher.depth`; None for none.
             strict_qos: Match no subscription with which the QoS is incompatible, as in ROS 2: nothing is
                 delivered between the two. None is the node's default.
 
@@ -506,7 +506,7 @@ class Node(NodeGraph, NodeParameters):
             cancel_callback: Gets the goal and returns a `CancelResponse`. Default: reject.
             handle_accepted_callback: Gets each accepted goal, and calls `goal.execute()` now or later.
                 Default: now.
-            result_timeout_sec: How long to keep results for clients that ask late; negative for no limit. Of
+            result_timeout_sec: Seconds to keep results for clients that ask late; negative for no limit. Of
                 more than 1,000 results, or 16 MiB, the oldest are dropped.
             cancel_execution: Cancel the execute callback when the goal's cancellation is accepted. If it ends
                 with CancelledError, the goal is CANCELED.
@@ -517,6 +517,7 @@ class Node(NodeGraph, NodeParameters):
         Raises:
             InvalidTopicNameError: The name breaks the rules.
             TypeError: `action_type` is no action class.
+            ValueError: `result_timeout_sec` is not a number.
             RuntimeError: A callback does not take one argument.
             NodeDestroyed: The node has been destroyed.
         """

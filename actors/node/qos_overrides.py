@@ -27,9 +27,9 @@ DEFAULT_POLICIES: Final = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicy
 
 @dataclass(frozen=True, slots=True)
 class QoSOverridingOptions:
-    """Which policies of a publisher or subscription parameters may override.
+    """Which policies of a publisher or subscription may be overridden by parameters.
 
-    Args:
+    Attributes:
         policy_kinds: The policies.
         callback: Accepts or refuses the resulting profile; None accepts every profile.
         entity_id: Distinguishes several endpoints of a node on one topic.
