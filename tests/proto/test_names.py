@@ -42,7 +42,7 @@ TEXTS = st.one_of(st.text(), st.text(alphabet="ab1_/~{} é\n", max_size=12))
 
 @pytest.mark.parametrize("name", ["nodename", "node_name", "_n", "N9", "a" * 255])
 def test_valid_node_names(name: str) -> None:
-    """A01: letters, digits and underscores, up to 255 of them."""
+    """Letters, digits and underscores, up to 255 of them."""
     validate_node_name(name)
 
 
@@ -64,7 +64,7 @@ def test_valid_node_names(name: str) -> None:
     ],
 )
 def test_invalid_node_names(name: str, index: int, reason: str) -> None:
-    """A02 to A07: the rule and the index are exact; the length is checked last."""
+    """The rule and the index are exact; the length is checked last."""
     with pytest.raises(InvalidNodeNameError, match=reason) as caught:
         validate_node_name(name)
     assert caught.value.index == index
@@ -72,7 +72,7 @@ def test_invalid_node_names(name: str, index: int, reason: str) -> None:
 
 @pytest.mark.parametrize("namespace", ["/", "/my_ns", "/with_one/heirarchy", "/" + "a" * 244])
 def test_valid_namespaces(namespace: str) -> None:
-    """A08, A14: the root, absolute names, up to 245 characters."""
+    """The root, absolute names, up to 245 characters."""
     validate_namespace(namespace)
 
 
@@ -90,7 +90,7 @@ def test_valid_namespaces(namespace: str) -> None:
     ],
 )
 def test_invalid_namespaces(namespace: str, index: int, reason: str) -> None:
-    """A09 to A14: each rule, with its index."""
+    """Each rule, with its index."""
     with pytest.raises(InvalidNamespaceError, match=reason) as caught:
         validate_namespace(namespace)
     assert caught.value.index == index
@@ -98,7 +98,7 @@ def test_invalid_namespaces(namespace: str, index: int, reason: str) -> None:
 
 @pytest.mark.parametrize("name", ["/chatter", "/ns/node_name/chatter", "/" + "a" * 246])
 def test_valid_full_names(name: str) -> None:
-    """A15, A19: absolute names up to 247 characters, for topics and services."""
+    """Absolute names up to 247 characters, for topics and services."""
     validate_full_topic_name(name)
     validate_full_service_name(name)
 
@@ -122,7 +122,7 @@ def test_valid_full_names(name: str) -> None:
     ],
 )
 def test_invalid_full_names(name: str, index: int, reason: str) -> None:
-    """A16 to A19, A30: each rule, with its index; services have their own error and wording."""
+    """Each rule, with its index; services have their own error and wording."""
     with pytest.raises(InvalidTopicNameError, match=f"topic name .*{reason}") as caught:
         validate_full_topic_name(name)
     assert caught.value.index == index
@@ -139,7 +139,7 @@ def test_invalid_full_names(name: str, index: int, reason: str) -> None:
     ],
 )
 def test_valid_unexpanded_names(name: str) -> None:
-    """A20, A21, A29: substitutions and doubled slashes pass before expansion."""
+    """Substitutions and doubled slashes pass before expansion."""
     validate_topic_name(name)
     validate_topic_name(name, is_service=True)
 
@@ -171,7 +171,7 @@ def test_valid_unexpanded_names(name: str) -> None:
     ],
 )
 def test_invalid_unexpanded_names(name: str, index: int, reason: str) -> None:
-    """A22 to A28, A30: each rule, with its index; services have their own error."""
+    """Each rule, with its index; services have their own error."""
     with pytest.raises(InvalidTopicNameError, match=reason) as caught:
         validate_topic_name(name)
     assert caught.value.index == index
@@ -181,7 +181,7 @@ def test_invalid_unexpanded_names(name: str, index: int, reason: str) -> None:
 
 
 def test_error_text_has_three_lines() -> None:
-    """A31: the rule, the quoted name, and a caret below the fault."""
+    """The rule, the quoted name, and a caret below the fault."""
     with pytest.raises(InvalidNodeNameError) as caught:
         validate_node_name("node/name")
     assert str(caught.value) == (
@@ -245,7 +245,7 @@ def test_non_strings_are_type_errors(value: str) -> None:
 
 @pytest.mark.parametrize("name", ["/chatter", "chatter", "/more/complex_/chatter", "/chatter_", ""])
 def test_not_hidden(name: str) -> None:
-    """B01: an underscore elsewhere than at the start of a token hides nothing."""
+    """An underscore elsewhere than at the start of a token hides nothing."""
     assert not is_hidden(name)
 
 
@@ -253,7 +253,7 @@ def test_not_hidden(name: str) -> None:
     "name", ["/_chatter", "_chatter", "/_more/x", "/more/_complex/chatter", "/more/complex/_/chatter", "_"]
 )
 def test_hidden(name: str) -> None:
-    """B02: any token that begins with an underscore hides the name."""
+    """Any token that begins with an underscore hides the name."""
     assert is_hidden(name)
 
 
@@ -280,13 +280,13 @@ def test_hidden(name: str) -> None:
     ],
 )
 def test_expansion(topic: str, node: str, namespace: str, full: str) -> None:
-    """C01 to C08, C11: tilde, substitutions and namespace, for topics and services alike."""
+    """Tilde, substitutions and namespace, for topics and services alike."""
     assert expand_topic_name(topic, node, namespace) == full
     assert expand_topic_name(topic, node, namespace, is_service=True) == full
 
 
 def test_expansion_can_validate_its_result() -> None:
-    """C08: the doubled slash is rejected by the check of the full name."""
+    """The doubled slash is rejected by the check of the full name."""
     with pytest.raises(InvalidTopicNameError, match="repeated"):
         expand_topic_name("/foo/{namespace}", "my_node", "/my_ns", validate=True)
     with pytest.raises(InvalidServiceNameError, match="repeated"):
@@ -296,7 +296,7 @@ def test_expansion_can_validate_its_result() -> None:
 
 @pytest.mark.parametrize(("topic", "index"), [("{doesnotexist}", 0), ("{ns}/{bad_sub}", 5), ("~/{}", 2)])
 def test_unknown_substitution(topic: str, index: int) -> None:
-    """C09: the error names the substitution and its index in the given name."""
+    """The error names the substitution and its index in the given name."""
     with pytest.raises(InvalidTopicNameError, match="unknown substitution") as caught:
         expand_topic_name(topic, "node", "/ns")
     assert (caught.value.name, caught.value.index) == (topic, index)
@@ -314,7 +314,7 @@ def test_unknown_substitution(topic: str, index: int) -> None:
 def test_expansion_says_which_argument_is_wrong(
     topic: str, node: str, namespace: str, error: type[InvalidNameError]
 ) -> None:
-    """C10: each bad argument has its own error type."""
+    """Each bad argument has its own error type."""
     with pytest.raises(error):
         expand_topic_name(topic, node, namespace)
     if error is InvalidTopicNameError:
@@ -326,7 +326,7 @@ def test_expansion_says_which_argument_is_wrong(
     ("given_ns", "full"), [("", "/"), ("ns", "/ns"), ("/", "/"), ("/ns", "/ns"), ("a/b", "/a/b")]
 )
 def test_normalize_namespace(given_ns: str, full: str) -> None:
-    """E08: an empty namespace is the root, and a relative one is absolute."""
+    """An empty namespace is the root, and a relative one is absolute."""
     assert normalize_namespace(given_ns) == full
 
 

@@ -75,5 +75,5 @@ def test_a_wrong_value_is_refused_after_an_equal_valid_one(
 def test_what_a_publisher_must_offer(
     publisher: dict[str, int], subscription: dict[str, int], policy: PolicyKind | None
 ) -> None:
-    """G08 to G11: the last policy for which a subscription requests more is returned."""
+    """The last policy for which a subscription requests more is returned."""
     assert incompatible_policy(parse_qos(publisher), parse_qos(subscription)) == policy

@@ -36,7 +36,7 @@ def rules(*texts: str) -> list[RemapRule]:
     ],
 )
 def test_reading_a_rule(text: str, rule: RemapRule) -> None:
-    """D01, D04, D05, D09: every form of a rule is read."""
+    """Every form of a rule is read."""
     assert RemapRule.parse(text) == rule
 
 
@@ -49,13 +49,13 @@ def test_reading_a_rule(text: str, rule: RemapRule) -> None:
     ],
 )
 def test_rules_that_are_none(text: str) -> None:
-    """D17: what is no rule is a ValueError."""
+    """What is no rule is a ValueError."""
     with pytest.raises(ValueError, match=r"expected from:=to|Invalid"):
         RemapRule.parse(text)
 
 
 def test_both_sides_are_expanded() -> None:
-    """D01: the rule is compared after expansion in the node's namespace."""
+    """The rule is compared after expansion in the node's namespace."""
     remapper = Remapper("node", "/ns", process_rules=rules("foo:=bar", "~/x:=/y", "/abs:={node}/z"))
     assert remapper.resolve_topic("foo") == "/ns/bar"
     assert remapper.resolve_topic("/ns/foo") == "/ns/bar"
@@ -65,7 +65,7 @@ def test_both_sides_are_expanded() -> None:
 
 
 def test_a_rule_has_one_direction() -> None:
-    """D02: the new name is not renamed back."""
+    """The new name is not renamed back."""
     remapper = Remapper("node", process_rules=rules("/bar/foo:=/foo/bar"))
     assert remapper.resolve_topic("/bar/foo") == "/foo/bar"
     assert remapper.resolve_topic("/foo/bar") == "/foo/bar"
@@ -84,13 +84,13 @@ def test_a_rule_has_one_direction() -> None:
     ],
 )
 def test_node_and_namespace(texts: list[str], name: str, namespace: str) -> None:
-    """D04, D05, D07, D23: the node's own names, also for one node only; the first rule wins."""
+    """The node's own names, also for one node only; the first rule wins."""
     remapper = Remapper("my_node", "/my_ns", process_rules=rules(*texts))
     assert (remapper.name, remapper.namespace) == (name, namespace)
 
 
 def test_rules_for_one_node() -> None:
-    """D05: a prefixed rule applies to the node of that name only."""
+    """A prefixed rule applies to the node of that name only."""
     given = rules("Node1:/foo:=/x", "Node1:__ns:=/y")
     one, two = Remapper("Node1", process_rules=given), Remapper("Node2", process_rules=given)
     assert (one.namespace, one.resolve_topic("/foo")) == ("/y", "/x")
@@ -98,7 +98,7 @@ def test_rules_for_one_node() -> None:
 
 
 def test_own_rules_win() -> None:
-    """D06, D08: a node's own rules go before the process's, and those can be left out."""
+    """A node's own rules go before the process's, and those can be left out."""
     process = rules("foo:=process", "__ns:=/process", "bar:=also")
     both = Remapper("node", rules=rules("foo:=own", "__ns:=/own"), process_rules=process)
     assert both.namespace == "/own"
@@ -109,14 +109,14 @@ def test_own_rules_win() -> None:
 
 
 def test_first_rule_only() -> None:
-    """D07: the first matching rule is applied, once."""
+    """The first matching rule is applied, once."""
     remapper = Remapper("node", process_rules=rules("a:=b", "a:=c", "b:=d"))
     assert remapper.resolve_topic("a") == "/b"
     assert remapper.resolve_topic("b") == "/d"
 
 
 def test_topics_and_services() -> None:
-    """D09, D10, D12: a plain rule is for both, a scheme for one."""
+    """A plain rule is for both, a scheme for one."""
     texts = ("rostopic://t:=t2", "rosservice://s:=s2", "service:=example/new_service")
     remapper = Remapper("node", "/ns", process_rules=rules(*texts))
     assert (remapper.resolve_topic("t"), remapper.resolve_service("t")) == ("/ns/t2", "/ns/t")
@@ -126,13 +126,13 @@ def test_topics_and_services() -> None:
 
 
 def test_prefix_is_the_new_node_name() -> None:
-    """D11: a prefixed topic rule is compared with the node's new name."""
+    """A prefixed topic rule is compared with the node's new name."""
     remapper = Remapper("old", process_rules=rules("__node:=new", "old:a:=no", "new:a:=yes"))
     assert remapper.resolve_topic("a") == "/yes"
 
 
 def test_only_expand() -> None:
-    """D13: expansion without remapping can be asked for."""
+    """Expansion without remapping can be asked for."""
     remapper = Remapper("node", "/my_ns", process_rules=rules("foo:=bar"))
     assert remapper.resolve_topic("foo") == "/my_ns/bar"
     assert remapper.resolve_topic("foo", only_expand=True) == "/my_ns/foo"

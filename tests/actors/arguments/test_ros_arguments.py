@@ -32,7 +32,7 @@ def test_nothing_for_ros() -> None:
 
 
 def test_all_flags(tmp_path: Path) -> None:
-    """D14: every flag of ROS 2 is recognised, long and short."""
+    """Every flag of ROS 2 is recognised, long and short."""
     path = tmp_path / "p.yaml"
     path.write_text("/**: {ros__parameters: {c: 3}}")
     parsed = ros(
@@ -65,7 +65,7 @@ def test_all_flags(tmp_path: Path) -> None:
     ["foo:=bar", "--custom", "__node:=n", "file.yaml", "--log", "stdout-logs", "--disable-x-logs", "-x"],
 )
 def test_unknown_arguments(unknown: str) -> None:
-    """D15: what no flag stands before is an error that lists it and says what a right one looks like."""
+    """What no flag stands before is an error that lists it and says what a right one looks like."""
     with pytest.raises(InvalidRosArgumentError, match="Found unknown ROS arguments") as caught:
         ros("-r", "a:=b", unknown)
     assert f"Failed to parse ROS arguments: '{unknown}'" in str(caught.value)
@@ -74,7 +74,7 @@ def test_unknown_arguments(unknown: str) -> None:
 
 @pytest.mark.parametrize("word", ["UNSET", "DEBUG", "INFO", "WARN", "ERROR", "FATAL", "debug", "Info"])
 def test_log_levels(word: str) -> None:
-    """D16: levels are read in any case."""
+    """Levels are read in any case."""
     assert ros("--log-level", word).log_level is LoggingSeverity[word.upper()]
 
 
@@ -88,7 +88,7 @@ def test_log_levels(word: str) -> None:
     ],
 )
 def test_bad_arguments(arguments: tuple[str, ...]) -> None:
-    """D16 to D18, D22: the error says that ROS arguments failed to parse and quotes the offending text."""
+    """The error says that ROS arguments failed to parse and quotes the offending text."""
     with pytest.raises(InvalidRosArgumentError, match="Failed to parse ROS arguments") as caught:
         ros(*arguments)
     assert " ".join(arguments) in str(caught.value)
@@ -97,7 +97,7 @@ def test_bad_arguments(arguments: tuple[str, ...]) -> None:
 
 
 def test_error_text() -> None:
-    """D22: a wrong rule shows the rule, the reason and what would be right."""
+    """A wrong rule shows the rule, the reason and what would be right."""
     with pytest.raises(InvalidRosArgumentError) as caught:
         ros("-r", "foo\x1b:bar")
     assert str(caught.value).startswith(
@@ -109,7 +109,7 @@ def test_error_text() -> None:
 
 
 def test_end_of_the_section() -> None:
-    """D20: the first -- closes the section, a second one belongs to the program; sections may follow."""
+    """The first -- closes the section, a second one belongs to the program; sections may follow."""
     parsed = parse_ros_arguments(
         ["prog", "-v", "--ros-args", "-r", "a:=b", "--", "-x", "--", "y", "--ros-args", "-p", "c:=1"]
     )
@@ -121,7 +121,7 @@ def test_end_of_the_section() -> None:
 
 
 def test_order_of_parameters(tmp_path: Path) -> None:
-    """L04: a file given after a -p wins over it, and one given before does not."""
+    """A file given after a -p wins over it, and one given before does not."""
     path = tmp_path / "p.yaml"
     path.write_text("/ns/node: {ros__parameters: {fizz: file}}")
     file = ("--params-file", str(path))

@@ -84,7 +84,7 @@ def test_the_events_have_ros_2s_numbers() -> None:
 @pytest.mark.parametrize("concurrent", [False, True])
 @pytest.mark.parametrize("kind", ["def", "async def"])
 async def test_metadata_is_four_events_of_one_call(watch: Watch, kind: str, *, concurrent: bool) -> None:
-    """H09: four events without contents, of one client and one number, each stamped by the clock given."""
+    """Four events without contents, of one client and one number, each stamped by the clock given."""
 
     async def slow(request: AddTwoInts.Request) -> AddTwoInts.Response:
         await asyncio.sleep(0)
@@ -105,7 +105,7 @@ async def test_metadata_is_four_events_of_one_call(watch: Watch, kind: str, *, c
 
 
 async def test_contents_come_with_their_events(watch: Watch) -> None:
-    """H10: the request in both REQUEST events, as it was sent, the response in both RESPONSE events."""
+    """The request in both REQUEST events, as it was sent, the response in both RESPONSE events."""
 
     def handle(request: AddTwoInts.Request) -> AddTwoInts.Response:
         answer = add(request)

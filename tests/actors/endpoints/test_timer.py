@@ -32,7 +32,7 @@ def play(scene: Scene) -> None:
 
 
 def test_ticks_come_at_whole_periods() -> None:
-    """J01: nothing before half a period, exactly four in four and a half; no drift in an hour."""
+    """Nothing before half a period, exactly four in four and a half; no drift in an hour."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         times: list[float] = []
@@ -51,7 +51,7 @@ def test_ticks_come_at_whole_periods() -> None:
 
 
 def test_cancel_stops_and_reset_restarts() -> None:
-    """J02, J04: after cancel no tick and no next call; reset starts a whole period from then."""
+    """After cancel no tick and no next call; reset starts a whole period from then."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         ticks: list[float] = []
@@ -77,7 +77,7 @@ def test_cancel_stops_and_reset_restarts() -> None:
 
 
 def test_autostart_can_wait() -> None:
-    """J03: with autostart=False a timer is cancelled until reset."""
+    """With autostart=False a timer is cancelled until reset."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         ticks: list[float] = []
@@ -93,7 +93,7 @@ def test_autostart_can_wait() -> None:
 
 
 def test_a_callback_may_take_the_times() -> None:
-    """J05: one parameter gets expected and actual call time; two are refused."""
+    """One parameter gets expected and actual call time; two are refused."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         infos: list[Any] = []
@@ -111,7 +111,7 @@ def test_a_callback_may_take_the_times() -> None:
 
 
 def test_a_zero_period_ticks_at_once_and_starves_nobody() -> None:
-    """J06: period zero fires in every turn of the loop, beside others."""
+    """Period zero fires in every turn of the loop, beside others."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         timer = node.create_timer(0, lambda: None)
@@ -179,7 +179,7 @@ def test_a_bad_period_is_refused(period: float) -> None:
 
 
 def test_both_kinds_of_callbacks_are_taken() -> None:
-    """I03: `async def` ticks, too; a tick that passes while one runs is skipped and counted."""
+    """`async def` ticks, too; a tick that passes while one runs is skipped and counted."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         times: list[float] = []
@@ -214,7 +214,7 @@ def test_a_stalled_loop_skips_ticks_and_keeps_the_beat() -> None:
 
 
 def test_a_raising_callback_ticks_on() -> None:
-    """I09 (ours): errors are counted, the timer goes on, in both kinds of callbacks."""
+    """Errors are counted, the timer goes on, in both kinds of callbacks."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         def plain() -> None:
@@ -232,7 +232,7 @@ def test_a_raising_callback_ticks_on() -> None:
 
 
 def test_a_destroyed_timer_is_over() -> None:
-    """E11: destroying stops it, cancels the callback that runs, twice is no error; reset is refused."""
+    """Destroying stops it, cancels the callback that runs, twice is no error; reset is refused."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         ends: list[str] = []
@@ -280,7 +280,7 @@ def test_a_callback_may_cancel_and_destroy_its_own_timer() -> None:
 
 
 def test_timers_made_before_the_node_runs_start_with_it() -> None:
-    """I01: a timer of a node that does not run yet starts its first period on entry."""
+    """A timer of a node that does not run yet starts its first period on entry."""
 
     async def main(loop: SimulatedLoop) -> None:
         times: list[float] = []
@@ -297,7 +297,7 @@ def test_timers_made_before_the_node_runs_start_with_it() -> None:
 
 
 def test_sleeps_of_the_clock_run_side_by_side() -> None:
-    """I11, I13: three sleeps end in time and none early; zero and less return at once."""
+    """Three sleeps end in time and none early; zero and less return at once."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         ends: list[float] = []
@@ -314,7 +314,7 @@ def test_sleeps_of_the_clock_run_side_by_side() -> None:
 
 
 def test_a_sleep_ends_with_its_node() -> None:
-    """I11: a task that sleeps on a destroyed node's clock is cancelled; sleeping on it again is refused."""
+    """A task that sleeps on a destroyed node's clock is cancelled; sleeping on it again is refused."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         sleeper = asyncio.ensure_future(node.get_clock().sleep(100))

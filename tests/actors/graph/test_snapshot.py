@@ -22,7 +22,7 @@ EMPTY = EndpointInfo(
 
 
 def test_an_empty_endpoint_is_fourteen_lines() -> None:
-    """E16: rclpy's labels; what is not known is INVALID or UNKNOWN, and no time is Infinite."""
+    """Rclpy's labels; what is not known is INVALID or UNKNOWN, and no time is Infinite."""
     assert str(EMPTY).splitlines() == [
         "Node name: ",
         "Node namespace: ",

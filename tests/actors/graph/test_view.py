@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 async def test_counts_follow_what_is_created(meeting: Meeting) -> None:
-    """E13: 0, 1, 2 as entities are created, at once, by relative and by full name."""
+    """0, 1, 2 as entities are created, at once, by relative and by full name."""
     node, other = await meeting.node("one"), await meeting.node("other")
     for count in range(3):
         for name in ("chatter", "/chatter"):
@@ -42,7 +42,7 @@ async def test_counts_follow_what_is_created(meeting: Meeting) -> None:
 
 
 async def test_bad_names_are_refused(meeting: Meeting) -> None:
-    """E14: '42' is a ValueError that says so, a number a TypeError."""
+    """'42' is a ValueError that says so, a number a TypeError."""
     node = await meeting.node("one")
     with pytest.raises(ValueError, match="nvalid"):
         await node.count_publishers("42")
@@ -53,7 +53,7 @@ async def test_bad_names_are_refused(meeting: Meeting) -> None:
 
 
 async def test_endpoint_infos_tell_everything(meeting: Meeting) -> None:
-    """E15: node name, namespace, type, hash and QoS of each endpoint of a topic."""
+    """Node name, namespace, type, hash and QoS of each endpoint of a topic."""
     node = await meeting.node("one", namespace="/ns")
     node.create_publisher(String, "chatter", KEEP_ALL)
     node.create_subscription(String, "chatter", lambda msg: None, 3)
@@ -92,7 +92,7 @@ async def test_names_and_types(meeting: Meeting) -> None:
 
 
 async def test_waiting_for_a_node(meeting: Meeting) -> None:
-    """E17: True for one that is there, also with 0; False for one that never comes; pushed when one comes."""
+    """True for one that is there, also with 0; False for one that never comes; pushed when one comes."""
     node = await meeting.node("one")
     assert await node.wait_for_node("/one", 20)
     assert await node.wait_for_node("/one", 0)
@@ -131,7 +131,7 @@ async def test_a_wait_survives_a_broker(meeting: Meeting) -> None:
 
 
 async def test_a_wait_can_be_cancelled_from_outside(meeting: Meeting) -> None:
-    """I05: asyncio.timeout around wait_for_node works; nothing is left at the broker."""
+    """`asyncio.timeout` around wait_for_node works; nothing is left at the broker."""
     node = await meeting.node("one")
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.02):

@@ -97,7 +97,7 @@ async def remote(meeting: Meeting, managed: Managed) -> Remote:
 
 
 async def test_back_and_forth(managed: Managed) -> None:
-    """N02: configure and cleanup, activate and deactivate, ten times each."""
+    """Configure and cleanup, activate and deactivate, ten times each."""
     for _ in range(10):
         assert await managed.trigger_configure() is SUCCESS
         assert await managed.trigger_cleanup() is SUCCESS
@@ -114,7 +114,7 @@ async def test_back_and_forth(managed: Managed) -> None:
 
 @pytest.mark.parametrize(("on_error", "state"), [(SUCCESS, "unconfigured"), (ERROR, "finalized")])
 async def test_errors(managed: Managed, on_error: TransitionCallbackReturn, state: str) -> None:
-    """N03: after ERROR `on_error` decides; it gets the state before the transition."""
+    """After ERROR `on_error` decides; it gets the state before the transition."""
     managed.results = {"configure": ERROR, "error": on_error}
     assert await managed.trigger_configure() is ERROR
     assert managed.current_state.label == state
@@ -132,7 +132,7 @@ async def test_a_callback_that_raises(managed: Managed, wrong: Any) -> None:
 
 
 async def test_services(remote: Remote) -> None:
-    """N04: the five services, with rclpy's names and answers."""
+    """The five services, with rclpy's names and answers."""
     found = dict(await remote.node.get_service_names_and_types_by_node("managed", "/"))
     assert found == {
         "/managed/change_state": ["lifecycle_msgs/srv/ChangeState"],
@@ -195,7 +195,7 @@ async def test_a_transition_outlives_its_caller(remote: Remote, managed: Managed
 
 
 async def test_lifecycle_publishers(remote: Remote, managed: Managed) -> None:
-    """N05: silent until active, and again after; what was suppressed is counted."""
+    """Silent until active, and again after; what was suppressed is counted."""
     heard: list[str] = []
     subscription = remote.node.create_subscription(
         String, "chatter", lambda text: heard.append(text.data), 10

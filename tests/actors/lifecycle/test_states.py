@@ -12,7 +12,7 @@ SUCCESS, FAILURE, ERROR = TransitionCallbackReturn
 
 
 def test_numbers_are_those_of_lifecycle_msgs() -> None:
-    """N01: every state has the number of its constant, every transition too."""
+    """Every state has the number of its constant, every transition too."""
     constants = {
         name.split("_STATE_")[1].lower(): value
         for name, value in vars(msg.State).items()

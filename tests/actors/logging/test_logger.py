@@ -34,7 +34,7 @@ def five(call: Callable[[], bool]) -> list[bool]:
 
 
 def test_severities() -> None:
-    """K02: the numbers are ROS 2's; INFO is the default level."""
+    """The numbers are ROS 2's; INFO is the default level."""
     assert [(severity.name, int(severity)) for severity in LoggingSeverity] == [
         ("UNSET", 0),
         ("DEBUG", 10),
@@ -47,7 +47,7 @@ def test_severities() -> None:
 
 
 def test_severity_from_name() -> None:
-    """D16: level words are read in any case; another word lists them."""
+    """Level words are read in any case; another word lists them."""
     assert severity_from_name("wArN") is LoggingSeverity.WARN
     with pytest.raises(ValueError, match="'foo' is not a log level, expected one of UNSET, DEBUG, INFO"):
         severity_from_name("foo")
@@ -57,12 +57,12 @@ def test_severity_from_name() -> None:
     ("full", "expected"), [("/my_ns/my_node", "my_ns.my_node"), ("/my_node", "my_node"), ("/a/b/n", "a.b.n")]
 )
 def test_node_logger_name(full: str, expected: str) -> None:
-    """E09: slashes become dots and the root namespace vanishes."""
+    """Slashes become dots and the root namespace vanishes."""
     assert node_logger_name(full) == expected
 
 
 def test_threshold(name: str, caplog: pytest.LogCaptureFixture) -> None:
-    """K03: a call below the threshold returns False and logs nothing, any other returns True."""
+    """A call below the threshold returns False and logs nothing, any other returns True."""
     logger = get_logger(name)
     logger.set_level(LoggingSeverity.WARN)
     results = [logger.debug("d"), logger.info("i"), logger.warning("w"), logger.warn("w2")]  # noqa: G010 - rclpy's name
@@ -105,19 +105,19 @@ def test_exception_is_attached(name: str, caplog: pytest.LogCaptureFixture) -> N
 
 
 def test_once(name: str) -> None:
-    """K04: once logs the first call only."""
+    """`once` logs the first call only."""
     logger = get_logger(name)
     assert five(lambda: logger.info("x", once=True)) == [True, False, False, False, False]
 
 
 def test_skip_first(name: str) -> None:
-    """K04: skip_first logs all but the first call."""
+    """`skip_first` logs all but the first call."""
     logger = get_logger(name)
     assert five(lambda: logger.info("x", skip_first=True)) == [False, True, True, True, True]
 
 
 def test_once_and_skip_first(name: str) -> None:
-    """K04: both together log the second call only."""
+    """Both together log the second call only."""
     logger = get_logger(name)
     assert five(lambda: logger.info("x", once=True, skip_first=True)) == [False, True, False, False, False]
 
@@ -127,14 +127,14 @@ def test_once_and_skip_first(name: str) -> None:
     [(False, [True, False, False, True, False]), (True, [False, False, False, True, False])],
 )
 def test_throttle(name: str, skip_first: bool, expected: list[bool]) -> None:
-    """K05: at most one message a second, also with the first one skipped."""
+    """At most one message a second, also with the first one skipped."""
     times = iter([0.0, 0.4, 0.8, 1.2, 1.6])
     logger = Logger(name, monotonic=lambda: next(times))
     assert five(lambda: logger.info("x", throttle_duration_sec=1.0, skip_first=skip_first)) == expected
 
 
 def test_filters_belong_to_a_line(name: str) -> None:
-    """K04: two call sites have separate states, also on one line; get_logger anew keeps them."""
+    """Two call sites have separate states, also on one line; get_logger anew keeps them."""
     for turn in range(2):
         pair = [get_logger(name).info("x", once=True), get_logger(name).info("x", once=True)]
         assert pair == ([True, True] if turn == 0 else [False, False])
@@ -153,7 +153,7 @@ def test_filters_count_only_what_is_enabled(name: str) -> None:
 
 
 def test_call_site_cannot_change(name: str) -> None:
-    """K06: another severity or filter value at a line with filters is a ValueError."""
+    """Another severity or filter value at a line with filters is a ValueError."""
     logger = get_logger(name)
 
     def call(severity: LoggingSeverity, throttle: float) -> bool:
@@ -167,7 +167,7 @@ def test_call_site_cannot_change(name: str) -> None:
 
 
 def test_unknown_option(name: str) -> None:
-    """K06: a misspelt option is a TypeError, also below the threshold."""
+    """A misspelt option is a TypeError, also below the threshold."""
     wrong: dict[str, Any] = {"onec": True}
     for call in (get_logger(name).info, get_logger(name).debug):
         with pytest.raises(TypeError, match="'onec' is not one of the recognized logging options: once"):
@@ -175,7 +175,7 @@ def test_unknown_option(name: str) -> None:
 
 
 def test_children_inherit(name: str) -> None:
-    """K07: a child has its parent's level until it gets its own, and again after UNSET."""
+    """A child has its parent's level until it gets its own, and again after UNSET."""
     parent = get_logger(name)
     child = parent.get_child("child")
     assert child.name == f"{name}.child"
@@ -199,7 +199,7 @@ def test_foreign_levels(name: str) -> None:
 
 
 def test_empty_names_and_bad_levels(name: str) -> None:
-    """K07: an empty name or an unknown level is a ValueError."""
+    """An empty name or an unknown level is a ValueError."""
     with pytest.raises(ValueError, match="must not be empty"):
         get_logger("")
     with pytest.raises(ValueError, match="must not be empty"):

@@ -49,13 +49,13 @@ def record(message: str, *, name: str = "callboard.ns.node", level: int = loggin
     [(10, "DEBUG"), (20, "INFO"), (30, "WARN"), (40, "ERROR"), (50, "FATAL"), (25, "Level 25")],
 )
 def test_format(level: int, label: str) -> None:
-    """K01: severity, seconds.nanoseconds, logger name without our prefix, message."""
+    """Severity, seconds.nanoseconds, logger name without our prefix, message."""
     line = RosFormatter().format(record("text", level=level))
     assert line == f"[{label}] [1605120000.123456789] [ns.node]: text"
 
 
 def test_stamp_keeps_leading_zeros() -> None:
-    """K01: nanoseconds have nine digits."""
+    """Nanoseconds have nine digits."""
     made = record("x")
     made.stamp_ns = 5_000_000_042
     assert "[5.000000042]" in RosFormatter().format(made)

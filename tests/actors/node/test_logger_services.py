@@ -70,7 +70,7 @@ def levels() -> Iterator[None]:
 
 
 async def test_they_are_there_if_wanted(meeting: Meeting, server: actors.Node) -> None:
-    """K08: a node has them only if it is asked to, and declares them without their definitions."""
+    """A node has them only if it is asked to, and declares them without their definitions."""
     await meeting.node("other")
     assert await server.get_service_names_and_types() == [
         ("/ns/server/get_logger_levels", ["rcl_interfaces/srv/GetLoggerLevels"]),
@@ -80,7 +80,7 @@ async def test_they_are_there_if_wanted(meeting: Meeting, server: actors.Node) -
 
 
 async def test_levels_are_set_and_read(remote: Remote, name: str) -> None:
-    """K08: a level is a logger's own; one that inherits it, or that nobody knows, has none."""
+    """A level is a logger's own; one that inherits it, or that nobody knows, has none."""
     child = actors.get_logger(name).get_child("child")
     assert await remote.get(name, f"{name}.child", f"{name}.nobody") == [
         (name, UNKNOWN), (f"{name}.child", UNKNOWN), (f"{name}.nobody", UNKNOWN),
@@ -95,7 +95,7 @@ async def test_levels_are_set_and_read(remote: Remote, name: str) -> None:
 
 
 async def test_an_invalid_level(remote: Remote, name: str) -> None:
-    """K08: it is refused with rclpy's text, and the others of the request are set."""
+    """It is refused with rclpy's text, and the others of the request are set."""
     wanted = [(name, 22), (f"{name}.b", DEBUG), (name, 2**32 - 1)]
     assert await remote.set(*wanted) == [(False, INVALID), (True, ""), (False, INVALID)]
     assert await remote.get(name, f"{name}.b") == [(name, UNKNOWN), (f"{name}.b", DEBUG)]

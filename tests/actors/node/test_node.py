@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     ("namespace", "full"), [(None, "/n"), ("", "/n"), ("/", "/n"), ("ns", "/ns/n"), ("/a/b", "/a/b/n")]
 )
 def test_a_namespace_becomes_absolute(namespace: str | None, full: str) -> None:
-    """E08: '' is '/', 'ns' is '/ns'."""
+    """'' is '/', 'ns' is '/ns'."""
     node = actors.Node("n", namespace=namespace)
     assert node.get_fully_qualified_name() == full
     assert node.get_name() == "n"
@@ -34,7 +34,7 @@ def test_a_namespace_becomes_absolute(namespace: str | None, full: str) -> None:
 
 
 def test_bad_names_are_refused() -> None:
-    """E08: a bad name, namespace or URL has an error of its own."""
+    """A bad name, namespace or URL has an error of its own."""
     with pytest.raises(InvalidNodeNameError):
         actors.Node("no?")
     with pytest.raises(InvalidNamespaceError):
@@ -44,7 +44,7 @@ def test_bad_names_are_refused() -> None:
 
 
 def test_a_logger_is_named_after_its_node() -> None:
-    """E09: 'my_ns.my_node'; in the root namespace just the node's name."""
+    """'my_ns.my_node'; in the root namespace just the node's name."""
     assert actors.Node("my_node", namespace="/my_ns").get_logger().name == "my_ns.my_node"
     assert actors.Node("my_node").get_logger().name == "my_node"
 
@@ -63,7 +63,7 @@ def test_a_node_needs_no_loop_to_be_made() -> None:
 
 
 async def test_what_is_made_before_entering_becomes_live(meeting: Meeting) -> None:
-    """I01, E18: entities made before `async with` work in it, and are gone after it."""
+    """Entities made before `async with` work in it, and are gone after it."""
     node = meeting.absent("both")
     received: list[str] = []
     node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
@@ -80,7 +80,7 @@ async def test_what_is_made_before_entering_becomes_live(meeting: Meeting) -> No
 
 @pytest.mark.parametrize("kind", ["def", "async def"])
 async def test_run_returns_when_the_node_is_destroyed(meeting: Meeting, kind: str) -> None:
-    """I02: `run` ends with destroy_node, called from a callback of either kind; running twice is refused."""
+    """`run` ends with destroy_node, called from a callback of either kind; running twice is refused."""
     node = meeting.absent("both")
 
     async def slow(msg: String) -> None:
@@ -105,7 +105,7 @@ async def test_run_returns_when_the_node_is_destroyed(meeting: Meeting, kind: st
 
 
 async def test_a_destroyed_node_makes_nothing(meeting: Meeting) -> None:
-    """I04, E11: every entity is a RuntimeError on a destroyed node; destroying twice is no error."""
+    """Every entity is a RuntimeError on a destroyed node; destroying twice is no error."""
     async with meeting.absent("gone") as node:
         pass
     node.destroy_node()
@@ -291,7 +291,7 @@ async def test_the_mailbox_is_the_nodes(meeting: Meeting) -> None:
 async def test_qos_mismatch_warns_both_and_delivers(
     meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """G13: both sides log the policy's name, and the message arrives all the same."""
+    """Both sides log the policy's name, and the message arrives all the same."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[int] = []
     publisher = talker.create_publisher(Int64, "numbers")
@@ -357,7 +357,7 @@ async def test_one_class_in_two_scripts_is_warned_of_with_a_remedy(
 
 
 async def test_destroy_methods_know_their_own(meeting: Meeting) -> None:
-    """E11: destroy_* is True once, False for strangers."""
+    """`destroy_*` is True once, False for strangers."""
     node, other = await meeting.node("one"), await meeting.node("other")
     service = node.create_service(AddTwoInts, "add", lambda request: AddTwoInts.Response())
     client = node.create_client(AddTwoInts, "add")

@@ -281,7 +281,7 @@ def test_a_timeout_around_a_node_that_stops_is_a_timeout() -> None:
 
 @pytest.mark.parametrize("inside", [False, True])
 def test_destroy_node_cancels_at_once_and_callers_learn_of_it(*, inside: bool) -> None:
-    """I02, I10, E12: handlers are cancelled, `run` returns, and nobody waits for a dead node's answer."""
+    """Handlers are cancelled, `run` returns, and nobody waits for a dead node's answer."""
 
     async def scene(stage: Stage) -> None:
         node = actors.Node("actor", use_global_arguments=False)

@@ -94,7 +94,7 @@ async def test_each_node_has_them(meeting: Meeting, server: actors.Node) -> None
     [True, -7, 2.5, "text", b"\x00\xff", [True, False], [1, -2], [0.5, 1.0], ["a", "b"]],
 )
 async def test_values_of_every_type_arrive(server: actors.Node, remote: Remote, value: Any) -> None:
-    """L01: each type of value can be set and read from another node."""
+    """Each type of value can be set and read from another node."""
     server.declare_parameter("p", value)
     assert await remote.set(p=value) == [(True, "")]
     response = await remote.call("get_parameters", names=["p"])
@@ -131,7 +131,7 @@ async def test_descriptions(server: actors.Node, remote: Remote) -> None:
 
 
 async def test_lists(server: actors.Node, remote: Remote) -> None:
-    """L15: names and prefixes, below prefixes and to a depth."""
+    """Names and prefixes, below prefixes and to a depth."""
     server.declare_parameters("arm", [("speed", 1), ("joint.a", 1)])
     result = (await remote.call("list_parameters", prefixes=["arm"], depth=1)).result
     assert (result.names, result.prefixes) == (["arm.speed"], ["arm"])
@@ -140,7 +140,7 @@ async def test_lists(server: actors.Node, remote: Remote) -> None:
 
 
 async def test_sets_are_per_item_or_atomic(server: actors.Node, remote: Remote) -> None:
-    """L08: set_parameters sets what it can, set_parameters_atomically all or nothing."""
+    """`set_parameters` sets what it can, set_parameters_atomically all or nothing."""
     server.declare_parameters("", [("a", 1), ("b", 1)])
     assert [each for each, _ in await remote.set(a=2, b="text")] == [True, False]
     both = [Parameter("a", value=3).to_parameter_msg(), Parameter("b", value="text").to_parameter_msg()]
@@ -158,7 +158,7 @@ async def test_a_value_of_no_type_is_refused(server: actors.Node, remote: Remote
 
 
 async def test_events(server: actors.Node, remote: Remote) -> None:
-    """L20: one event for each operation, split into new, changed and deleted, with the node's full name."""
+    """One event for each operation, split into new, changed and deleted, with the node's full name."""
     server.declare_parameter("a", 1)
     server.declare_parameter("b", 1, ParameterDescriptor(dynamic_typing=True))
     server.set_parameters_atomically([Parameter("a", value=2), Parameter("b")])
@@ -179,7 +179,7 @@ async def test_events(server: actors.Node, remote: Remote) -> None:
 
 
 async def test_refused_values_make_no_event(server: actors.Node, remote: Remote) -> None:
-    """L20: only a successful set has one."""
+    """Only a successful set has one."""
     server.declare_parameter("a", 1)
     await remote.set(a="text")
     server.add_on_set_parameters_callback(lambda _: SetParametersResult(successful=False, reason="no"))
@@ -207,7 +207,7 @@ async def test_a_set_callback_may_not_set(server: actors.Node, remote: Remote) -
 
 
 async def test_a_post_set_callback_may_set(server: actors.Node, remote: Remote) -> None:
-    """L12: what follows from a value may be set after it; its event comes after the first one."""
+    """What follows from a value may be set after it; its event comes after the first one."""
     server.declare_parameters("", [("a", 1), ("b", 1)])
 
     def follow(parameters: list[Parameter]) -> None:

@@ -284,7 +284,7 @@ async def test_a_timer_may_follow_another_clock(meeting: Meeting) -> None:
 
 
 async def test_cancelled_and_destroyed_timers_do_not_tick(meeting: Meeting) -> None:
-    """J02 by simulated time: cancel stops, reset starts a whole period, destroy ends it."""
+    """By simulated time: cancel stops, reset starts a whole period, destroy ends it."""
     node, clock = await simulated(meeting)
     await clock.set(100)
     timer = node.create_timer(1, lambda: None)
@@ -302,7 +302,7 @@ async def test_cancelled_and_destroyed_timers_do_not_tick(meeting: Meeting) -> N
 
 
 async def test_sleeps_end_by_simulated_time(meeting: Meeting) -> None:
-    """I12: they end when their time has come and not before, also in a callback that holds the mailbox."""
+    """They end when their time has come and not before, also in a callback that holds the mailbox."""
     node, clock = await simulated(meeting)
     ends: list[tuple[str, Time]] = []
     own = node.get_clock()
@@ -347,7 +347,7 @@ async def test_a_sleep_before_the_first_time_begins_with_it(meeting: Meeting) ->
 
 @pytest.mark.parametrize("active", [True, False])
 async def test_a_sleep_ends_with_an_error_when_the_source_changes(meeting: Meeting, active: bool) -> None:
-    """I12: TimeSourceChangedError, in both directions."""
+    """TimeSourceChangedError, in both directions."""
     node, clock = await simulated(meeting)
     await clock.set(100)
     set_use_sim_time(node, active)

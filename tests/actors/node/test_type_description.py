@@ -93,7 +93,7 @@ async def test_a_type_that_the_node_does_not_use(meeting: Meeting) -> None:
 
 @pytest.mark.parametrize("enabled", [True, False])
 async def test_the_parameter(meeting: Meeting, enabled: bool) -> None:
-    """L16: `start_type_description_service` says whether a node has the service."""
+    """`start_type_description_service` says whether a node has the service."""
     node: actors.Node = await meeting.node(
         "server", parameter_overrides={"start_type_description_service": enabled}
     )

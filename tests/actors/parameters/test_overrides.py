@@ -43,7 +43,7 @@ def load(tmp_path: Path, text: str) -> tuple[ParameterOverride, ...]:
     ],
 )
 def test_inline(text: str, pattern: str, name: str, value: object) -> None:
-    """D19: a value for all nodes, or for nodes of one name."""
+    """A value for all nodes, or for nodes of one name."""
     assert ParameterOverride.parse(text) == ParameterOverride(pattern, name, value)  # type: ignore[arg-type]
 
 
@@ -65,7 +65,7 @@ def test_inline(text: str, pattern: str, name: str, value: object) -> None:
     ],
 )
 def test_bad_inline(text: str) -> None:
-    """D18: what is no parameter rule is a ValueError."""
+    """What is no parameter rule is a ValueError."""
     with pytest.raises(ValueError, match=r"expected name:=value|Invalid node name"):
         ParameterOverride.parse(text)
 
@@ -90,7 +90,7 @@ def test_bad_inline(text: str) -> None:
     ],
 )
 def test_wildcards(pattern: str, node: str, matches: bool) -> None:
-    """L19: `*` is one part, `**` any number of parts."""
+    """`*` is one part, `**` any number of parts."""
     assert node_matches(pattern, node) is matches
 
 
@@ -100,7 +100,7 @@ def test_hostile_pattern_is_quick() -> None:
 
 
 def test_later_entries_win(tmp_path: Path) -> None:
-    """L19: of several matching entries the later one wins, whichever is more exact."""
+    """Of several matching entries the later one wins, whichever is more exact."""
     overrides = load(
         tmp_path,
         """
@@ -117,7 +117,7 @@ def test_later_entries_win(tmp_path: Path) -> None:
 
 
 def test_file_form(tmp_path: Path) -> None:
-    """L18: nested maps flatten with dots, nested namespaces join, the first slash may be missing."""
+    """Nested maps flatten with dots, nested namespaces join, the first slash may be missing."""
     overrides = load(
         tmp_path,
         """
@@ -161,7 +161,7 @@ ns:
     ],
 )
 def test_bad_files(tmp_path: Path, text: str, reason: str) -> None:
-    """L18: a file of another form is an error that names the file and says what is wrong."""
+    """A file of another form is an error that names the file and says what is wrong."""
     with pytest.raises(InvalidParameterFileError, match=reason) as caught:
         load(tmp_path, text)
     assert "parameters.yaml" in str(caught.value)

@@ -45,7 +45,7 @@ def store() -> ParameterStore:
 
 
 def test_declared_by_default(store: ParameterStore) -> None:
-    """L16: every node has use_sim_time and start_type_description_service."""
+    """Every node has use_sim_time and start_type_description_service."""
     assert store.get("use_sim_time").value is False
     assert store.get("start_type_description_service").value is True
     assert store.describe("start_type_description_service").read_only
@@ -55,7 +55,7 @@ def test_declared_by_default(store: ParameterStore) -> None:
 
 
 def test_declare_twice(store: ParameterStore) -> None:
-    """L02: declaring twice is an error."""
+    """Declaring twice is an error."""
     assert store.declare("a", 1).value == 1
     with pytest.raises(ParameterAlreadyDeclaredError, match="already declared: a") as caught:
         store.declare("a", 2)
@@ -64,7 +64,7 @@ def test_declare_twice(store: ParameterStore) -> None:
 
 
 def test_unknown_parameters(store: ParameterStore) -> None:
-    """L02: reading, setting, describing and undeclaring an unknown one is an error; nothing is set then."""
+    """Reading, setting, describing and undeclaring an unknown one is an error; nothing is set then."""
     store.declare("a", 1)
     calls = (
         lambda: store.get("x"),
@@ -81,7 +81,7 @@ def test_unknown_parameters(store: ParameterStore) -> None:
 
 
 def test_bad_names(store: ParameterStore) -> None:
-    """L03: an empty name is InvalidParameter, a name that is no str a TypeError."""
+    """An empty name is InvalidParameter, a name that is no str a TypeError."""
     with pytest.raises(InvalidParameterError, match="Invalid parameter name"):
         store.declare("", 1)
     wrong: Any = 42
@@ -90,7 +90,7 @@ def test_bad_names(store: ParameterStore) -> None:
 
 
 def test_order_of_overrides() -> None:
-    """L04: constructor before arguments before default; ignore_override keeps the default."""
+    """Constructor before arguments before default; ignore_override keeps the default."""
     store = ParameterStore(overrides={"baz": "own"}, argument_overrides={"baz": "file", "fizz": "file"})
     assert store.declare("baz", "default").value == "own"
     assert store.declare("fizz", "default").value == "file"
@@ -100,7 +100,7 @@ def test_order_of_overrides() -> None:
 
 
 def test_override_of_another_type() -> None:
-    """L05: an override has to have the declared type; an int for a double says what to write."""
+    """An override has to have the declared type; an int for a double says what to write."""
     store = ParameterStore(argument_overrides={"speed": 1, "name": 2})
     with pytest.raises(InvalidParameterTypeError, match=r"expected DOUBLE got INTEGER \(write 1\.0\): speed"):
         store.declare("speed", 0.5)
@@ -118,7 +118,7 @@ def test_declare_all_overrides() -> None:
 
 
 def test_static_typing(store: ParameterStore) -> None:
-    """L05, L06: another type and None are refused for a static parameter."""
+    """Another type and None are refused for a static parameter."""
     store.declare("a", 1)
     (result,) = store.set([p("a", "asd")])
     assert not result.successful
@@ -129,7 +129,7 @@ def test_static_typing(store: ParameterStore) -> None:
 
 
 def test_dynamic_typing(store: ParameterStore) -> None:
-    """L06: a dynamic parameter changes its type, and None undeclares it."""
+    """A dynamic parameter changes its type, and None undeclares it."""
     store.declare("a", 1, ParameterDescriptor(dynamic_typing=True))
     store.declare("b")
     assert store.get("b").type_ is ParameterType.NOT_SET
@@ -141,7 +141,7 @@ def test_dynamic_typing(store: ParameterStore) -> None:
 
 
 def test_type_without_value(store: ParameterStore) -> None:
-    """L07: declared with a type only, a parameter cannot be read before it is set."""
+    """Declared with a type only, a parameter cannot be read before it is set."""
     store.declare("a", ParameterType.INTEGER_ARRAY)
     with pytest.raises(ParameterUninitializedError, match="not initialized: a"):
         store.get("a")
@@ -162,7 +162,7 @@ def test_get_or(store: ParameterStore) -> None:
 
 
 def test_set_is_per_item(store: ParameterStore) -> None:
-    """L08: set keeps what succeeds, set_atomically all or nothing."""
+    """Set keeps what succeeds, set_atomically all or nothing."""
     store.declare_many("", [("a", 1), ("b", 1), ("c", 1)])
     results = store.set([p("a", 2), p("b", "x"), p("c", 2)])
     assert [result.successful for result in results] == [True, False, True]
@@ -173,7 +173,7 @@ def test_set_is_per_item(store: ParameterStore) -> None:
 
 
 def test_read_only(store: ParameterStore) -> None:
-    """L09: a read-only parameter is neither set nor undeclared."""
+    """A read-only parameter is neither set nor undeclared."""
     store.declare("a", 1, ParameterDescriptor(read_only=True, description="fixed"))
     assert store.set([p("a", 2)]) == [SetParametersResult(False, "Trying to set a read-only parameter")]
     with pytest.raises(ParameterImmutableError, match="read-only parameter: a"):
@@ -185,7 +185,7 @@ def test_read_only(store: ParameterStore) -> None:
 
 
 def test_on_set_callback(store: ParameterStore) -> None:
-    """L10: a refusal leaves the value, and raises at declaration; removing the callback ends it."""
+    """A refusal leaves the value, and raises at declaration; removing the callback ends it."""
     seen: list[list[Any]] = []
 
     def refuse_negative(parameters: list[Parameter]) -> SetParametersResult:
@@ -224,7 +224,7 @@ def test_an_on_set_callback_cannot_change_what_is_set(store: ParameterStore) -> 
 
 
 def test_refusal_without_a_reason(store: ParameterStore) -> None:
-    """L10: a refusal is one although it gives no reason."""
+    """A refusal is one although it gives no reason."""
     store.callbacks.on_set.insert(0, lambda _: SetParametersResult(successful=False))
     assert not store.set([p("use_sim_time", True)])[0].successful
     with pytest.raises(InvalidParameterValueError):
@@ -246,7 +246,7 @@ def test_a_raising_callback_changes_nothing(store: ParameterStore) -> None:
 
 
 def test_pre_set_callback(store: ParameterStore) -> None:
-    """L11: it may add and change items; an empty list is a failure; it does not run on declaring."""
+    """It may add and change items; an empty list is a failure; it does not run on declaring."""
     store.callbacks.pre_set.insert(0, lambda given: [*given, p("b", 9)])
     store.declare_many("", [("a", 1), ("b", 1)])
     assert store.get("b").value == 1
@@ -258,7 +258,7 @@ def test_pre_set_callback(store: ParameterStore) -> None:
 
 
 def test_pre_set_callback_may_not_add_undeclared(store: ParameterStore) -> None:
-    """L11: what it adds has to be declared too."""
+    """What it adds has to be declared too."""
     store.callbacks.pre_set.insert(0, lambda given: [*given, p("x", 9)])
     with pytest.raises(ParameterNotDeclaredError):
         store.set([p("use_sim_time", True)])
@@ -266,7 +266,7 @@ def test_pre_set_callback_may_not_add_undeclared(store: ParameterStore) -> None:
 
 
 def test_post_set_callback(store: ParameterStore) -> None:
-    """L12: it runs after success only, when the value can be read."""
+    """It runs after success only, when the value can be read."""
     seen: list[object] = []
     store.declare("a", 1)
     store.callbacks.post_set.insert(0, lambda _: seen.append(store.get("a").value))
@@ -275,7 +275,7 @@ def test_post_set_callback(store: ParameterStore) -> None:
 
 
 def test_range(store: ParameterStore) -> None:
-    """L13: values out of range are refused when set and when declared."""
+    """Values out of range are refused when set and when declared."""
     bounds = FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5)
     descriptor = ParameterDescriptor(floating_point_range=[bounds])
     store.declare("a", 1.0, descriptor)
@@ -291,7 +291,7 @@ def test_range(store: ParameterStore) -> None:
 
 
 def test_by_prefix(store: ParameterStore) -> None:
-    """L14: names lose the prefix; no match is an empty dict; an empty prefix matches all."""
+    """Names lose the prefix; no match is an empty dict; an empty prefix matches all."""
     store.declare_many("foo", [("a", 1), ("b.c", 2)])
     store.declare("foobar", 3)
     assert {name: each.value for name, each in store.get_by_prefix("foo").items()} == {"a": 1, "b.c": 2}
@@ -300,7 +300,7 @@ def test_by_prefix(store: ParameterStore) -> None:
 
 
 def test_list(store: ParameterStore) -> None:
-    """L15: depth 0 lists all, depth n that many levels; each prefix is reported once."""
+    """Depth 0 lists all, depth n that many levels; each prefix is reported once."""
     store.declare_many("", [("a", 1), ("foo.a", 1), ("foo.b", 1), ("foo.bar.c", 1), ("foofoo", 1)])
     listed = store.list_names()
     assert listed.names == [*ALWAYS, "a", "foo.a", "foo.b", "foo.bar.c", "foofoo"]
@@ -318,7 +318,7 @@ def test_list(store: ParameterStore) -> None:
 
 
 def test_declare_many(store: ParameterStore) -> None:
-    """L02, L03: several at once, with a prefix; a taken or bad name is found before any is declared."""
+    """Several at once, with a prefix; a taken or bad name is found before any is declared."""
     declared = store.declare_many(
         "ns", [("a", 1), ("b", ParameterType.STRING), ("c",), ("d", 1, ParameterDescriptor())]
     )
@@ -405,7 +405,7 @@ def test_a_callback_may_remove_itself(store: ParameterStore) -> None:
 
 
 def test_changes_are_told(store: ParameterStore) -> None:
-    """L20: what was declared, set and removed, once for each operation, before the post-set callbacks."""
+    """What was declared, set and removed, once for each operation, before the post-set callbacks."""
     told: list[tuple[list[str], list[str], list[str]]] = []
 
     def names(parameters: list[Parameter]) -> list[str]:

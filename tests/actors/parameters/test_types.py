@@ -38,7 +38,7 @@ VALUES: list[tuple[ParameterType, Any]] = [
 
 
 def test_codes() -> None:
-    """L01: the codes are ROS 2's, and Parameter.Type is the same enum."""
+    """The codes are ROS 2's, and Parameter.Type is the same enum."""
     names = "NOT_SET BOOL INTEGER DOUBLE STRING BYTE_ARRAY BOOL_ARRAY INTEGER_ARRAY DOUBLE_ARRAY STRING_ARRAY"
     assert [kind.name for kind in ParameterType] == names.split()
     assert [int(kind) for kind in ParameterType] == list(range(10))
@@ -47,7 +47,7 @@ def test_codes() -> None:
 
 @pytest.mark.parametrize(("kind", "value"), VALUES)
 def test_type_of_a_value(kind: ParameterType, value: Any) -> None:
-    """L01: each Python value has its type, and only that type takes it."""
+    """Each Python value has its type, and only that type takes it."""
     assert ParameterType.from_parameter_value(value) is kind
     assert [each for each in ParameterType if each.check(value)] == [kind]
     parameter = Parameter("p", value=value)
@@ -97,7 +97,7 @@ def test_type_and_value_disagree() -> None:
     ],
 )
 def test_value_from_string(text: str, value: object) -> None:
-    """L17: YAML's scalars and plain lists are values; all other text is a string."""
+    """YAML's scalars and plain lists are values; all other text is a string."""
     got = parameter_value_from_string(text)
     assert got == value
     assert type(got) is type(value)
@@ -105,7 +105,7 @@ def test_value_from_string(text: str, value: object) -> None:
 
 @given(st.text())
 def test_any_text_is_some_value(text: str) -> None:
-    """L17: no text raises, and what comes out is a value that a parameter holds."""
+    """No text raises, and what comes out is a value that a parameter holds."""
     ParameterType.from_parameter_value(parameter_value_from_string(text))
 
 
@@ -114,7 +114,7 @@ def test_any_text_is_some_value(text: str) -> None:
     [(4.5, True), (0.0, True), (10.0, True), (12.0, False), (-0.5, False), (4.25, False), (0.1 + 0.4, True)],
 )
 def test_double_range(value: float, ok: bool) -> None:
-    """L13: a double has to be a whole number of steps between the bounds."""
+    """A double has to be a whole number of steps between the bounds."""
     bounds = FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5)
     assert (bounds.fault(value) == "") is ok
 
@@ -137,7 +137,7 @@ def test_infinity_in_a_double_range(bounds: FloatingPointRange, value: float, ok
 
 
 def test_end_points_are_always_in_range() -> None:
-    """L13: the bounds themselves are allowed, also off the step."""
+    """The bounds themselves are allowed, also off the step."""
     assert not FloatingPointRange(from_value=0.0, to_value=1.2, step=0.5).fault(1.2)
     assert not FloatingPointRange(from_value=0.0, to_value=1.2).fault(0.7)
     assert FloatingPointRange(from_value=0.0, to_value=1.2).fault(float("nan"))
@@ -148,7 +148,7 @@ def test_end_points_are_always_in_range() -> None:
 
 
 def test_ranges_apply_to_their_type_only() -> None:
-    """L13: other types ignore a range."""
+    """Other types ignore a range."""
     descriptor = ParameterDescriptor(
         floating_point_range=[FloatingPointRange(from_value=0.0, to_value=1.0)],
         integer_range=[IntegerRange(from_value=0, to_value=1)],

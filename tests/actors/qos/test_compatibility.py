@@ -31,7 +31,7 @@ def _is_half_open(profile: QoSProfile) -> bool:
 
 
 def test_best_effort_publisher_and_reliable_subscription() -> None:
-    """G08: the reason says which side is what, and the policy can be named."""
+    """The reason says which side is what, and the policy can be named."""
     best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     reliable = QoSProfile(depth=1)
     assert qos_check_compatible(best_effort, reliable) == (
@@ -44,7 +44,7 @@ def test_best_effort_publisher_and_reliable_subscription() -> None:
 
 
 def test_durability_pairs() -> None:
-    """G09: only a volatile publisher with a transient local subscription is an error."""
+    """Only a volatile publisher with a transient local subscription is an error."""
     volatile = QoSProfile(depth=1)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     assert qos_check_compatible(volatile, latched) == (
@@ -57,7 +57,7 @@ def test_durability_pairs() -> None:
 
 
 def test_both_errors_are_reported_and_hide_warnings() -> None:
-    """G08, G09, G12: several errors are listed, DURABILITY last; a warning shows only without an error."""
+    """Several errors are listed, DURABILITY last; a warning shows only without an error."""
     weak = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     strong = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     verdict, reason = qos_check_compatible(weak, strong)
@@ -92,14 +92,14 @@ def test_both_errors_are_reported_and_hide_warnings() -> None:
     ],
 )
 def test_open_policies_warn(pub: dict[str, int], sub: dict[str, int], reason: str) -> None:
-    """G12: a policy that a side leaves open is a warning that says so."""
+    """A policy that a side leaves open is a warning that says so."""
     verdict = qos_check_compatible(QoSProfile(depth=1, **pub), QoSProfile(depth=1, **sub))
     assert verdict == (QoSCompatibility.WARNING, f"WARNING: {reason};")
 
 
 @given(PROFILES)
 def test_a_resolved_profile_fits_itself(profile: QoSProfile) -> None:
-    """G12: identical profiles with nothing left open are OK without a reason."""
+    """Identical profiles with nothing left open are OK without a reason."""
     fixed = profile.resolved()
     assert qos_check_compatible(fixed, fixed) == (QoSCompatibility.OK, "")
     assert fixed.resolved() == fixed
@@ -125,7 +125,7 @@ def test_a_resolved_profile_fits_itself(profile: QoSProfile) -> None:
     ],
 )
 def test_times_and_liveliness(pub: dict[str, Any], sub: dict[str, Any], kind: QoSPolicyKind | None) -> None:
-    """G10, G11: a subscription may not want it sooner, nor by hand, than the publisher says."""
+    """A subscription may not want it sooner, nor by hand, than the publisher says."""
     profiles = QoSProfile(depth=1, **pub), QoSProfile(depth=1, **sub)
     verdict, reason = qos_check_compatible(*profiles)
     assert verdict is (QoSCompatibility.OK if kind is None else QoSCompatibility.ERROR)

@@ -53,13 +53,13 @@ PROFILES = st.builds(
 
 
 def test_an_int_is_keep_last_with_that_depth() -> None:
-    """F01: an int means KEEP_LAST; a profile is returned as it is."""
+    """An int means KEEP_LAST; a profile is returned as it is."""
     assert qos_from(7) == QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=7)
     assert qos_from(qos_profile_sensor_data) is qos_profile_sensor_data
 
 
 def test_bad_qos_argument() -> None:
-    """F02: a negative depth and a foreign type have rclpy's texts."""
+    """A negative depth and a foreign type have rclpy's texts."""
     with pytest.raises(ValueError, match="greater than or equal to zero"):
         qos_from(-1)
     for value in ("foo", None, True, 1.0):
@@ -69,7 +69,7 @@ def test_bad_qos_argument() -> None:
 
 
 def test_history_or_depth_is_required() -> None:
-    """G01: a profile with neither, and KEEP_LAST without a depth, are invalid."""
+    """A profile with neither, and KEEP_LAST without a depth, are invalid."""
     with pytest.raises(InvalidQoSProfileError, match="History and/or depth settings are required"):
         QoSProfile()
     with pytest.raises(InvalidQoSProfileError, match="KEEP_LAST without a depth"):
@@ -78,7 +78,7 @@ def test_history_or_depth_is_required() -> None:
 
 
 def test_depth_alone_is_keep_last() -> None:
-    """G02: a depth alone means KEEP_LAST, reliable and volatile."""
+    """A depth alone means KEEP_LAST, reliable and volatile."""
     profile = QoSProfile(depth=1)
     assert profile.history is HistoryPolicy.KEEP_LAST
     assert profile.reliability is ReliabilityPolicy.RELIABLE
@@ -86,7 +86,7 @@ def test_depth_alone_is_keep_last() -> None:
 
 
 def test_depth_zero_warns_once() -> None:
-    """G03: KEEP_LAST with depth 0 warns once at the caller's line and resolves to the default depth."""
+    """KEEP_LAST with depth 0 warns once at the caller's line and resolves to the default depth."""
     with pytest.warns(UserWarning, match="can keep no message") as caught:
         profile = QoSProfile(depth=0)
     assert [warning.filename for warning in caught] == [__file__]
@@ -124,7 +124,7 @@ def test_wrong_types_and_options(options: dict[str, Any]) -> None:
 
 
 def test_policy_numbers() -> None:
-    """G04: the numbers are rclpy's, and a profile accepts them."""
+    """The numbers are rclpy's, and a profile accepts them."""
     assert {policy.name: int(policy) for policy in HistoryPolicy} == {
         "SYSTEM_DEFAULT": 0,
         "KEEP_LAST": 1,
@@ -145,7 +145,7 @@ def test_policy_numbers() -> None:
 
 
 def test_short_keys() -> None:
-    """G05: short keys are lower case and found in any case; an unknown one lists the known."""
+    """Short keys are lower case and found in any case; an unknown one lists the known."""
     assert HistoryPolicy.short_keys() == ["system_default", "keep_last", "keep_all", "unknown"]
     assert HistoryPolicy.get_from_short_key("KEEP_last") is HistoryPolicy.KEEP_LAST
     assert ReliabilityPolicy.BEST_EFFORT.short_key == "best_effort"
@@ -170,7 +170,7 @@ def test_short_keys() -> None:
     ],
 )
 def test_presets(profile: QoSProfile, depth: int, reliability: str, durability: str) -> None:
-    """G06, G07: the presets have ROS 2's values, and what is left open resolves to the default profile's."""
+    """The presets have ROS 2's values, and what is left open resolves to the default profile's."""
     assert profile.history is HistoryPolicy.KEEP_LAST
     assert (profile.depth, profile.reliability.short_key, profile.durability.short_key) == (
         depth,
@@ -180,7 +180,7 @@ def test_presets(profile: QoSProfile, depth: int, reliability: str, durability: 
 
 
 def test_presets_by_name() -> None:
-    """G06: the enum finds presets by short key, also where two are equal."""
+    """The enum finds presets by short key, also where two are equal."""
     assert QoSPresetProfiles.SYSTEM_DEFAULT.value is qos_profile_system_default
     assert QoSPresetProfiles.get_from_short_key("Sensor_Data") is qos_profile_sensor_data
     assert {"parameters", "parameter_events", "default"} <= set(QoSPresetProfiles.short_keys())
@@ -189,7 +189,7 @@ def test_presets_by_name() -> None:
 
 
 def test_times() -> None:
-    """G07, G10: times are durations or seconds; zero and infinite ones are none, negative ones an error."""
+    """Times are durations or seconds; zero and infinite ones are none, negative ones an error."""
     profile = QoSProfile(depth=1, deadline=0.5, lifespan=Duration(nanoseconds=7), liveliness_lease_duration=2)
     assert profile.deadline == Duration(seconds=0.5)
     assert profile.to_wire() == {

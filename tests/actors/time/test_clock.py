@@ -67,7 +67,7 @@ def test_duration_counts_nanoseconds() -> None:
 
 
 def test_duration_text() -> None:
-    """G16: the longest duration is Infinite, others tell their nanoseconds."""
+    """The longest duration is Infinite, others tell their nanoseconds."""
     assert str(INFINITE) == "Infinite"
     assert str(Duration(nanoseconds=7)) == "7 nanoseconds"
     assert repr(Duration(nanoseconds=7)) == "Duration(nanoseconds=7)"
@@ -174,7 +174,7 @@ def test_now_reads_the_wall_clock_or_the_steady_one() -> None:
 
 @pytest.mark.parametrize("duration", [0, -1, -math.inf, Duration(seconds=0), Duration(seconds=-5)])
 def test_sleeping_not_at_all(duration: Duration | float) -> None:
-    """I11: zero and negative durations return at once."""
+    """Zero and negative durations return at once."""
     assert run_virtually(Clock().sleep_for(duration)) == 0
 
 
@@ -196,7 +196,7 @@ def test_nan_sleep() -> None:
 
 
 def test_concurrent_sleeps() -> None:
-    """I13: three sleeps end in order, none early, all within the longest."""
+    """Three sleeps end in order, none early, all within the longest."""
     ended: list[float] = []
     clock = Clock()
 
@@ -242,7 +242,7 @@ def test_sleep_until_another_clock() -> None:
 
 
 def test_destroyed_clock() -> None:
-    """I11: destroying a clock cancels its sleeps; then sleeping is a RuntimeError, reading still works."""
+    """Destroying a clock cancels its sleeps; then sleeping is a RuntimeError, reading still works."""
 
     async def main() -> None:
         clock = Clock()

@@ -37,7 +37,7 @@ def play(scene: Callable[[actors.Node, SimulatedLoop], Awaitable[None]]) -> None
     [(None, TypeError), ("1", TypeError), (0, ValueError), (-1, ValueError), (float("nan"), ValueError)],
 )
 def test_a_frequency_is_a_number_above_zero(frequency: Any, error: type[Exception]) -> None:
-    """J07: something else is a TypeError, zero and less a ValueError."""
+    """Something else is a TypeError, zero and less a ValueError."""
     with pytest.raises(error, match="frequency"):
         actors.Node("clockwork", use_global_arguments=False).create_rate(frequency)
 
@@ -70,7 +70,7 @@ def test_a_rate_made_without_a_loop_starts_with_the_first_sleep() -> None:
 
 
 def test_destroying_a_rate_wakes_its_sleepers() -> None:
-    """J07: all sleeps return at once, and further ones are refused."""
+    """All sleeps return at once, and further ones are refused."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         rate = node.create_rate(0.01)
@@ -87,7 +87,7 @@ def test_destroying_a_rate_wakes_its_sleepers() -> None:
 
 
 def test_a_sleep_ends_with_its_node() -> None:
-    """J07: the end of the node cancels it."""
+    """The end of the node cancels it."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         sleeper = asyncio.ensure_future(node.create_rate(0.01).sleep())

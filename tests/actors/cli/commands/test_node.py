@@ -62,7 +62,7 @@ async def test_nodes_that_share_a_name_are_marked(desk: Desk) -> None:
 
 
 async def test_info(desk: Desk) -> None:
-    """P21: six headings, names with types, actions by their services, hidden names left out."""
+    """Six headings, names with types, actions by their services, hidden names left out."""
     types: Any = action_types(Fibonacci)
     async with desk.node("zoe", namespace="ns") as node:
         node.create_publisher(String, "chatter")

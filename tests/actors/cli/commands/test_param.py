@@ -42,7 +42,7 @@ async def driver(desk: Desk, name: str = "driver", **options: Any) -> AsyncItera
 
 
 async def test_list_all(desk: Desk) -> None:
-    """P22: a heading for each node, names sorted; hidden nodes and nodes without services left out."""
+    """A heading for each node, names sorted; hidden nodes and nodes without services left out."""
     async with (
         desk.node("b", start_parameter_services=True) as node,
         desk.node("_a", start_parameter_services=True) as hidden,
@@ -61,7 +61,7 @@ async def test_list_all(desk: Desk) -> None:
 
 
 async def test_list_one(desk: Desk) -> None:
-    """P22: no heading; prefixes, a filter and types; an unknown node is an error."""
+    """No heading; prefixes, a filter and types; an unknown node is an error."""
     async with driver(desk):
         names = sorted(["arm.joints", "extra", "frame", "speed", "typed", *ALWAYS])
         whole = await desk.callboard("param", "list", "/driver")
@@ -105,7 +105,7 @@ async def test_one_node_that_fails_does_not_hide_the_others(desk: Desk) -> None:
     ],
 )
 async def test_get(desk: Desk, value: Any, out: str) -> None:
-    """P23: the type and the value."""
+    """The type and the value."""
     async with driver(desk) as node:
         node.declare_parameter("p", value)
         assert await desk.callboard("param", "get", "/driver", "p") == (0, f"{out}\n", "")
@@ -124,7 +124,7 @@ async def test_get_what_is_not_set(desk: Desk) -> None:
 
 
 async def test_set(desk: Desk) -> None:
-    """P23: the value's type is YAML's; the reason of a failure is on stderr, and the exit code 1."""
+    """The value's type is YAML's; the reason of a failure is on stderr, and the exit code 1."""
     async with driver(desk) as node:
         done = await desk.callboard("param", "set", "/driver", "speed", "2.5")
         assert done == (0, "Set parameter successful\n", "")
@@ -205,7 +205,7 @@ async def test_describe(desk: Desk) -> None:
 
 
 async def test_delete(desk: Desk) -> None:
-    """P23: only a parameter of a dynamic type can be deleted."""
+    """Only a parameter of a dynamic type can be deleted."""
     async with driver(desk) as node:
         done = await desk.callboard("param", "delete", "/driver", "extra")
         assert done == (0, "Deleted parameter successfully\n", "")
@@ -217,7 +217,7 @@ async def test_delete(desk: Desk) -> None:
 
 
 async def test_dump(desk: Desk) -> None:
-    """P24: YAML, sorted, dotted names nested, nothing without a value."""
+    """YAML, sorted, dotted names nested, nothing without a value."""
     async with driver(desk):
         code, out, err = await desk.callboard("param", "dump", "/driver")
     assert (code, err) == (0, "")

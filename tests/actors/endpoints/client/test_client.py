@@ -67,7 +67,7 @@ async def pair(meeting: Meeting, callback: Any) -> tuple[actors.Node, actors.Cli
 
 
 async def test_waiting_for_a_service_that_never_comes(lonely: actors.Client[Any, Any]) -> None:
-    """H01, H02: False at the timeout; with 0, or less, at once; without a broker just the same."""
+    """False at the timeout; with 0, or less, at once; without a broker just the same."""
     loop = asyncio.get_running_loop()
     start = loop.time()
     assert not await lonely.wait_for_service(0)
@@ -78,7 +78,7 @@ async def test_waiting_for_a_service_that_never_comes(lonely: actors.Client[Any,
 
 
 async def test_waiting_for_a_service_that_is_there(meeting: Meeting) -> None:
-    """H03: True at once, without a turn of the loop."""
+    """True at once, without a turn of the loop."""
     _, client = await pair(meeting, add)
     assert client.service_is_ready()
     async with asyncio.timeout(0):
@@ -98,7 +98,7 @@ async def test_waiting_for_a_service_that_comes(meeting: Meeting) -> None:
 
 
 async def test_waits_can_be_cancelled_from_outside(lonely: actors.Client[Any, Any]) -> None:
-    """I05: asyncio.timeout around a wait, or around a call, works as everywhere."""
+    """`asyncio.timeout` around a wait, or around a call, works as everywhere."""
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.01):
             await lonely.wait_for_service()
@@ -113,7 +113,7 @@ async def test_waits_can_be_cancelled_from_outside(lonely: actors.Client[Any, An
 
 
 async def test_calls_in_flight_are_matched_to_their_replies(meeting: Meeting) -> None:
-    """H04: two calls on one client, answered in the other order, get each its own reply."""
+    """Two calls on one client, answered in the other order, get each its own reply."""
     first = asyncio.Event()
 
     async def handle(request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -132,7 +132,7 @@ async def test_calls_in_flight_are_matched_to_their_replies(meeting: Meeting) ->
 
 @pytest.mark.parametrize("request_", ["text", AddTwoInts.Response(), None])
 async def test_a_wrong_request_is_refused(meeting: Meeting, request_: Any) -> None:
-    """H05: TypeError from call and call_async, and nothing is sent."""
+    """TypeError from call and call_async, and nothing is sent."""
     _, client = await pair(meeting, add)
     with pytest.raises(TypeError, match="Expected example_interfaces/srv/AddTwoInts_Request"):
         client.call_async(request_)
@@ -162,7 +162,7 @@ async def test_a_reply_ends_a_call(meeting: Meeting, timeout: float | None) -> N
 
 @pytest.mark.parametrize("timeout", [0, 0.02])
 async def test_a_deadline_ends_a_call(meeting: Meeting, timeout: float) -> None:
-    """H07, I06: ServiceTimeout, a TimeoutError; the handler is cancelled; the next call works."""
+    """ServiceTimeout, a TimeoutError; the handler is cancelled; the next call works."""
     sloth = Sloth()
     server, client = await pair(meeting, sloth)
     with pytest.raises(TimeoutError) as caught:
@@ -252,7 +252,7 @@ async def test_cancelling_cancels_the_handler(meeting: Meeting, how: str) -> Non
 
 
 async def test_a_destroyed_client_cancels_its_calls(meeting: Meeting) -> None:
-    """I07, E11: CancelledError in the caller, the handler is cancelled; calls after it are NodeDestroyed."""
+    """CancelledError in the caller, the handler is cancelled; calls after it are NodeDestroyed."""
     sloth = Sloth()
     _, client = await pair(meeting, sloth)
     call = client.call_async(ASK)

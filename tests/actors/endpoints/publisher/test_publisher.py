@@ -39,7 +39,7 @@ def alone(tmp_path: Path, name: str = "alone", **options: Any) -> actors.Node:
 
 
 def test_a_depth_means_keep_last(tmp_path: Path) -> None:
-    """F01: an int as third argument is KEEP_LAST with that depth; a profile is taken as it is."""
+    """An int as third argument is KEEP_LAST with that depth; a profile is taken as it is."""
     node = alone(tmp_path)
     counted = node.create_publisher(String, "chatter", 7)
     assert counted.qos_profile.history == actors.HistoryPolicy.KEEP_LAST
@@ -48,7 +48,7 @@ def test_a_depth_means_keep_last(tmp_path: Path) -> None:
 
 
 def test_a_bad_depth_is_refused(tmp_path: Path) -> None:
-    """F02: depth -1 is a ValueError, depth 'foo' a TypeError."""
+    """Depth -1 is a ValueError, depth 'foo' a TypeError."""
     node = alone(tmp_path)
     with pytest.raises(ValueError, match="greater than or equal to zero"):
         node.create_publisher(String, "chatter", -1)
@@ -65,13 +65,13 @@ def test_a_bad_depth_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_topic_is_refused(tmp_path: Path, topic: str, text: str) -> None:
-    """F03: bad characters, a token that starts with a number, an unknown substitution."""
+    """Bad characters, a token that starts with a number, an unknown substitution."""
     with pytest.raises(InvalidTopicNameError, match=text):
         alone(tmp_path).create_publisher(String, topic, 10)
 
 
 def test_a_wrong_object_is_refused(tmp_path: Path) -> None:
-    """F04: publishing something of another type is a TypeError, and nothing is queued."""
+    """Publishing something of another type is a TypeError, and nothing is queued."""
     publisher = alone(tmp_path).create_publisher(String, "chatter", 10)
     with pytest.raises(TypeError, match="Expected std_msgs/msg/String, got std_msgs/msg/Int64"):
         publisher.publish(Int64())  # type: ignore[arg-type]
@@ -99,7 +99,7 @@ async def test_a_wrong_field_is_refused_and_nothing_of_it_sent(meeting: Meeting)
 
 
 async def test_encoded_bytes_are_published_as_they_are(meeting: Meeting) -> None:
-    """F04: bytes are taken as an encoded message; bytes that are none are refused."""
+    """Bytes are taken as an encoded message; bytes that are none are refused."""
     node = await meeting.node("both")
     received: list[str] = []
     node.create_subscription(String, "chatter", lambda msg: received.append(msg.data))
@@ -114,7 +114,7 @@ async def test_encoded_bytes_are_published_as_they_are(meeting: Meeting) -> None
 
 
 async def test_counts_follow_the_peers(meeting: Meeting) -> None:
-    """F08: get_subscription_count and get_publisher_count go 0, 1, 2 and back."""
+    """`get_subscription_count` and get_publisher_count go 0, 1, 2 and back."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     publisher = talker.create_publisher(String, "chatter")
     assert publisher.get_subscription_count() == 0
@@ -269,7 +269,7 @@ async def test_ready_gives_up(tmp_path: Path) -> None:
 
 
 async def test_flush_means_that_the_broker_has_it(meeting: Meeting) -> None:
-    """F09: after `flush` everything published has reached the broker."""
+    """After `flush` everything published has reached the broker."""
     talker = await meeting.node("talker")
     publisher = talker.create_publisher(UInt8MultiArray, "blobs", 100)
     for _ in range(30):
@@ -280,14 +280,14 @@ async def test_flush_means_that_the_broker_has_it(meeting: Meeting) -> None:
 
 
 async def test_flush_without_a_broker_gives_up(tmp_path: Path) -> None:
-    """F09: `flush` raises WaitTimeout when there is no broker."""
+    """`flush` raises WaitTimeout when there is no broker."""
     async with alone(tmp_path) as node:
         with pytest.raises(actors.WaitTimeout):
             await node.create_publisher(String, "chatter").flush(timeout_sec=0.01)
 
 
 async def test_a_destroyed_publisher_publishes_nothing(meeting: Meeting) -> None:
-    """E11, I04: destroying twice is no error; publishing after it is NodeDestroyed, a RuntimeError."""
+    """Destroying twice is no error; publishing after it is NodeDestroyed, a RuntimeError."""
     node = await meeting.node("talker")
     publisher = node.create_publisher(String, "chatter")
     assert node.destroy_publisher(publisher)
@@ -445,7 +445,7 @@ async def test_a_message_that_a_new_broker_would_not_take_is_dropped(
 
 
 async def test_a_late_joiner_gets_the_latched_messages(meeting: Meeting) -> None:
-    """G09: the last `depth` messages, in order, once, then live ones; less deep readers get fewer."""
+    """The last `depth` messages, in order, once, then live ones; less deep readers get fewer."""
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     publisher = talker.create_publisher(Int64, "numbers", latched(3))
     for number in range(10):
@@ -506,7 +506,7 @@ async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting
 
 
 async def test_stamps_are_the_time_of_sending(meeting: Meeting) -> None:
-    """F06: a message's source_timestamp is when its batch was sent."""
+    """A message's source_timestamp is when its batch was sent."""
     node = await meeting.node("both")
     stamps: list[int] = []
     node.create_subscription(Int64, "numbers", lambda msg, info: stamps.append(info.source_timestamp))

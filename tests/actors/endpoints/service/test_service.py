@@ -107,14 +107,14 @@ async def async_two(request: AddTwoInts.Request, response: AddTwoInts.Response) 
 @pytest.mark.parametrize("callback", [one, two, async_one, async_two])
 @pytest.mark.parametrize("concurrent", [False, True])
 async def test_every_form_of_handler_answers(adder: Adder, callback: Any, *, concurrent: bool) -> None:
-    """H08, I03: (request) and (request, response), `def` and `async def`, concurrent or not."""
+    """(request) and (request, response), `def` and `async def`, concurrent or not."""
     service = await adder.serve(callback, concurrent=concurrent)
     assert await asyncio.gather(*(adder.add(i, 1) for i in range(20))) == list(range(1, 21))
     assert (service.served, service.pending, adder.client.pending) == (20, 0, 0)
 
 
 def test_other_forms_are_refused() -> None:
-    """H08: a handler takes one or two arguments; a message class is no service."""
+    """A handler takes one or two arguments; a message class is no service."""
     node = actors.Node("server")
     with pytest.raises(RuntimeError, match="takes 1 or 2 arguments"):
         node.create_service(AddTwoInts, "add", lambda: None)
@@ -127,7 +127,7 @@ def test_other_forms_are_refused() -> None:
 async def test_a_handler_must_return_a_valid_response(
     adder: Adder, caplog: pytest.LogCaptureFixture, kind: str, result: Any
 ) -> None:
-    """H06: a wrong response is an error at the server, counted, and a RemoteError at the caller."""
+    """A wrong response is an error at the server, counted, and a RemoteError at the caller."""
 
     def plain(request: AddTwoInts.Request) -> Any:
         return result if request.a else AddTwoInts.Response(sum=5)
@@ -227,7 +227,7 @@ async def test_an_invalid_request_is_refused(adder: Adder) -> None:
 
 
 async def test_handlers_run_one_at_a_time_unless_concurrent(adder: Adder) -> None:
-    """I08: three requests meet at a barrier of three only when the service is concurrent."""
+    """Three requests meet at a barrier of three only when the service is concurrent."""
     barrier = asyncio.Barrier(3)
     inside = most = 0
 
@@ -282,7 +282,7 @@ async def test_a_concurrent_service_answers_while_another_callback_is_suspended(
 
 
 async def test_a_destroyed_service_fails_its_callers(adder: Adder) -> None:
-    """I10, E11: handlers are cancelled, waiting requests and running ones fail; twice is no error."""
+    """Handlers are cancelled, waiting requests and running ones fail; twice is no error."""
     entered, cancelled = asyncio.Event(), asyncio.Event()
 
     async def endless(request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -374,7 +374,7 @@ async def test_a_node_that_stops_sends_its_large_replies_whole(meeting: Meeting)
 
 
 async def test_a_node_may_be_destroyed_in_its_handler(meeting: Meeting) -> None:
-    """I10, E12: `run` returns cleanly, and the caller gets an error instead of waiting for ever."""
+    """`run` returns cleanly, and the caller gets an error instead of waiting for ever."""
     caller = await meeting.node("caller")
     server = meeting.absent("server")
 
@@ -394,7 +394,7 @@ async def test_a_node_may_be_destroyed_in_its_handler(meeting: Meeting) -> None:
 
 
 async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: Path) -> None:
-    """I10: a node stops although a handler is suspended, without a broker too."""
+    """A node stops although a handler is suspended, without a broker too."""
     ended = asyncio.Event()
 
     async def endless(request: AddTwoInts.Request) -> AddTwoInts.Response:

@@ -99,7 +99,7 @@ async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.N
 
 
 async def test_the_number_of_parameters_decides_what_a_callback_gets(meeting: Meeting) -> None:
-    """F05, F06: one parameter gets the message, two also the info; three are refused at creation."""
+    """One parameter gets the message, two also the info; three are refused at creation."""
     both = await meeting.node("both")
     received: list[Any] = []
     both.create_subscription(Int64, "numbers", received.append)
@@ -119,7 +119,7 @@ async def test_the_number_of_parameters_decides_what_a_callback_gets(meeting: Me
 
 
 async def test_a_raw_subscription_gets_bytes_of_every_type(meeting: Meeting) -> None:
-    """F07: `raw=True` gives the encoded message, whatever its type; no class is needed."""
+    """`raw=True` gives the encoded message, whatever its type; no class is needed."""
     both = await meeting.node("both")
     received: list[bytes] = []
     both.create_subscription(None, "things", received.append, raw=True)
@@ -137,7 +137,7 @@ async def test_a_raw_subscription_gets_bytes_of_every_type(meeting: Meeting) -> 
 
 
 async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
-    """F11, E11: what waits is discarded, what comes is ignored; twice is no error."""
+    """What waits is discarded, what comes is ignored; twice is no error."""
     both = await meeting.node("both")
     received: list[int] = []
     entered, leave = asyncio.Event(), asyncio.Event()
@@ -164,7 +164,7 @@ async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
 
 @pytest.mark.parametrize("kind", ["def", "async def"])
 async def test_both_kinds_of_callbacks_are_taken(meeting: Meeting, kind: str) -> None:
-    """I03: a plain function and a coroutine function hear the same, in order."""
+    """A plain function and a coroutine function hear the same, in order."""
     both = await meeting.node("both")
     received: list[int] = []
 
@@ -474,7 +474,7 @@ async def test_duplicates_are_discarded_and_gaps_counted(node: actors.Node) -> N
 async def test_a_raising_callback_harms_nobody(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, kind: str, error: type[BaseException]
 ) -> None:
-    """I09 (ours): the error is logged with its traceback and counted; node, link and mailbox go on."""
+    """The error is logged with its traceback and counted; node, link and mailbox go on."""
     both = await meeting.node("both")
     received: list[int] = []
 
@@ -501,7 +501,7 @@ async def test_a_raising_callback_harms_nobody(
 
 
 async def test_concurrent_callbacks_meet(meeting: Meeting) -> None:
-    """I08: three messages meet at a barrier of three only when concurrent."""
+    """Three messages meet at a barrier of three only when concurrent."""
     both = await meeting.node("both")
     inside, most, barrier = 0, 0, asyncio.Barrier(3)
 

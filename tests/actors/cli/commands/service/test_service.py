@@ -101,7 +101,7 @@ async def test_info_as_json(desk: Desk) -> None:
     ],
 )
 async def test_type_and_find(desk: Desk, arguments: list[str], out: str) -> None:
-    """P18: from a name to its type, and from a type to its names."""
+    """From a name to its type, and from a type to its names."""
     async with adder(desk):
         assert await desk.callboard("service", *arguments) == (0, out, "")
 

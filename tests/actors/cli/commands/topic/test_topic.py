@@ -60,7 +60,7 @@ async def test_list_of_an_empty_graph(desk: Desk) -> None:
 
 
 async def test_verbose_list(desk: Desk) -> None:
-    """P03: a block of published topics and one of subscribed ones, with types and how many there are."""
+    """A block of published topics and one of subscribed ones, with types and how many there are."""
     async with some_topics(desk):
         ended = await desk.callboard("topic", "list", "-v")
     assert (ended.code, ended.err) == (0, "")
@@ -84,7 +84,7 @@ async def test_verbose_list_as_json(desk: Desk) -> None:
 
 @pytest.mark.parametrize("name", ["/zoo", "zoo"])
 async def test_info(desk: Desk, name: str) -> None:
-    """P05: type and counts; the first slash may be left out."""
+    """Type and counts; the first slash may be left out."""
     types = "['std_msgs/msg/Int32', 'std_msgs/msg/String']"
     async with some_topics(desk):
         ended = await desk.callboard("topic", "info", name)
@@ -101,7 +101,7 @@ async def test_info_of_a_topic_without_a_type(desk: Desk) -> None:
 
 
 async def test_verbose_info(desk: Desk) -> None:
-    """P06: blank lines between all, and each endpoint as rclpy prints it."""
+    """Blank lines between all, and each endpoint as rclpy prints it."""
     async with desk.node("zoe", namespace="/ns") as node:
         node.create_publisher(String, "/chatter", 7)
         (publisher,) = await node.get_publishers_info_by_topic("/chatter")
@@ -161,7 +161,7 @@ async def test_type(desk: Desk, options: list[str], out: str) -> None:
 
 
 async def test_type_of_a_hidden_topic(desk: Desk) -> None:
-    """P07: nothing on stdout, and 1; what helps is on stderr."""
+    """Nothing on stdout, and 1; what helps is on stderr."""
     async with some_topics(desk):
         assert await desk.callboard("topic", "type", "/_secret") == (
             1,
