@@ -84,7 +84,7 @@ async def test_a_node_is_activated_step_by_step(system: System, tmp_path: Path) 
 
 
 async def test_autostart_follows_each_start(system: System, tmp_path: Path) -> None:
-    """Also a respawn after it was killed."""
+    """A node that was killed and respawned is configured and activated again."""
     actions = (
         STEP.format("activating", "active", "LogInfo(msg='it is up')"),
         f"{NODE}, autostart=True, respawn=True)",
@@ -150,7 +150,7 @@ async def test_a_broker_that_dies_ends_a_transition(system: System, tmp_path: Pa
 
 
 async def test_a_node_in_the_launchs_process_has_transitions(system: System, tmp_path: Path) -> None:
-    """As one that has a process of its own."""
+    """A node in the launch's own process is configured and activated, as one in a process of its own."""
     (tmp_path / "own.launch.py").write_text(
         "from actors import LifecycleNode as Node\n"
         "from actors.launch import LaunchDescription, LifecycleNode, LogInfo, OnStateTransition\n"
@@ -167,7 +167,7 @@ async def test_a_node_in_the_launchs_process_has_transitions(system: System, tmp
 
 
 async def test_a_launch_without_lifecycle_nodes_imports_nothing_for_them(system: System) -> None:
-    """Neither the client nor the messages."""
+    """A launch without lifecycle nodes imports neither their client nor their messages."""
     source = (
         "import asyncio, sys\n"
         "from actors.launch import ExecuteProcess, Launch, LaunchDescription\n"

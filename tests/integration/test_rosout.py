@@ -30,7 +30,7 @@ async def test_lines_that_are_not_printed_are_published(system: System) -> None:
 
 
 async def test_lines_that_are_not_published_are_printed(system: System) -> None:
-    """--disable-rosout-logs leaves the topic away."""
+    """With --disable-rosout-logs there is no topic, and the lines are printed."""
     await system.broker()
     talker = await system.example("minimal_publisher", "--ros-args", "--disable-rosout-logs")
     await talker.wait_for_line("Publishing")

@@ -288,7 +288,7 @@ async def test_its_services_are_standard_endpoints(meeting: Meeting) -> None:
 
 
 async def test_a_lifecycle_publishers_qos_can_be_overridden() -> None:
-    """By parameters, as any publisher's."""
+    """Parameters override the QoS of a lifecycle publisher, as of any publisher."""
     node = actors.LifecycleNode(
         "n", parameter_overrides={"qos_overrides./chatter.publisher.depth": 3}, use_global_arguments=False
     )
@@ -307,7 +307,7 @@ async def test_without_services(meeting: Meeting) -> None:
 
 
 async def test_a_node_that_does_not_run(meeting: Meeting) -> None:
-    """Nothing begins: the state stays."""
+    """A transition of a node that does not run raises, and the state stays."""
     node = Managed(url=meeting.url)
     with pytest.raises(RuntimeError, match="not running"):
         await node.trigger_configure()

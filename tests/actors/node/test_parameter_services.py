@@ -179,7 +179,7 @@ async def test_events(server: actors.Node, remote: Remote) -> None:
 
 
 async def test_refused_values_make_no_event(server: actors.Node, remote: Remote) -> None:
-    """Only a successful set has one."""
+    """A refused value is not published on /parameter_events."""
     server.declare_parameter("a", 1)
     await remote.set(a="text")
     server.add_on_set_parameters_callback(lambda _: SetParametersResult(successful=False, reason="no"))

@@ -70,7 +70,7 @@ def test_an_override_that_is_no_policy(policy: str, value: Any, error: type[Exce
 
 
 def test_a_callback_may_refuse() -> None:
-    """It gets the resulting profile."""
+    """The callback gets the profile with the overrides, and may refuse it."""
 
     def check(profile: QoSProfile) -> actors.SetParametersResult:
         kept = profile.durability is DurabilityPolicy.VOLATILE and profile.depth > 5

@@ -81,7 +81,7 @@ async def test_without_sources(meeting: Meeting) -> None:
 
 
 async def test_a_type_that_the_node_does_not_use(meeting: Meeting) -> None:
-    """It is not described, and the reason is rcl's."""
+    """A type that the node does not use is not described; the reason has rcl's text."""
     server = await meeting.node("server", namespace="ns", **ON)
     server.create_publisher(String, "text").destroy()
     response = await ask(meeting, String)

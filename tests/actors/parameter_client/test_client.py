@@ -44,7 +44,7 @@ async def client(meeting: Meeting, server: actors.Node) -> ParameterClient:
 
 
 async def test_get(client: ParameterClient) -> None:
-    """Values in order; None for what is not declared."""
+    """Values are returned in the order of the names, None for what is not declared."""
     found = await client.get_parameters(["name", "no", "arm.joints"])
     assert [(each.name, each.value) for each in found] == [
         ("name", "x"),
@@ -56,7 +56,7 @@ async def test_get(client: ParameterClient) -> None:
 
 
 async def test_set(client: ParameterClient, server: actors.Node) -> None:
-    """One by one, or all or none."""
+    """Parameters are set one by one, or atomically all or none."""
     good, bad = Parameter("speed", value=2.0), Parameter("name", value=1)
     results = await client.set_parameters([good, bad])
     assert [each.successful for each in results] == [True, False]

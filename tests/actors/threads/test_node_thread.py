@@ -228,7 +228,7 @@ def test_a_thread_that_does_not_run_refuses_calls() -> None:
 
 
 def test_waiting_in_the_loops_own_thread_is_an_error() -> None:
-    """It would wait for itself."""
+    """A method that would wait for its own thread raises RuntimeError."""
     with NodeThread("worker") as thread:
         for wait in (lambda: thread.call(Endless().wait()), thread.stop):
             with pytest.raises(RuntimeError, match="in the thread 'worker' would wait for itself"):
@@ -395,7 +395,7 @@ def test_sys_exit_in_the_loop_ends_the_thread() -> None:
 
 
 def test_sys_exit_in_a_call_reaches_the_caller() -> None:
-    """And ends the thread."""
+    """SystemExit in a call is raised in the calling thread and ends the loop's thread."""
     thread = NodeThread().start()
     with pytest.raises(SystemExit):
         thread.call(raises(SystemExit(4)))

@@ -247,7 +247,7 @@ def test_errors_are_raised_where_they_are_caused(host: Host) -> None:
 
 
 def test_a_publisher_that_is_destroyed_meanwhile_drops_what_waits(host: Host) -> None:
-    """It is counted."""
+    """Messages that wait for a publisher that is destroyed are counted as dropped."""
     with NodeThread() as thread:
         pair = Pair(host, thread, 10)
         with blocked(thread, last=pair.inner.destroy):
@@ -289,7 +289,7 @@ def test_flush_waits_for_the_broker(host: Host) -> None:
 
 
 def test_an_inactive_lifecycle_publisher_is_silent(host: Host) -> None:
-    """It counts what it suppresses."""
+    """A lifecycle publisher of an inactive node counts the messages that another thread publishes."""
     with NodeThread() as thread:
         node = thread.enter(actors.LifecycleNode("managed", url=host.url, use_global_arguments=False))
         inner = thread.call(lambda: node.create_lifecycle_publisher(Int64, "number", 10))

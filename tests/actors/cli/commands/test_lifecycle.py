@@ -82,7 +82,7 @@ async def test_nodes_without_states(desk: Desk) -> None:
 
 
 async def test_list(desk: Desk) -> None:
-    """ROS 2's layout; with -a the whole graph."""
+    """`lifecycle list` prints possible transitions as ROS 2 does, with -a the whole graph."""
     async with Managed(desk) as node:
         await node.get_graph()
         code, out, _ = await desk.callboard("lifecycle", "list", "/managed")

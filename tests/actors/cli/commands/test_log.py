@@ -239,7 +239,7 @@ async def test_lines_that_are_lost_are_counted(desk: Desk) -> None:
 
 
 async def test_an_end_in_time(desk: Desk) -> None:
-    """If the lines have not all come."""
+    """The command ends at its timeout even if not all lines have arrived."""
     assert await desk.callboard("log", "--timeout", "0.000001") == (
         124, "", "Not all lines were received within 1e-06 s\n"
     )  # fmt: skip
@@ -268,7 +268,7 @@ async def test_a_link_that_breaks(desk: Desk, options: tuple[str, ...]) -> None:
 
 
 async def test_a_refused_subscription(desk: Desk, tmp_path: Path) -> None:
-    """Ends the command with the broker's reason."""
+    """A refused subscription ends the command with the broker's reason."""
     rules = tmp_path / "rules.toml"
     rules.write_text(
         '[local]\nuser = "guest"\n[users.guest]\nroles = ["guest"]\n[roles.guest]\n'

@@ -105,7 +105,7 @@ async def test_one_node_that_fails_does_not_hide_the_others(desk: Desk) -> None:
     ],
 )
 async def test_get(desk: Desk, value: Any, out: str) -> None:
-    """The type and the value."""
+    """`param get` prints the type and the value."""
     async with driver(desk) as node:
         node.declare_parameter("p", value)
         assert await desk.callboard("param", "get", "/driver", "p") == (0, f"{out}\n", "")
@@ -165,7 +165,7 @@ def test_a_value_with_a_leading_dash(value: str) -> None:
 
 
 async def test_set_several(desk: Desk) -> None:
-    """One by one, or with --atomic all or none."""
+    """`param set` sets several parameters one by one, or with --atomic all or none."""
     async with driver(desk) as node:
         pairs = ("frame", "map", "speed", "fast")
         code, out, err = await desk.callboard("param", "set", "/driver", *pairs)
@@ -181,7 +181,7 @@ async def test_set_several(desk: Desk) -> None:
 
 
 async def test_describe(desk: Desk) -> None:
-    """The texts of ROS 2."""
+    """`param describe` prints the texts of ROS 2."""
     async with driver(desk) as node:
         whole = IntegerRange(from_value=1, to_value=9, step=2)
         node.declare_parameter(
@@ -324,7 +324,7 @@ async def test_a_node_that_is_yet_to_come(desk: Desk) -> None:
 
 
 async def test_a_callback_that_raises(desk: Desk) -> None:
-    """The error is named; the exit code is 1."""
+    """If the node's callback raises, the error is printed and the exit code is 1."""
     async with driver(desk) as node:
 
         def boom(parameters: list[Parameter]) -> SetParametersResult:

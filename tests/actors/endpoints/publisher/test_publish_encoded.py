@@ -40,7 +40,7 @@ async def test_a_batch_arrives_in_order(meeting: Meeting) -> None:
 
 
 async def test_a_large_message_arrives(meeting: Meeting) -> None:
-    """One that travels in fragments."""
+    """An encoded message that travels in fragments arrives whole."""
     node = await meeting.node("node")
     publisher = node.create_publisher(UInt8MultiArray, "blob")
     got: list[bytes] = []
@@ -52,7 +52,7 @@ async def test_a_large_message_arrives(meeting: Meeting) -> None:
 
 
 async def test_a_latched_message_reaches_late_joiners(meeting: Meeting) -> None:
-    """TRANSIENT_LOCAL holds as for `publish`."""
+    """Encoded messages of a TRANSIENT_LOCAL publisher are latched, as those of `publish`."""
     node = await meeting.node("node")
     node.create_publisher(Int64, "number", latched(1)).publish_encoded(encoded(7))
     message = await actors.wait_for_message(Int64, node, "number", DEADLINE_SEC, qos_profile=latched(1))

@@ -86,7 +86,7 @@ async def client_on(host: str, url: str | None = None) -> AsyncIterator[Answers]
 
 
 def test_transitions_are_requested_and_watched() -> None:
-    """By number or label; a refusal has no reason."""
+    """Transitions are requested by number or label and cause events; a refusal has no reason."""
 
     async def scene(stage: Stage) -> None:
         async with client_on("launch") as said:
@@ -216,7 +216,7 @@ def test_only_so_many_nodes_are_watched(monkeypatch: pytest.MonkeyPatch) -> None
 async def test_a_broker_that_refuses_the_client_fails_requests(
     meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """At once, with the reason; the launch goes on."""
+    """If the broker refuses the client, requests fail at once with the reason; the launch goes on."""
     await meeting.node("_launch_1_lifecycle")
     async with client_on("launch", meeting.url) as said:
         said.request(1)

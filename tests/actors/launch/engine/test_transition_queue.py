@@ -72,7 +72,7 @@ def test_autostart_comes_first_and_again_after_a_respawn() -> None:
 
 
 def test_a_failure_is_logged_and_ends_its_sequence() -> None:
-    """Other sequences go on."""
+    """The rest of a failed sequence is not requested, and the next sequence is."""
     play = Play(node(), change("configure", "activate"), change("shutdown"))
     play.up()
     answer(play, "")
@@ -134,7 +134,7 @@ def test_a_transition_of_nothing_is_reported() -> None:
 
 
 def test_a_function_chooses_nodes_when_it_has_returned() -> None:
-    """An error in it is a mistake in the description."""
+    """A matcher function chooses nodes when it has returned; its error is one of the launch file."""
     play = Play(node(), node("b"), change("configure", name="b", calls=True))
     play.up("b-1")
     assert [each.node for each in requests(play)] == ["/b"]
@@ -147,13 +147,13 @@ def test_a_function_chooses_nodes_when_it_has_returned() -> None:
 
 
 def test_too_many_sequences_are_refused() -> None:
-    """A handler may request them in a circle."""
+    """A node's waiting sequences are limited, since handlers may request them in a circle."""
     play = Play(node(), *(change("configure") for _ in range(MAX_WAITING + 1)))
     assert play.said == [f"ERROR a-1: {FAILED}: {MAX_WAITING} others wait already"]
 
 
 def test_handlers_react_to_state_transitions() -> None:
-    """With the process that it is about."""
+    """A handler's event has the process whose node has changed its state."""
     play = Play(node(), whenever(StateTransition, LogText(text="changed")))
     event = StateTransition(process(), 7, "configure", "unconfigured", "configuring", 0)
     play.does(play.machine.state_changed, event)

@@ -45,7 +45,7 @@ def test_a_lifecycle_node_is_a_process_with_a_timeout() -> None:
 
 
 def test_an_action_is_matched_by_identity() -> None:
-    """Not the process of an equal action."""
+    """`matches_action` chooses the process of this action, not that of an equal one."""
     twin = LifecycleNode(script="camera.py", name="camera")
     event = ChangeState(lifecycle_node_matcher=matches_action(CAMERA), transition_id=1)
     one, other, step = plan(CAMERA, twin, EmitEvent(event=event))[-3:]
@@ -78,7 +78,7 @@ def test_a_function_chooses_by_the_action() -> None:
 
 
 def test_names_are_relative_to_the_namespace() -> None:
-    """A step for each node."""
+    """LifecycleTransition becomes a step for each node, whose name is relative to the namespace."""
     action = LifecycleTransition(lifecycle_node_names=["camera", "/arm"], transition_ids=[1, "3", "cleanup"])
     steps = plan(GroupAction([PushNamespace("ns"), action]))
     assert all(isinstance(each, ChangeStates) for each in steps)
@@ -105,7 +105,7 @@ def test_wrong_transitions_are_mistakes(names: list[str], transitions: list[int 
 
 
 def test_a_handler_reacts_to_what_fits() -> None:
-    """All that is given must fit."""
+    """A handler reacts only if all of its conditions hold."""
     handler = OnStateTransition(
         target_lifecycle_node=CAMERA,
         transition="transition_success",
@@ -141,7 +141,7 @@ def test_states_that_do_not_exist_are_mistakes() -> None:
 
 
 def test_a_handler_for_an_unknown_name_is_reported() -> None:
-    """As other handlers are."""
+    """A handler for a process that does not exist is reported, as other handlers are."""
     first, *_ = plan(
         CAMERA, RegisterEventHandler(OnStateTransition(target_lifecycle_node="arm", entities=[]))
     )

@@ -104,7 +104,7 @@ async def test_the_graph(desk: Desk, arguments: list[str], out: str) -> None:
 
 
 async def test_an_unknown_action_has_no_type(desk: Desk) -> None:
-    """It is an error, with a suggestion."""
+    """The type of an unknown action is an error that suggests a similar name."""
     async with kitchen(desk):
         ended = await desk.callboard("action", "type", "/fibonaci")
     assert (ended.code, ended.out) == (1, "")
@@ -173,7 +173,7 @@ async def test_send_goal_cancels_the_goal_after_its_timeout(desk: Desk) -> None:
 
 
 async def test_echo_prints_feedback_and_states(desk: Desk) -> None:
-    """Both topics, one document each."""
+    """`action echo` prints the messages of both topics, each as a document of its own."""
     async with kitchen(desk), desk.node("sender") as node:
         client = node.create_action_client(Fibonacci, "fibonacci")
         echo = desk.start("action", "echo", "/fibonacci", "--json", "--timeout", "0.5")
@@ -188,7 +188,7 @@ async def test_echo_prints_feedback_and_states(desk: Desk) -> None:
 
 
 async def test_echo_of_an_unknown_action(desk: Desk) -> None:
-    """It says how to wait for one."""
+    """The error for an unknown action says how to wait for one that is still to come."""
     ended = await desk.callboard("action", "echo", "/nobodys")
     assert ended.code == 1
     assert "Unknown action '/nobodys'; to wait for it, name its type: callboard action echo" in ended.err
