@@ -104,7 +104,7 @@ async def test_a_goal_gives_feedback_and_a_result(meeting: Meeting) -> None:
 
 
 async def test_a_feedback_callback_gets_the_feedback_of_its_goal_only(meeting: Meeting) -> None:
-    """Two goals run at the same time; each callback gets what belongs to its goal (M11)."""
+    """Two goals run at the same time; each callback gets what belongs to its goal."""
     both = await pair(meeting, succeed)
     received: list[list[Any]] = [[], []]
     handles = [await both.send(feedback_callback=each.append) for each in received]
@@ -291,7 +291,7 @@ async def test_feedback_that_nobody_takes_is_bounded_and_counted(
 
 @pytest.mark.parametrize("answer", [GoalResponse.REJECT, None, 2, "raise"])
 async def test_a_goal_that_is_not_accepted_is_rejected(meeting: Meeting, answer: Any) -> None:
-    """REJECT, something that is no GoalResponse, and an exception: the goal is rejected (M03, M05)."""
+    """REJECT, something that is no GoalResponse, and an exception: the goal is rejected."""
 
     def decide(request: Fibonacci.Goal) -> Any:
         if answer == "raise":
@@ -310,7 +310,7 @@ async def test_a_goal_that_is_not_accepted_is_rejected(meeting: Meeting, answer:
 
 
 async def test_of_two_goals_with_one_id_one_is_accepted(meeting: Meeting) -> None:
-    """The second is rejected, also while the first is being decided (M04)."""
+    """The second is rejected, also while the first is being decided."""
 
     async def decide(request: Fibonacci.Goal) -> GoalResponse:
         await asyncio.sleep(0)
@@ -338,7 +338,7 @@ async def test_one_goal_too_many_is_rejected(meeting: Meeting, monkeypatch: pyte
 
 
 async def test_a_goal_without_a_terminal_state_is_aborted(meeting: Meeting) -> None:
-    """The result that was returned is kept (M06)."""
+    """The result that was returned is kept."""
 
     def execute(goal: object) -> Fibonacci.Result:
         return Fibonacci.Result(sequence=[1])
@@ -357,7 +357,7 @@ async def test_a_goal_without_a_terminal_state_is_aborted(meeting: Meeting) -> N
     ],
 )
 async def test_a_goal_whose_callback_fails_is_aborted(meeting: Meeting, result: Any) -> None:
-    """An exception and a result that is not valid end the goal with an empty result, and count (M06, M10)."""
+    """An exception and a result that is not valid end the goal with an empty result, and count."""
 
     async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Any:
         if isinstance(result, Exception):
@@ -384,7 +384,7 @@ async def test_a_terminal_state_never_changes(meeting: Meeting) -> None:
 
 
 async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
-    """Wrong goals, feedback, results, actions and callbacks are refused where they are passed (M10)."""
+    """Wrong goals, feedback, results, actions and callbacks are refused where they are passed."""
     errors: list[TypeError] = []
 
     async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
@@ -413,7 +413,7 @@ async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
 
 
 async def test_cancellation_is_rejected_by_default(meeting: Meeting) -> None:
-    """The goal goes on (M07, M12)."""
+    """The goal goes on."""
     gate = Gate()
     both = await pair(meeting, gate.execute)
     handle = await both.send()
@@ -424,7 +424,7 @@ async def test_cancellation_is_rejected_by_default(meeting: Meeting) -> None:
 
 
 async def test_a_goal_is_cancelled(meeting: Meeting) -> None:
-    """The answer names the goal; a second request gets the same answer, a late one an error (M07)."""
+    """The answer names the goal; a second request gets the same answer, a late one an error."""
     gate = Gate()
     both = await pair(meeting, gate.execute, cancel_callback=accept_cancel)
     handle = await both.send()
@@ -456,7 +456,7 @@ async def test_a_request_to_cancel_may_name_all_goals_or_those_until_a_time(meet
 
 
 async def test_a_goal_can_be_cancelled_before_it_is_executed(meeting: Meeting) -> None:
-    """The execute callback still runs, finds the goal CANCELING, and ends it (M08)."""
+    """The execute callback still runs, finds the goal CANCELING, and ends it."""
     deferred: list[actors.ServerGoalHandle[Any, Any, Any]] = []
     gate = Gate()
     gate.open.set()
@@ -581,7 +581,7 @@ async def test_a_destroyed_server_cancels_accepted_callbacks(meeting: Meeting) -
 
 
 async def test_the_parts_have_ros_names_types_and_qos(meeting: Meeting) -> None:
-    """Three services and two topics, with the profiles of rcl_action (M02)."""
+    """Three services and two topics, with the profiles of rcl_action."""
     both = await pair(meeting, succeed)
     node, prefix = both.client_node, "/fibonacci/_action/"
     services = dict(await node.get_service_names_and_types_by_node("server", "/"))
@@ -614,7 +614,7 @@ async def test_late_clients_get_states_and_results(meeting: Meeting) -> None:
 
 
 async def test_results_expire(meeting: Meeting) -> None:
-    """After the timeout a result is unknown, and the goal is no longer listed (M09)."""
+    """After the timeout a result is unknown, and the goal is no longer listed."""
     gate = Gate()
     both = await pair(meeting, gate.execute, result_timeout_sec=0.0)
     handle = await both.send()
