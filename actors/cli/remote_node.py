@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -147,3 +148,15 @@ def visible_nodes(snapshot: GraphSnapshot, *, hidden: bool) -> list[str]:
     from proto.names import is_hidden
 
     return [name for name in snapshot.nodes() if hidden or not is_hidden(name)]
+
+
+def warn_of_shared_names(names: list[str]) -> None:
+    """Print a warning to stderr if names of nodes occur more than once."""
+    from actors.cli.output import print_err
+
+    shared = [f"{name} ({number})" for name, number in Counter(names).items() if number > 1]
+    if shared:
+        print_err(
+            "WARNING: Be aware that there are nodes in the graph that share an exact name, which can have"
+            f" unintended side effects: {', '.join(shared)}"
+        )

@@ -21,7 +21,7 @@ def run(options: Options) -> int:
     """Print the full names of nodes with states."""
     from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
-    from actors.cli.remote_node import visible_nodes
+    from actors.cli.remote_node import visible_nodes, warn_of_shared_names
     from actors.cli.tables import Styled, print_styled
     from proto.codes import EntryKind
 
@@ -40,4 +40,5 @@ def run(options: Options) -> int:
     else:
         for name in found:
             print_styled(Styled(name, "name"))
+    warn_of_shared_names(found)
     return 0

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Final
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-from proto.names import is_hidden
 
 EXAMPLES: Final = {"callboard node list": "the full names of all nodes"}
 
@@ -22,11 +20,12 @@ def add_arguments(parser: Parser) -> None:
 def run(options: Options) -> int:
     """Print the nodes' full names."""
     from actors.cli.broker_target import open_inspector
-    from actors.cli.output import print_err, print_json
+    from actors.cli.output import print_json
+    from actors.cli.remote_node import visible_nodes, warn_of_shared_names
     from actors.cli.tables import Styled, print_styled
 
     with open_inspector(options) as inspector:
-        found = [name for name in inspector.graph().nodes() if options.all or not is_hidden(name)]
+        found = visible_nodes(inspector.graph(), hidden=options.all)
     if options.count_nodes:
         print_json(len(found))
     elif options.json:
@@ -34,10 +33,5 @@ def run(options: Options) -> int:
     else:
         for name in found:
             print_styled(Styled(name, "name"))
-    shared = [f"{name} ({number})" for name, number in Counter(found).items() if number > 1]
-    if shared:
-        print_err(
-            "WARNING: Be aware that there are nodes in the graph that share an exact name, which can have"
-            f" unintended side effects: {', '.join(shared)}"
-        )
+    warn_of_shared_names(found)
     return 0

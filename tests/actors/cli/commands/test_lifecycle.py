@@ -45,6 +45,17 @@ async def test_nodes(desk: Desk) -> None:
         assert (await desk.callboard("lifecycle", "nodes", "--json")).json == [{"name": "/b"}]
 
 
+async def test_nodes_that_share_a_name_are_marked(desk: Desk) -> None:
+    """`nodes` prints the name for each node and warns, as `node list` does."""
+    async with Managed(desk, shared_name=True) as one, Managed(desk, shared_name=True) as other:
+        await one.get_graph()
+        await other.get_graph()
+        listed = await desk.callboard("lifecycle", "nodes")
+    assert (listed.code, listed.out) == (0, "/managed\n/managed\n")
+    assert listed.err.startswith("WARNING: ")
+    assert listed.err.endswith(" share an exact name, which can have unintended side effects: /managed (2)\n")
+
+
 async def test_get(desk: Desk) -> None:
     """The state of one node, or of all with their names; one that fails does not hide the others."""
 
