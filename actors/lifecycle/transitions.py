@@ -122,7 +122,7 @@ class Transitions:
                 result = await result
             if not isinstance(result, TransitionCallbackReturn):
                 raise TypeError(f"it returned {result!r}, not a TransitionCallbackReturn")
-        except ENDS_PROGRAM:
+        except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed
             raise
         except BaseException as error:
             if isinstance(error, asyncio.CancelledError) and self._context.mailbox.cancelling:

@@ -335,3 +335,26 @@ async def test_leaving_waits_for_a_transition(meeting: Meeting) -> None:
         asyncio.get_running_loop().call_soon(node.gate.set)
     assert await waiting is SUCCESS
     assert node.current_state.label == "inactive"
+
+
+def test_a_transition_that_is_abandoned_has_not_failed() -> None:
+    """If the loop ends without the node, no further callback runs in the coroutine that is closed."""
+
+    async def begin() -> Managed:
+        node = Managed(url="callboard://127.0.0.1:1")
+        await node.__aenter__()
+        node.gate.clear()
+        configuring = asyncio.ensure_future(node.trigger_configure())
+        await until(lambda: node.calls)
+        assert not configuring.done()
+        return node
+
+    loop = asyncio.new_event_loop()
+    loop.set_exception_handler(lambda *_: None)  # of tasks that are destroyed while pending
+    node = loop.run_until_complete(begin())
+    for task in asyncio.all_tasks(loop):
+        coroutine = task.get_coro()
+        assert coroutine is not None
+        coroutine.close()
+    loop.close()
+    assert (node.calls, node.callback_errors) == ([("configure", "unconfigured")], 0)
