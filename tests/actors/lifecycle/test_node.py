@@ -112,9 +112,12 @@ async def test_back_and_forth(managed: Managed) -> None:
     assert managed.calls[-1] == ("deactivate", "active")
 
 
-@pytest.mark.parametrize(("on_error", "state"), [(SUCCESS, "unconfigured"), (ERROR, "finalized")])
-async def test_errors(managed: Managed, on_error: TransitionCallbackReturn, state: str) -> None:
-    """After ERROR `on_error` decides; it gets the state before the transition."""
+@pytest.mark.parametrize(
+    ("on_error", "state"),
+    [(SUCCESS, "unconfigured"), (FAILURE, "finalized"), (ERROR, "finalized"), (None, "finalized")],
+)
+async def test_errors(managed: Managed, on_error: Any, state: str) -> None:
+    """After ERROR `on_error` decides; its own failure finalizes. It gets the state before the transition."""
     managed.results = {"configure": ERROR, "error": on_error}
     assert await managed.trigger_configure() is ERROR
     assert managed.current_state.label == state
@@ -225,6 +228,24 @@ async def test_lifecycle_publishers(remote: Remote, managed: Managed) -> None:
     await until(lambda: len(heard) == 3)
     assert heard == ["active", "still active", "active again"]
     assert (publisher.published, publisher.suppressed) == (3, 4)
+
+
+async def test_encoded_messages_are_suppressed_too(managed: Managed) -> None:
+    """`publish_encoded`, and `publish` of bytes, are silent in the same states as `publish`."""
+    publisher, encoded = managed.publisher, b"\x81\xa4data\xa1x"
+
+    def publish() -> tuple[int, int]:
+        publisher.publish_encoded(encoded)
+        publisher.publish(encoded)
+        return publisher.published, publisher.suppressed
+
+    await managed.trigger_configure()
+    assert publish() == (0, 2)
+    await managed.trigger_activate()
+    assert publish() == (2, 2)
+    managed.results = {"deactivate": ERROR}
+    await managed.trigger_deactivate()
+    assert publish() == (2, 4)
 
 
 async def test_the_inherited_on_activate_publishes(meeting: Meeting) -> None:
