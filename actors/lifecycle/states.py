@@ -79,7 +79,7 @@ REQUESTS: Final = (
     Transition(6, "shutdown", INACTIVE, SHUTTINGDOWN),
     Transition(7, "shutdown", ACTIVE, SHUTTINGDOWN),
 )
-"""What can be requested of a node."""
+"""The transitions that can be requested of a node."""
 
 
 def _results(first: int, start: LifecycleState, *goals: LifecycleState) -> tuple[Transition, ...]:

@@ -172,7 +172,7 @@ async def test_events(remote: Remote, managed: Managed) -> None:
 
 
 async def test_a_second_transition_is_refused(remote: Remote, managed: Managed) -> None:
-    """While a callback waits, the state can be read, and whoever requests another transition hears so."""
+    """While a callback waits, the state can be read, and further transitions are refused."""
     managed.gate.clear()
     first = asyncio.create_task(remote.change("configure"))
     await until(lambda: managed.calls)
@@ -246,6 +246,23 @@ async def test_encoded_messages_are_suppressed_too(managed: Managed) -> None:
     managed.results = {"deactivate": ERROR}
     await managed.trigger_deactivate()
     assert publish() == (2, 4)
+
+
+@pytest.mark.parametrize("name", ["deactivate", "shutdown"])
+async def test_last_messages(managed: Managed, name: str) -> None:
+    """The callback that leads out of active can still publish; after it the publisher is silent."""
+
+    def publish(state: LifecycleState) -> TransitionCallbackReturn:
+        assert state.label == "active"
+        managed.publisher.publish(String(data="bye"))
+        return SUCCESS
+
+    setattr(managed, f"on_{name}", publish)
+    await managed.trigger_configure()
+    await managed.trigger_activate()
+    assert await getattr(managed, f"trigger_{name}")() is SUCCESS
+    managed.publisher.publish(String(data="late"))
+    assert (managed.publisher.published, managed.publisher.suppressed) == (1, 1)
 
 
 async def test_the_inherited_on_activate_publishes(meeting: Meeting) -> None:
