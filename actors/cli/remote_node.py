@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Awaitable, Callable
 
     from actors.errors import CallFailed
-    from actors.graph.snapshot import GraphSnapshot
     from actors.node.node import Node
 
 T = TypeVar("T")
@@ -63,6 +61,7 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
     from actors.cli.errors import TIMEOUT, USAGE, CommandError
     from actors.cli.hidden_node import graph_of, hidden_node
     from actors.cli.named import absolute, unknown
+    from actors.cli.node_names import visible_nodes
     from actors.errors import RemoteError, ServiceUnavailable
 
     if not options.node.strip("/"):
@@ -107,6 +106,7 @@ async def ask_all(
     """
     from actors.cli.errors import TIMEOUT, CommandError
     from actors.cli.hidden_node import graph_of, hidden_node
+    from actors.cli.node_names import visible_nodes
     from actors.errors import CallFailed
     from proto.codes import EntryKind
 
@@ -141,22 +141,3 @@ def print_failures(answers: dict[str, T | CallFailed]) -> dict[str, T]:
         else:
             good[name] = answer
     return good
-
-
-def visible_nodes(snapshot: GraphSnapshot, *, hidden: bool) -> list[str]:
-    """Return the names of nodes, without hidden ones unless they are wanted."""
-    from proto.names import is_hidden
-
-    return [name for name in snapshot.nodes() if hidden or not is_hidden(name)]
-
-
-def warn_of_shared_names(names: list[str]) -> None:
-    """Print a warning to stderr if names of nodes occur more than once."""
-    from actors.cli.output import print_err
-
-    shared = [f"{name} ({number})" for name, number in Counter(names).items() if number > 1]
-    if shared:
-        print_err(
-            "WARNING: Be aware that there are nodes in the graph that share an exact name, which can have"
-            f" unintended side effects: {', '.join(shared)}"
-        )

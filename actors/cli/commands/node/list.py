@@ -20,8 +20,8 @@ def add_arguments(parser: Parser) -> None:
 def run(options: Options) -> int:
     """Print the nodes' full names."""
     from actors.cli.broker_target import open_inspector
+    from actors.cli.node_names import visible_nodes, warn_of_shared_names
     from actors.cli.output import print_json
-    from actors.cli.remote_node import visible_nodes, warn_of_shared_names
     from actors.cli.tables import Styled, print_styled
 
     with open_inspector(options) as inspector:
