@@ -59,7 +59,6 @@ class GoalReceiver:
         dropped: Feedback dropped because more than `FEEDBACK_DEPTH` waited.
         iterating: Whether a task waits for feedback.
         callback: Gets the feedback instead of `async for`.
-        iterating: Whether a task iterates over the feedback.
         ended: Set when there is a result or an error.
         news: Set when there is feedback or the end.
     """

@@ -133,6 +133,8 @@ class Texts(Kind):
             )
         elif self.split:
             found = _words(read_plain(value, spot), spot)
+        elif self.least and isinstance(value, str) and not value.strip():
+            found = ()
         else:
             found = (read_text(value, spot),)
         if len(found) < self.least:

@@ -357,6 +357,10 @@ ERROR_CASES: list[tuple[str, str]] = [
     (f"{PARAMETERS}{{b: ['$(x)']}}}}}}", "launch[0].node.parameters.a.b[0]: No substitution 'x'"),
     ("executable: {cmd: ''}", "launch[0].executable.cmd: nothing is in it"),
     ("executable: {cmd: []}", "launch[0].executable.cmd: nothing is in it"),
+    (
+        "lifecycle_transition: {lifecycle_node_names: ' ', transition_ids: 1}",
+        "launch[0].lifecycle_transition.lifecycle_node_names: nothing is in it",
+    ),
     ("group: {children: [{nod: {}}]}", "launch[0].group.children[0].nod: no such element"),
     ("group: [{log: {}}]", "launch[0].group[0].log: 'message' is missing"),
     (
