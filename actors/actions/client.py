@@ -25,10 +25,9 @@ from actors.callbacks.callback_task import current_callback_task
 from actors.callbacks.functions import takes
 from actors.callbacks.must_await import must_await
 from actors.endpoints.client.client import Client
-from actors.endpoints.context import in_flight
 from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.subscription.subscription import Subscription
-from actors.errors import ServiceUnavailable
+from actors.errors import ServiceUnavailable, WaitTimeout
 from actors.interfaces.action import action_types, require_action
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
@@ -226,18 +225,19 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
             NodeDestroyed: The client or its node has been destroyed.
             ServiceUnavailable: The broker refuses a part of the client; the text says why.
         """
-        endpoint, context = self._endpoint, self._endpoint.context
-        context.require_loop()
-        endpoint.require_alive()
-        with in_flight():
-            try:
-                async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
-                    while not endpoint.ready:
-                        endpoint.require_not_refused()
-                        await context.link.changed()
-                        endpoint.require_alive()
-            except TimeoutError:
-                return False
+        endpoint = self._endpoint
+
+        def ready() -> bool:
+            endpoint.require_alive()
+            if not endpoint.ready:
+                endpoint.require_not_refused()
+            return endpoint.ready
+
+        limit = math.inf if timeout_sec is None else max(0.0, timeout_sec)
+        try:
+            await endpoint.context.wait_until(ready, f"A server of '{self.action_name}'", limit)
+        except WaitTimeout:
+            return False
         return True
 
     @must_await

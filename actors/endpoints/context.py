@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks.callback_task import current_callback_task
@@ -140,13 +141,14 @@ class NodeContext(LinkEndpoint):
         """Wait until `condition` holds; check it whenever the link changes.
 
         Raises:
-            WaitTimeout: It does not hold within `timeout_sec` (None: the node's default call timeout).
+            WaitTimeout: It does not hold within `timeout_sec` (None: the node's default call timeout;
+                infinity: no limit).
         """
         self.require_loop()
         limit = self.default_call_timeout_sec if timeout_sec is None else timeout_sec
         with in_flight():
             try:
-                async with asyncio.timeout(limit):
+                async with asyncio.timeout(None if limit == math.inf else limit):
                     while not condition():
                         await self.link.changed()
                         self.require_alive()

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from actors.callbacks.must_await import must_await
 from actors.endpoints.client.endpoint import ClientEndpoint
-from actors.endpoints.context import in_flight
 from actors.endpoints.service_introspection import Introspectable
-from actors.errors import ServiceUnavailable
+from actors.errors import ServiceUnavailable, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message
 
 if TYPE_CHECKING:
+    import asyncio
+
     from actors.endpoints.context import NodeContext
 
 Q = TypeVar("Q", bound=Message)
@@ -80,19 +80,19 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
             NodeDestroyed: The client or its node has been destroyed.
             ServiceUnavailable: The broker refuses the client; the text says why.
         """
-        endpoint, context = self._endpoint, self._endpoint.context
-        context.require_loop()
-        endpoint.require_alive()
-        with in_flight():
-            try:
-                async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
-                    while not endpoint.peers:
-                        if endpoint.refusal:
-                            raise ServiceUnavailable(f"Service '{self.srv_name}': {endpoint.refusal}")
-                        await context.link.changed()
-                        endpoint.require_alive()
-            except TimeoutError:
-                return False
+        endpoint = self._endpoint
+
+        def ready() -> bool:
+            endpoint.require_alive()
+            if endpoint.refusal and not endpoint.peers:
+                raise ServiceUnavailable(f"Service '{self.srv_name}': {endpoint.refusal}")
+            return endpoint.peers > 0
+
+        limit = math.inf if timeout_sec is None else max(0.0, timeout_sec)
+        try:
+            await endpoint.context.wait_until(ready, f"A server of '{self.srv_name}'", limit)
+        except WaitTimeout:
+            return False
         return True
 
     async def call(self, request: Q, timeout_sec: float | None = None) -> A:
