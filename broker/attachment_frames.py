@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.access.rules import Action
 from broker.deliveries import Enqueue, EnqueueLatched, Send
-from broker.latched import LatchedReplay
+from broker.latched import LatchedReplay, is_replayed
 from proto import frames
 from proto.codec import encode
 
@@ -109,7 +109,7 @@ class AttachmentFrames:
         )
         self._emit(Enqueue(route.peer.id, route.queue, encode(frame)))
         for subscription in subscriptions:
-            if subscription.wants.latched:
+            if is_replayed(route, subscription):
                 source = LatchedReplay(publisher, route, subscription)
                 self._emit(EnqueueLatched(route.peer.id, route.queue, source))
 

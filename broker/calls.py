@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from broker.pool import Pool
     from broker.records import Peer
     from broker.router_limits import RouterLimits
+    from broker.services import OneServer
     from proto.frames import Options
     from proto.queued_calls import CallShare
 
@@ -75,7 +76,10 @@ class Calls:
         self.pending = self.routed = self.refused = self.overloaded = self.late = 0
 
     def request(
-        self, client: ClientRecord, pool: Pool[ServiceRecord] | None, entries: tuple[RequestEntry, ...]
+        self,
+        client: ClientRecord,
+        pool: Pool[ServiceRecord] | OneServer | None,
+        entries: tuple[RequestEntry, ...],
     ) -> None:
         """Route a client's requests.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from functools import lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from broker.access.rules import Action
 from broker.definitions import Definitions
@@ -89,6 +89,18 @@ def _accepted(number: int, key: int) -> bytes:
     return encode(frames.Accepted(number, key))
 
 
+class Exports(Protocol):
+    """Learns which endpoints of this broker are in the graph, to tell other brokers."""
+
+    def joined(self, endpoint: Endpoint) -> None:
+        """Note an endpoint that is new or back."""
+        ...
+
+    def left(self, endpoint: Endpoint) -> None:
+        """Note an endpoint that is gone or suspended."""
+        ...
+
+
 class Declarations:
     """The declared nodes and endpoints of one graph.
 
@@ -99,9 +111,11 @@ class Declarations:
         topics, services, graph: The parts that match and publish endpoints.
         replace_peer: Called with a suspended peer whose name another node takes, and the reason; removes it.
         report: See `Router`.
+        key_base: The keys of endpoints are greater.
 
     Attributes:
         definitions: Keeps the definitions of declared types.
+        exports: Learns of endpoints that come and go, those of other brokers excepted; None for nobody.
     """
 
     def __init__(
@@ -115,6 +129,7 @@ class Declarations:
         graph: Graph,
         replace_peer: Callable[[Peer, str], None],
         report: Callable[[Endpoint, str | None], None],
+        key_base: int,
     ) -> None:
         self._emit = emit
         self._max_endpoints = limits.max_endpoints
@@ -124,7 +139,9 @@ class Declarations:
         self._graph = graph
         self._replace_peer = replace_peer
         self._report = report
-        self._keys = count(1)
+        self._key_base = key_base
+        self._keys = count(key_base + 1)
+        self.exports: Exports | None = None
         self._names: dict[str, dict[int, NodeRecord]] = {}
         """The nodes that have each name, by key: one, or several that share it."""
         self.definitions = Definitions(
@@ -144,7 +161,7 @@ class Declarations:
             if len(peer.endpoints) >= self._max_endpoints:
                 text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
-            endpoint = self._make(peer, frame)
+            endpoint = self._make(peer, frame, next(self._keys))
             check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
             if not self.fits(endpoint):
                 raise Refusal(ErrorCode.LIMIT, self.too_many_matches)
@@ -156,24 +173,51 @@ class Declarations:
             if code is ErrorCode.LIMIT:
                 self._refusals.add(peer, str(error))
             return
-        peer.endpoints[endpoint.id] = endpoint
-        if endpoint.node is not None:
-            endpoint.node.endpoints[endpoint.id] = endpoint
+        self._add(peer, endpoint)
         number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
         self._emit(SendEncoded(peer.id, _accepted(endpoint.id, number)))
         self._report(endpoint, None)
         if not peer.suspended:
             self.join(endpoint)
 
-    def _make(self, peer: Peer, frame: Any) -> Endpoint:
+    def key_of(self, number: int) -> int:
+        """Return the key of this broker's endpoint with this number."""
+        return self._key_base + number
+
+    def mirror(self, peer: Peer, frame: Any, key: int) -> None:
+        """Take a declaration that another broker has accepted.
+
+        Args:
+            peer: The mesh.
+            frame: The declaration, with an id that the mesh chooses, and the public gid of a publisher.
+            key: Its key at the other broker.
+
+        Raises:
+            ProtocolError, Refusal, InvalidNameError: The other broker should not have accepted it.
+        """
+        if frame.id in peer.endpoints:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
+        endpoint = self._make(peer, frame, key)
+        if isinstance(endpoint, PublisherRecord):
+            endpoint.opened = False
+        self._add(peer, endpoint)
+        self._report(endpoint, None)
+        self.join(endpoint)
+
+    def _add(self, peer: Peer, endpoint: Endpoint) -> None:
+        peer.endpoints[endpoint.id] = endpoint
+        if endpoint.node is not None:
+            endpoint.node.endpoints[endpoint.id] = endpoint
+
+    def _make(self, peer: Peer, frame: Any, key: int) -> Endpoint:
         if isinstance(frame, frames.Node):
-            return self._make_node(peer, frame)
+            return self._make_node(peer, frame, key)
         node = peer.endpoints.get(frame.node)
         if not isinstance(node, NodeRecord):
             raise Refusal(ErrorCode.UNKNOWN_ID, f"this link has no node with the id {frame.node}")
         type_name, type_hash = check_type(frame.type_name or "", frame.type_hash or "")
         common: dict[str, Any] = {
-            "key": next(self._keys),
+            "key": key,
             "id": frame.id,
             "peer": peer,
             "node": node,
@@ -189,7 +233,7 @@ class Declarations:
             return ServiceRecord(kind=EntryKind.SERVICE, name=frame.name, **common)
         return ClientRecord(kind=EntryKind.CLIENT, name=frame.name, **common)
 
-    def _make_node(self, peer: Peer, frame: frames.Node) -> NodeRecord:
+    def _make_node(self, peer: Peer, frame: frames.Node, key: int) -> NodeRecord:
         namespace, name = split_node_name(frame.name)
         validate_namespace(namespace)
         validate_node_name(name)
@@ -197,10 +241,11 @@ class Declarations:
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
         holders = self._names.get(frame.name)
-        if holders and not (frame.shared and _any(holders).shared):  # several have shared it with each other
+        shared = holders and frame.shared and _any(holders).shared  # several have shared it with each other
+        if holders and not shared and not peer.mesh:
             self._take_name(peer, holders, shared=frame.shared)
         record = NodeRecord(
-            key=next(self._keys),
+            key=key,
             id=frame.id,
             peer=peer,
             kind=EntryKind.NODE,
@@ -240,12 +285,13 @@ class Declarations:
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
     ) -> Endpoint:
         qos = parse_qos(frame.qos)
+        peer: Peer = common["peer"]
         common |= {"name": frame.topic, "qos": qos.to_map(), "wants": qos}
         if isinstance(frame, frames.Publisher):
             keep = latched_depth(qos)
             return PublisherRecord(
                 kind=EntryKind.PUBLISHER,
-                gid=public_gid(common["peer"].token, frame.gid),
+                gid=frame.gid if peer.mesh else public_gid(peer.token, frame.gid),
                 next_sequence=frame.next_sequence,
                 live_sequence=frame.live_sequence,
                 keep=keep,
@@ -279,6 +325,8 @@ class Declarations:
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
         self._graph.add(endpoint)
+        if self.exports is not None and not endpoint.peer.mesh:
+            self.exports.joined(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.join_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
@@ -291,6 +339,8 @@ class Declarations:
         if not (isinstance(endpoint, ServiceRecord) and endpoint.retired):  # a retired one has left the graph
             suspended = endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
             self._graph.remove(endpoint, suspended=suspended)
+            if self.exports is not None and not endpoint.peer.mesh:
+                self.exports.left(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
@@ -333,6 +383,8 @@ class Declarations:
         server = peer.endpoints.get(frame.id)
         if isinstance(server, ServiceRecord) and not server.retired:
             self._graph.remove(server)
+            if self.exports is not None and not peer.mesh:
+                self.exports.left(server)
             self._services.retire(server)
 
     def remove(self, endpoint: Endpoint, reason: str) -> None:

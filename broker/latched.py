@@ -123,6 +123,19 @@ def _count(publisher: PublisherRecord, size: int) -> None:
     publisher.peer.all_latched.bytes += size
 
 
+def is_replayed(route: Route, subscription: SubscriptionRecord) -> bool:
+    """Return whether a subscription that has just attached gets the latched messages of the publisher.
+
+    Another broker gets all of them with the first of its subscriptions, and keeps them for the others.
+    """
+    if not subscription.peer.mesh:
+        return subscription.wants.latched
+    return not any(
+        other.broker == subscription.broker and other is not subscription
+        for other in route.subscriptions.values()
+    )
+
+
 class LatchedReplay(ReplaySource):
     """The latched messages of one publisher for a subscription that has just attached.
 
@@ -143,7 +156,7 @@ class LatchedReplay(ReplaySource):
         self._subscription = subscription
         self._stop = publisher.next_sequence
         skip = 0
-        if subscription.depth is not None:
+        if subscription.depth is not None and not subscription.peer.mesh:
             skip = max(0, publisher.latched_messages - subscription.depth)
         self._index = publisher.unlatched
         self._first = self._stop

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 from broker.flow_control import CreditLimits, PublisherCredit
 from proto.fragments import ByteTotal
 from proto.frames import GraphEntry, Matched, Options
+from proto.limits import MAX_U32
 from proto.qos import KEEP_ALL
 
 if TYPE_CHECKING:
@@ -68,6 +69,8 @@ class Peer:
     """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
     principal: Principal | None = None
     """Whose it is; None if there are no access rules."""
+    mesh: bool = False
+    """Whether its endpoints are those of other brokers: they are not matched with each other."""
     revoked: set[int] = field(default_factory=set[int])
     """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
 
@@ -106,6 +109,16 @@ class Endpoint:
     """Number of counterparts it has had since its declaration."""
     described: bool = False
     """Whether the broker keeps the definition of its type because of it."""
+
+    @property
+    def broker(self) -> int:
+        """The number of its broker in the mesh; 0 without a mesh."""
+        return self.key >> 32
+
+    @property
+    def number(self) -> int:
+        """Its number among the endpoints of its broker."""
+        return self.key & MAX_U32
 
     @property
     def node_name(self) -> str:
@@ -162,6 +175,8 @@ class PublisherRecord(Endpoint):
     """Its topic; set when it is first matched."""
     routes: dict[int, Route] = field(default_factory=_new_dict)
     matched: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
+    opened: bool = True
+    """False for one of another broker whose messages do not arrive yet."""
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     """Subscriptions that know that it is suspended, and must learn how that ends."""
     keep: int = 0
@@ -322,5 +337,5 @@ class ServiceGroup:
     def __init__(self) -> None:
         self.servers: dict[int, ServiceRecord] = {}
         self.clients: dict[int, ClientRecord] = {}
-        self.pools: dict[tuple[str, str], Pool[ServiceRecord]] = {}
-        """The servers of each type name and hash, while there are clients."""
+        self.pools: dict[tuple[str, str, bool], Pool[ServiceRecord]] = {}
+        """The servers of each type name and hash, those of other brokers apart, while there are clients."""

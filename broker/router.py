@@ -15,7 +15,7 @@ from broker.declarations import Declarations
 from broker.deliveries import Close, Delivery, Send
 from broker.graph import Graph, WatchCount
 from broker.notices import Notices
-from broker.records import Endpoint, NodeRecord, Peer
+from broker.records import ClientRecord, Endpoint, NodeRecord, Peer
 from broker.refusals import Refusals
 from broker.router_limits import RouterLimits
 from broker.routes import Routes
@@ -57,6 +57,7 @@ class Router:
         report_refusal: For logs. Called with a peer, what of it a limit has refused (plural), and why.
         latched: Counts the bytes of latched messages, possibly of several graphs; None for its own.
         memory_full: Returns whether large calls are refused because the broker holds too much.
+        key_base: The keys of its endpoints are greater, so that they differ from those of other brokers.
 
     Attributes:
         domain: The same number.
@@ -76,6 +77,7 @@ class Router:
         report_refusal: Callable[[Peer, str, str], None] = _ignore,
         latched: ByteTotal | None = None,
         memory_full: Callable[[], bool] = bool,  # bool() is False
+        key_base: int = 0,
     ) -> None:
         self.domain = domain
         self.relied_on: set[int] = set()
@@ -102,6 +104,7 @@ class Router:
             graph=self.graph,
             replace_peer=self._replace_peer,
             report=report,
+            key_base=key_base,
         )
         self._handlers = self._handler_table()
 
@@ -179,6 +182,12 @@ class Router:
                 self._replace_peer(old, "the same node has connected again")
             self._instances[instance] = peer
         return peer.id, self._take()
+
+    def connect_mesh(self) -> int:
+        """Add the peer that stands for the other brokers; return its id."""
+        peer = Peer(next(self._peer_ids), relied_on=self.relied_on, mesh=True, all_latched=self._latched)
+        self._peers[peer.id] = peer
+        return peer.id
 
     def disconnect(self, peer_id: int) -> list[Delivery]:
         """Remove a peer whose connection is gone; ignore one that has been replaced."""
@@ -288,6 +297,29 @@ class Router:
                     raise
         out, self._out = self._out, []
         return out
+
+    # The mesh
+
+    def mirror(self, peer_id: int, frame: Frame, key: int) -> list[Delivery]:
+        """Take what another broker has accepted; see `Declarations.mirror`. A `report` must follow."""
+        self.declarations.mirror(self._peers[peer_id], frame, key)
+        return self._take()
+
+    def open_publisher(
+        self, peer_id: int, publisher: int, next_sequence: int, live_sequence: int
+    ) -> list[Delivery]:
+        """Let the messages of another broker's publisher arrive; see `Topics.open_publisher`."""
+        record = self.routes.publisher(self._peers[peer_id], publisher)
+        self.topics.open_publisher(record, next_sequence, live_sequence)
+        return self._take()
+
+    def request(self, peer_id: int, server_key: int, frame: frames.Request) -> list[Delivery]:
+        """Take requests to a server that another broker has chosen."""
+        peer = self._peers[peer_id]
+        client = peer.endpoints.get(frame.endpoint)
+        if isinstance(client, ClientRecord):
+            self.calls.request(client, self.services.only(client, server_key), frame.entries)
+        return self._take()
 
     def _watch(self, peer: Peer, frame: frames.Watch) -> None:
         self.relied_on.update(self._peers)

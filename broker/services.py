@@ -15,6 +15,22 @@ if TYPE_CHECKING:
     from broker.notices import Notices
 
 
+class OneServer:
+    """A pool for calls whose server is chosen already."""
+
+    def __init__(self, server: ServiceRecord) -> None:
+        self._server = server
+
+    def least_busy(self) -> ServiceRecord:
+        """Return the server."""
+        return self._server
+
+    def update(self, server: ServiceRecord) -> None:
+        """Note that the server has got a call."""
+        if server.pool is not None:
+            server.pool.update(server)
+
+
 class Services:
     """All services of one graph.
 
@@ -29,9 +45,18 @@ class Services:
         self._groups: dict[str, ServiceGroup] = {}
 
     def pool(self, client: ClientRecord) -> Pool[ServiceRecord] | None:
-        """Return the servers for a client's calls."""
+        """Return the servers for a client's calls: those of this broker, or else those of others."""
         group = self._groups.get(client.name)
-        return None if group is None else group.pools.get((client.type_name, client.type_hash))
+        if group is None:
+            return None
+        of_type = client.type_name, client.type_hash
+        return group.pools.get((*of_type, False)) or group.pools.get((*of_type, True))
+
+    def only(self, client: ClientRecord, server_key: int) -> OneServer | None:
+        """Return one server for a client's calls; None if it is not there any more."""
+        group = self._groups.get(client.name)
+        server = None if group is None else group.servers.get(server_key)
+        return OneServer(server) if server is not None and _same_type(client, server) else None
 
     def exceeds(self, endpoint: ClientRecord | ServiceRecord, most: int) -> bool:
         """Return whether an endpoint, if it joined, would raise the `matches` of its peer above `most`."""
@@ -62,6 +87,8 @@ class Services:
             return
         self._notices.begin(endpoint)
         for client, server in pairs:
+            if client.peer.mesh and server.peer.mesh:
+                continue
             if _same_type(client, server):
                 self._notices.set_count(client, client.peers + 1)
                 self._notices.set_count(server, server.peers + 1)
@@ -99,7 +126,7 @@ class Services:
             _leave_pool(group, endpoint)
             counterparts = group.clients.values()
         for other in counterparts:
-            if _same_type(endpoint, other):
+            if _same_type(endpoint, other) and not (endpoint.peer.mesh and other.peer.mesh):
                 self._notices.set_count(other, other.peers - 1)
         self._notices.set_count(endpoint, 0)
         if not group.clients and not group.servers:
@@ -107,7 +134,7 @@ class Services:
 
 
 def _join_pool(group: ServiceGroup, server: ServiceRecord) -> None:
-    server.pool = group.pools.setdefault((server.type_name, server.type_hash), Pool())
+    server.pool = group.pools.setdefault((server.type_name, server.type_hash, server.peer.mesh), Pool())
     server.pool.add(server)
 
 
@@ -116,7 +143,7 @@ def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
     if pool is not None:
         pool.remove(server)
         if not pool:
-            del group.pools[server.type_name, server.type_hash]
+            del group.pools[server.type_name, server.type_hash, server.peer.mesh]
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from broker.access.rules import Action
 from broker.deliveries import Send
 from broker.flow_control import HOLD, CreditLimits
+from broker.latched import unlatch
 from broker.matching import exceeds
 from broker.records import PublisherRecord, SubscriptionRecord, TopicRecord
 from broker.routes import leaving_reason
@@ -101,6 +102,26 @@ class Topics:
             self._routes.report_left(publisher, subscription)
         publisher.awaited_by.clear()
 
+    def open_publisher(self, publisher: PublisherRecord, next_sequence: int, live_sequence: int) -> None:
+        """Attach the subscriptions of a publisher of another broker, whose messages arrive from now on.
+
+        Args:
+            publisher: The publisher; nothing happens if it is open.
+            next_sequence: The number of its first message to come.
+            live_sequence: Messages with smaller numbers are latched ones.
+        """
+        if publisher.opened or not publisher.matched:
+            return
+        publisher.opened = True
+        publisher.next_sequence, publisher.live_sequence = next_sequence, live_sequence
+        for subscription in publisher.matched.values():
+            self._attach(publisher, subscription)
+
+    def _close(self, publisher: PublisherRecord) -> None:
+        """Expect nothing of a publisher of another broker, which has no subscription here any more."""
+        publisher.opened = False
+        unlatch(publisher)
+
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Unmatch a publisher that is gone or suspended."""
         self._leave(publisher)
@@ -128,10 +149,12 @@ class Topics:
         for publisher in subscription.matched.values():
             publisher.matched.pop(subscription.key, None)
             self._notices.set_count(publisher, publisher.peers - 1)
-            if not (subscription.stalled and publisher.waits_for_readers):
+            if publisher.opened and not (subscription.stalled and publisher.waits_for_readers):
                 self._routes.detach(publisher, subscription)
             if publisher.credit.limits.remove(subscription.key):
                 self._update_credit(publisher)
+            if publisher.peer.mesh and not publisher.matched:
+                self._close(publisher)
         subscription.matched.clear()
         subscription.stalled = False
         self.stalls.end(subscription)
@@ -152,6 +175,8 @@ class Topics:
             del self._topics[endpoint.name]
 
     def _match(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
+        if publisher.peer.mesh and subscription.peer.mesh:
+            return
         if not _same_type(publisher, subscription):
             self._notices.report_types(publisher, "publisher", subscription, "subscription")
             return
@@ -168,7 +193,7 @@ class Topics:
         self._attach(publisher, subscription)
 
     def _attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        if subscription.stalled and publisher.waits_for_readers:
+        if not publisher.opened or (subscription.stalled and publisher.waits_for_readers):
             return
         self._routes.attach(publisher, subscription)
         if subscription.depth is not None:
@@ -206,10 +231,13 @@ class Topics:
         if not isinstance(subscription, SubscriptionRecord):
             return
         self.stalls.end(subscription)
+        publisher = subscription.matched.get(frame.publisher)
+        if publisher is not None and publisher.peer.mesh:  # its own broker limits it
+            own = frames.Grant(subscription.number, frame.publisher, frame.sequence_limit, frame.byte_limit)
+            self._emit(Send(publisher.peer.id, own))
         if subscription.stalled:  # its new limits begin with ATTACHED
             self._resume(subscription)
             return
-        publisher = subscription.matched.get(frame.publisher)
         if publisher is None:
             return
         if not publisher.waits_for_readers:

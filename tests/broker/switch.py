@@ -47,8 +47,7 @@ class Switch:
         self._hellos += 1
         identity = instance or self._hellos.to_bytes(limits.INSTANCE_BYTES, "big")
         peer, deliveries = self.router.connect(identity, token, principal)
-        self._outboxes[peer] = Outbox()
-        self._reassemblers[peer] = Reassembler()
+        self.add(peer)
         self._carry(deliveries)
         self.report()
         if node is not None:
@@ -56,6 +55,11 @@ class Switch:
             accepted = self.read(peer, frames.Accepted)
             assert accepted == [frames.Accepted(0, 0)]
         return peer
+
+    def add(self, peer: int) -> None:
+        """Give an outbox to a peer that the router has made itself."""
+        self._outboxes[peer] = Outbox()
+        self._reassemblers[peer] = Reassembler()
 
     def send(self, peer: int, *sent: frames.Frame) -> None:
         """Let a peer send frames."""

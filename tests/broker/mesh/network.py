@@ -1,0 +1,103 @@
+"""Brokers of one mesh without I/O: routers with outboxes, and a network that carries messages at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from broker.mesh.mesh import Mesh
+from broker.mesh.messages import Change, Direct, Publish, Subscribe
+from broker.router import Router
+from proto import frames
+from proto.codec import decode
+from tests.broker.switch import Switch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class MeshBroker(Switch):
+    """A broker of a mesh: a switch whose router has a peer for the other brokers.
+
+    Attributes:
+        number: The broker's number.
+        mesh: Its part of the mesh.
+        topics: Topics that it wants of others.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(Router(key_base=number << 32))
+        self.number = number
+        self.mesh = Mesh(self.router, self._carry)
+        self.add(self.mesh.peer)
+        self.topics: set[str] = set()
+
+    def forward(self) -> None:
+        """Let the mesh take what the router has for it."""
+        self.report()
+        self.mesh.update_wanted()
+        for frame in self.read_all(self.mesh.peer):
+            self.mesh.send(frame)
+
+
+class Network:
+    """Carries messages between brokers, in order.
+
+    Args:
+        count: How many brokers there are; their numbers begin with 1.
+    """
+
+    def __init__(self, count: int = 2) -> None:
+        self.brokers = {number: MeshBroker(number) for number in range(1, count + 1)}
+        self.cut: set[int] = set()
+
+    def __iter__(self) -> Iterator[MeshBroker]:
+        return iter(self.brokers.values())
+
+    def settle(self) -> None:
+        """Carry messages until there are none."""
+        busy = True
+        while busy:
+            busy = False
+            for broker in self:
+                broker.forward()
+                for message in broker.mesh.take():
+                    busy = True
+                    self._carry(broker, message)
+
+    def _carry(self, sender: MeshBroker, message: object) -> None:
+        if isinstance(message, Subscribe):
+            (sender.topics.add if message.wanted else sender.topics.discard)(message.topic)
+            return
+        if sender.number in self.cut:
+            return
+        others = [each for each in self if each is not sender and each.number not in self.cut]
+        for other in others:
+            if isinstance(message, Change):
+                if not other.mesh.take_change(sender.number, message):
+                    other.mesh.take_snapshot(sender.number, sender.mesh.snapshot())
+            elif isinstance(message, Publish):
+                if message.topic in other.topics:
+                    frame = decode(message.raw)
+                    assert isinstance(frame, (frames.Batch, frames.Assert))
+                    other.mesh.published(frame)
+            elif isinstance(message, Direct) and message.broker == other.number:
+                other.mesh.received(sender.number, message)
+
+    def partition(self, number: int) -> None:
+        """Cut one broker off."""
+        self.settle()
+        self.cut.add(number)
+        for other in self:
+            if other.number != number:
+                other.mesh.remove_broker(number)
+                self.brokers[number].mesh.remove_broker(other.number)
+        self.settle()
+
+    def heal(self, number: int) -> None:
+        """Connect a broker that was cut off."""
+        self.cut.discard(number)
+        for other in self:
+            if other.number != number:
+                other.mesh.take_snapshot(number, self.brokers[number].mesh.snapshot())
+                self.brokers[number].mesh.take_snapshot(other.number, other.mesh.snapshot())
+        self.settle()
