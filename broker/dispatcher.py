@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from broker.capacity import Capacity
     from broker.deliveries import Delivery
     from broker.link import Link
+    from broker.mesh.channel import MeshChannel
+    from broker.mesh.joining import MeshMember
     from broker.options import BrokerOptions
     from broker.peer_warnings import PeerWarnings
     from broker.presence_log import PresenceLog
@@ -97,6 +99,8 @@ class Dispatcher:
         self.budget: ReadBudget | None = None
         self.reports = Reports(self)
         self.closed_bytes_received = self.closed_bytes_sent = 0
+        self.mesh: MeshMember | None = None
+        self._mesh_channels: dict[Router, MeshChannel] = {}
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
         self._watches = WatchCount(options.max_watches)
@@ -192,8 +196,11 @@ class Dispatcher:
                 ),
                 latched=self.latched,
                 memory_full=lambda: self.memory.full,
+                key_base=0 if self.mesh is None else self.mesh.number << 32,
             )
             self.joined[router] = joined
+            if self.mesh is not None:
+                self._mesh_channels[router] = self.mesh.add(router)
         return router
 
     def _warn_of_discarded(self) -> None:
@@ -282,7 +289,11 @@ class Dispatcher:
         for delivery in deliveries:
             link = joined.get(delivery.peer)
             if link is None:
-                delivery.lose()
+                mesh = self._mesh_channels.get(router)
+                if mesh is not None and mesh.mesh.peer == delivery.peer:
+                    delivery.deliver(mesh)
+                else:
+                    delivery.lose()
                 continue
             if not (channel := link.channel).connected:
                 delivery.lose()
@@ -308,6 +319,8 @@ class Dispatcher:
                     link.fail_if_over_limit()
                 if link.held_bytes or outbox.held_bytes or outbox.urgent_bytes or outbox.ordered_bytes:
                     self.memory.count(link)
+        for channel in self._mesh_channels.values():
+            channel.flush()
         if self.memory.needs_relief:
             self.memory.relieve(self.links)
         if self.on_progress is not None:

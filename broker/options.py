@@ -46,6 +46,12 @@ class BrokerOptions:
     host: str = _option(DEFAULT_HOST, "address or name to listen on")
     port: int = _option(DEFAULT_PORT, "TCP port; 0 takes a free one", 0, 65_535)
     unix: Path | None = _option(None, "listen on a unix socket at this path instead of TCP")
+    mesh_listen: str | None = _option(
+        None, "let other brokers join this one's mesh there: a Zenoh endpoint such as tcp/0.0.0.0:7447"
+    )
+    mesh: str | None = _option(
+        None, "join the mesh of the broker that listens there: a Zenoh endpoint such as tcp/robot:7447"
+    )
     auth: Path | None = _option(
         None,
         "TOML file of users and access rules; every connection must then be a user's"

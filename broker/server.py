@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
+    from broker.mesh.joining import MeshMember
     from proto.stats import BrokerStats, LinkStats, TopicStats
 
 
@@ -75,6 +76,7 @@ class Broker:
         self._listener: Listener | None = None
         self._check: asyncio.Task[None] | None = None
         self._tls: ssl.SSLContext | None = None
+        self._mesh: MeshMember | None = None
         self._reset()
 
     def _reset(self) -> None:
@@ -183,6 +185,11 @@ class Broker:
 
             return TlsTransport(channel, self._tls, loop=loop, budget=budget, received=dispatcher.received)
 
+        if self.options.mesh_listen or self.options.mesh:
+            from broker.mesh.joining import MeshMember  # noqa: PLC0415 - an extra
+
+            self._mesh = dispatcher.mesh = MeshMember(dispatcher, self.options.mesh_listen, self.options.mesh)
+            await self._mesh.start()
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)
         check = PeriodicCheck(dispatcher, statistics.lag)
@@ -240,6 +247,8 @@ class Broker:
             self._listener = None
             self._entered = False
             await self._stop_check()
+            if self._mesh is not None:
+                await self._mesh.stop()
 
     async def _stop_check(self) -> None:
         check, self._check = self._check, None

@@ -1,0 +1,82 @@
+"""What the router sends to the mesh: an outbox, as on a link, whose frames become messages to other brokers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+from proto import frames
+from proto.codec import Decoder, encode
+from proto.fragments import Reassembler
+from proto.outbox import Outbox
+
+if TYPE_CHECKING:
+    from broker.mesh.mesh import Mesh
+    from broker.mesh.messages import Message
+    from proto.errors import ProtocolError
+    from proto.frames import Frame
+
+
+class Engine(Protocol):
+    """Carries messages between brokers."""
+
+    @property
+    def full(self) -> bool:
+        """Whether so much waits that nothing else should be given to it now."""
+        ...
+
+    def send(self, domain: int, messages: list[Message]) -> None:
+        """Send messages about one graph, in order."""
+        ...
+
+
+class MeshChannel:
+    """The outbox of one graph's mesh (`deliveries.Recipient`).
+
+    Args:
+        mesh: Turns frames into messages.
+        engine: Sends them.
+        domain: The graph's number.
+
+    Attributes:
+        mesh: As given.
+        outbox: What waits.
+    """
+
+    def __init__(self, mesh: Mesh, engine: Engine, domain: int) -> None:
+        self.mesh = mesh
+        self.outbox = Outbox()
+        self._engine = engine
+        self._domain = domain
+        self._decoder = Decoder()
+        self._reassembler = Reassembler()
+
+    def send(self, frame: Frame) -> None:
+        """Queue a control frame."""
+        self.outbox.put_control(encode(frame))
+
+    def fail(self, error: ProtocolError) -> None:
+        """Ignore an error that would close a node's link: the mesh stays."""
+        del error
+
+    def flush(self) -> None:
+        """Send what waits until the engine is full, then trim the publisher queues."""
+        outbox, engine = self.outbox, self._engine
+        while not engine.full:
+            parts, _ = outbox.take(1)
+            if not parts:
+                break
+            raw = parts[0] if len(parts) == 1 else b"".join(parts)
+            frame = self._decoder.decode(raw)
+            if isinstance(frame, frames.Abort):
+                self._reassembler.abort(frame)
+                continue
+            if isinstance(frame, frames.Fragment):
+                whole = self._reassembler.add(frame)
+                if whole is None:
+                    continue
+                frame = self._decoder.decode(whole)
+            self.mesh.send(frame)
+        outbox.trim()
+        self.mesh.update_wanted()
+        if messages := self.mesh.take():
+            engine.send(self._domain, messages)
