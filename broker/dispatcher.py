@@ -172,7 +172,7 @@ class Dispatcher:
 
     def join(self, link: Link, domain: int, instance: bytes, token: bytes) -> None:
         """Add a link to the graph of its domain after its handshake."""
-        router = self._router(domain)
+        router = self.router(domain)
         link.peer, deliveries = router.connect(instance, token, link.principal)
         link.router = router
         self.handshaking.pop(link, None)
@@ -180,7 +180,8 @@ class Dispatcher:
         self.deliver(router, deliveries)
         self.reports.report_soon()
 
-    def _router(self, domain: int) -> Router:
+    def router(self, domain: int) -> Router:
+        """Return the router of a domain's graph."""
         router = self._routers.get(domain)
         if router is None:
             joined: dict[int, Link] = {}

@@ -52,6 +52,10 @@ class Topics:
         self._notices = notices
         self.stalls = stalls
 
+    def find(self, name: str) -> TopicRecord | None:
+        """Return a topic; None if it has no endpoint that is not suspended."""
+        return self._topics.get(name)
+
     def records(self) -> Collection[TopicRecord]:
         """Return all topics with an endpoint that is not suspended."""
         return self._topics.values()

@@ -27,11 +27,13 @@ class MeshExports:
 
     Args:
         emit: Takes each change.
+        touch: Takes the topic of each subscription that comes or goes.
         mesh: The id of the router's peer for the mesh.
     """
 
-    def __init__(self, emit: Callable[[Message], None], mesh: int) -> None:
+    def __init__(self, emit: Callable[[Message], None], touch: Callable[[str], None], mesh: int) -> None:
         self._emit = emit
+        self._touch = touch
         self._mesh = mesh
         self._version = 0
         self._declarations: dict[int, Frame] = {}
@@ -46,6 +48,8 @@ class MeshExports:
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""
         frame = self._declarations[endpoint.number] = declaration_of(endpoint)
+        if isinstance(endpoint, SubscriptionRecord):
+            self._touch(endpoint.name)
         if endpoint.key in self._leaving:
             self.sent_all(endpoint.key)
         self._change(frame)
@@ -54,6 +58,8 @@ class MeshExports:
         """Note an endpoint that is gone or suspended."""
         if self._declarations.pop(endpoint.number, None) is None:
             return
+        if isinstance(endpoint, SubscriptionRecord):
+            self._touch(endpoint.name)
         if isinstance(endpoint, PublisherRecord):
             waits = self._mesh in endpoint.routes
         else:

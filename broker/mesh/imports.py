@@ -46,15 +46,23 @@ class MeshImports:
         router: The graph's router.
         mesh: The id of the router's peer for the mesh.
         deliver: Takes what the router returns.
+        touch: Takes the topic of each publisher that comes or goes.
 
     Attributes:
         refused: Declarations that this broker's router does not take.
     """
 
-    def __init__(self, router: Router, mesh: int, deliver: Callable[[list[Delivery]], None]) -> None:
+    def __init__(
+        self,
+        router: Router,
+        mesh: int,
+        deliver: Callable[[list[Delivery]], None],
+        touch: Callable[[str], None],
+    ) -> None:
         self._router = router
         self._mesh = mesh
         self._deliver = deliver
+        self._touch = touch
         self._ids = count(1)
         self._brokers: dict[int, _Broker] = {}
         self._remotes: dict[int, Remote] = {}
@@ -123,6 +131,8 @@ class MeshImports:
         except (ProtocolError, Refusal, InvalidNameError):
             self.refused += 1
             return
+        if isinstance(frame, frames.Publisher):
+            self._touch(frame.topic)
         self._brokers[broker].ids[frame.id] = changed["id"]
         self._remotes[changed["id"]] = remote
         self._deliver(deliveries)
@@ -130,7 +140,9 @@ class MeshImports:
     def _remove(self, broker: int, number: int) -> None:
         endpoint = self._brokers[broker].ids.pop(number, None)
         if endpoint is not None:
-            del self._remotes[endpoint]
+            publisher = self._router.routes.find(self._remotes.pop(endpoint).key)
+            if publisher is not None:
+                self._touch(publisher.name)
             self._handle(frames.Undeclare(endpoint))
 
     def _handle(self, frame: Frame) -> None:

@@ -53,9 +53,11 @@ class MeshMember:
         self._engine.join(domain)
         return MeshChannel(mesh, self._engine, domain)
 
-    def meshes(self) -> dict[int, Mesh]:
-        """Return the meshes by domain."""
-        return self._meshes
+    def mesh(self, domain: int) -> Mesh:
+        """Return the mesh of a domain, in which this broker takes part from now on."""
+        if domain not in self._meshes:
+            self._dispatcher.router(domain)
+        return self._meshes[domain]
 
     def flush(self) -> None:
         """Send what the routers have returned."""

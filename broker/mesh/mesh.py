@@ -41,8 +41,12 @@ class Mesh:
         self._deliver = deliver
         self._out: list[Message] = []
         self.peer = router.connect_mesh()
-        self._exports = router.declarations.exports = MeshExports(self._out.append, self.peer)
-        self._imports = MeshImports(router, self.peer, deliver)
+        self._touched: set[str] = set()
+        """Topics whose subscriptions here or publishers elsewhere have changed."""
+        self._exports = router.declarations.exports = MeshExports(
+            self._out.append, self._touched.add, self.peer
+        )
+        self._imports = MeshImports(router, self.peer, deliver, self._touched.add)
         self._calls: dict[int, tuple[int, Remote]] = {}
         """By call, client and server of the calls to other brokers that have no reply yet."""
         self._wanted: set[str] = set()
@@ -241,15 +245,14 @@ class Mesh:
 
     def update_wanted(self) -> None:
         """Subscribe to the topics that publishers of other brokers and subscriptions of this one share."""
-        wanted = {
-            each.name
-            for topic in self._router.topics.records()
-            if any(not each.peer.mesh for each in topic.subscriptions.values())
-            for each in topic.publishers.values()
-            if each.peer.mesh
-        }
-        for topic in self._wanted - wanted:
-            self._out.append(Subscribe(topic, wanted=False))
-        for topic in wanted - self._wanted:
-            self._out.append(Subscribe(topic, wanted=True))
-        self._wanted = wanted
+        for topic in self._touched:
+            record = self._router.topics.find(topic)
+            wanted = (
+                record is not None
+                and any(each.peer.mesh for each in record.publishers.values())
+                and not all(each.peer.mesh for each in record.subscriptions.values())
+            )
+            if wanted != (topic in self._wanted):
+                (self._wanted.add if wanted else self._wanted.discard)(topic)
+                self._out.append(Subscribe(topic, wanted=wanted))
+        self._touched.clear()

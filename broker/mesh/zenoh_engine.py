@@ -18,6 +18,7 @@ from broker.mesh.messages import Change, Direct, Message, Publish, Snapshot, Sub
 from proto import frames
 from proto.codec import Decoder, encode
 from proto.errors import ProtocolError
+from proto.limits import MAX_DOMAIN
 
 if TYPE_CHECKING:
     import asyncio
@@ -39,8 +40,8 @@ _number: Final = Struct(">Q")
 class Host(Protocol):
     """The broker: handles what has arrived in its event loop."""
 
-    def meshes(self) -> dict[int, Mesh]:
-        """Return the meshes by domain."""
+    def mesh(self, domain: int) -> Mesh:
+        """Return the mesh of a domain, in which this broker takes part from now on."""
         ...
 
     def flush(self) -> None:
@@ -83,6 +84,14 @@ class ZenohEngine:
         self._session = zenoh.open(config)
         self._thread = threading.Thread(target=self._send_queued, name="mesh", daemon=True)
         self._thread.start()
+        self._declared.append(
+            self._session.liveliness().declare_subscriber(f"{PREFIX}/*/alive/*", self._token, history=True)
+        )
+
+    def _token(self, sample: zenoh.Sample) -> None:
+        domain = str(sample.key_expr).split("/")[2]
+        if domain.isdecimal() and int(domain) <= MAX_DOMAIN:
+            self._wake(self._alive, int(domain), sample)
 
     def close(self) -> None:
         """Close it; blocks."""
@@ -101,9 +110,6 @@ class ZenohEngine:
             session.declare_subscriber(f"{base}/brokers/*/changes", self._on(domain, self._changed)),
             session.declare_subscriber(f"{mine}/frames/*", self._on(domain, self._direct)),
             session.declare_queryable(f"{mine}/graph", lambda query: self._wake(self._answer, domain, query)),
-            session.liveliness().declare_subscriber(
-                f"{base}/alive/*", lambda sample: self._wake(self._alive, domain, sample), history=True
-            ),
             session.liveliness().declare_token(f"{base}/alive/{self._id}"),
         ]
 
@@ -178,15 +184,12 @@ class ZenohEngine:
 
     def _handle_received(self) -> None:
         self._scheduled = False
-        meshes = self._host.meshes()
         for _ in range(len(self._received)):
             handler, (domain, item) = self._received.popleft()
-            mesh = meshes.get(domain)
-            if mesh is not None:
-                try:
-                    handler(mesh, domain, item)
-                except ProtocolError as error:
-                    logger.warning("The mesh has sent something invalid: %s", error)
+            try:
+                handler(self._host.mesh(domain), domain, item)
+            except ProtocolError as error:
+                logger.warning("The mesh has sent something invalid: %s", error)
         self._host.flush()
 
     def _published(self, mesh: Mesh, _domain: int, sample: zenoh.Sample) -> None:
