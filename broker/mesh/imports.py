@@ -90,7 +90,7 @@ class MeshImports:
             return
         known.version = snapshot.version
         numbers = {frame.id for frame in snapshot.declarations}  # type: ignore[union-attr]
-        for number in [number for number in known.ids if number not in numbers]:
+        for number in [number for number in reversed(known.ids) if number not in numbers]:
             self._remove(broker, number)
         for frame in snapshot.declarations:
             if frame.id not in known.ids:  # type: ignore[union-attr]
@@ -113,7 +113,7 @@ class MeshImports:
         """Remove all endpoints of a broker that is gone."""
         known = self._brokers.get(broker)
         if known is not None:
-            for number in tuple(known.ids):
+            for number in tuple(reversed(known.ids)):  # nodes after their endpoints
                 self._remove(broker, number)
             del self._brokers[broker]
 
