@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.mirrored import Forward
     from broker.records import Peer
     from broker.services import Services
 
@@ -42,6 +43,13 @@ class CallFrames:
         for entry in frame.entries:
             refusal = answer(entry.call, Status.UNAVAILABLE, NO_SERVER)
             self._emit(Send(peer.id, frames.Reply(frame.endpoint, (refusal,))))
+
+    def forward(self, peer: Peer, frame: Forward) -> None:
+        """Send calls of a client of another broker to the server that this broker has chosen."""
+        client = peer.endpoints.get(frame.request.endpoint)
+        if isinstance(client, ClientRecord):
+            server = self._services.only(client, frame.server)
+            self._calls.request(client, server, frame.request.entries)
 
     def reply(self, peer: Peer, frame: frames.Reply) -> None:
         """Send a server's answers to the clients."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from functools import lru_cache
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.rules import Action
 from broker.definitions import Definitions
@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.exports import Exports
+    from broker.mirrored import Mirror
     from broker.refusals import Refusals
     from broker.router_limits import RouterLimits
     from broker.services import Services
@@ -87,18 +89,6 @@ def check_right(peer: Peer, action: Action, name: str) -> None:
 def _accepted(number: int, key: int) -> bytes:
     """Return an encoded ACCEPTED: clients number their endpoints from 1, so that it is often the same."""
     return encode(frames.Accepted(number, key))
-
-
-class Exports(Protocol):
-    """Learns which endpoints of this broker are in the graph, to tell other brokers."""
-
-    def joined(self, endpoint: Endpoint) -> None:
-        """Note an endpoint that is new or back."""
-        ...
-
-    def left(self, endpoint: Endpoint) -> None:
-        """Note an endpoint that is gone or suspended."""
-        ...
 
 
 class Declarations:
@@ -184,20 +174,13 @@ class Declarations:
         """Return the key of this broker's endpoint with this number."""
         return self._key_base + number
 
-    def mirror(self, peer: Peer, frame: Any, key: int) -> None:
+    def mirror(self, peer: Peer, frame: Mirror) -> None:
         """Take a declaration that another broker has accepted.
-
-        Args:
-            peer: The mesh.
-            frame: The declaration, with an id that the mesh chooses, and the public gid of a publisher.
-            key: Its key at the other broker.
 
         Raises:
             ProtocolError, Refusal, InvalidNameError: The other broker should not have accepted it.
         """
-        if frame.id in peer.endpoints:
-            raise ProtocolError(ErrorCode.UNEXPECTED, f"the id {frame.id} is in use")
-        endpoint = self._make(peer, frame, key)
+        endpoint = self._make(peer, frame.declaration, frame.key)
         if isinstance(endpoint, PublisherRecord):
             endpoint.opened = False
         self._add(peer, endpoint)

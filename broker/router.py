@@ -14,8 +14,9 @@ from broker.calls import Calls
 from broker.declarations import Declarations
 from broker.deliveries import Close, Delivery, Send
 from broker.graph import Graph, WatchCount
+from broker.mirrored import Forward, Mirror, Open
 from broker.notices import Notices
-from broker.records import ClientRecord, Endpoint, NodeRecord, Peer
+from broker.records import Endpoint, NodeRecord, Peer
 from broker.refusals import Refusals
 from broker.router_limits import RouterLimits
 from broker.routes import Routes
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.access.rules import Principal
+    from broker.mirrored import Mirrored
     from proto.frames import Frame
 
 REPORTED: Final = frozenset({*get_args(frames.Declaration), frames.Assert, frames.Watch, frames.Unwatch})
@@ -129,6 +131,9 @@ class Router:
             frames.Watch: self._watch,
             frames.Unwatch: lambda peer, frame: self.graph.unwatch(peer, frame.id),
             frames.Describe: self.declarations.describe,
+            Mirror: self.declarations.mirror,
+            Open: self.topics.open_publisher,
+            Forward: calls.forward,
         }
 
     def _emit(self, delivery: Delivery) -> None:
@@ -154,7 +159,7 @@ class Router:
     # Peers
 
     def connect(
-        self, instance: bytes, token: bytes, principal: Principal | None = None
+        self, instance: bytes, token: bytes, principal: Principal | None = None, *, mesh: bool = False
     ) -> tuple[int, list[Delivery]]:
         """Add a peer.
 
@@ -163,6 +168,7 @@ class Router:
             token: The client's secret. With both the client takes over from its earlier connection, which is
                 closed, unless it is another user's.
             principal: Whose it is; None if there are no access rules.
+            mesh: Whether it stands for the other brokers of a mesh.
 
         Returns:
             The new peer's id, and deliveries.
@@ -174,6 +180,7 @@ class Router:
             relied_on=self.relied_on,
             principal=principal,
             all_latched=self._latched,
+            mesh=mesh,
         )
         self._peers[peer.id] = peer
         old = self._instances.get(instance)
@@ -182,12 +189,6 @@ class Router:
                 self._replace_peer(old, "the same node has connected again")
             self._instances[instance] = peer
         return peer.id, self._take()
-
-    def connect_mesh(self) -> int:
-        """Add the peer that stands for the other brokers; return its id."""
-        peer = Peer(next(self._peer_ids), relied_on=self.relied_on, mesh=True, all_latched=self._latched)
-        self._peers[peer.id] = peer
-        return peer.id
 
     def disconnect(self, peer_id: int) -> list[Delivery]:
         """Remove a peer whose connection is gone; ignore one that has been replaced."""
@@ -278,7 +279,7 @@ class Router:
 
     # Frames
 
-    def handle(self, peer_id: int, frame: Frame) -> list[Delivery]:
+    def handle(self, peer_id: int, frame: Frame | Mirrored) -> list[Delivery]:
         """Take one frame of an open session; if its type is in `REPORTED`, a `report` must follow.
 
         Raises:
@@ -297,29 +298,6 @@ class Router:
                     raise
         out, self._out = self._out, []
         return out
-
-    # The mesh
-
-    def mirror(self, peer_id: int, frame: Frame, key: int) -> list[Delivery]:
-        """Take what another broker has accepted; see `Declarations.mirror`. A `report` must follow."""
-        self.declarations.mirror(self._peers[peer_id], frame, key)
-        return self._take()
-
-    def open_publisher(
-        self, peer_id: int, publisher: int, next_sequence: int, live_sequence: int
-    ) -> list[Delivery]:
-        """Let the messages of another broker's publisher arrive; see `Topics.open_publisher`."""
-        record = self.routes.publisher(self._peers[peer_id], publisher)
-        self.topics.open_publisher(record, next_sequence, live_sequence)
-        return self._take()
-
-    def request(self, peer_id: int, server_key: int, frame: frames.Request) -> list[Delivery]:
-        """Take requests to a server that another broker has chosen."""
-        peer = self._peers[peer_id]
-        client = peer.endpoints.get(frame.endpoint)
-        if isinstance(client, ClientRecord):
-            self.calls.request(client, self.services.only(client, server_key), frame.entries)
-        return self._take()
 
     def _watch(self, peer: Peer, frame: frames.Watch) -> None:
         self.relied_on.update(self._peers)

@@ -21,7 +21,7 @@ from proto.limits import MAX_U64
 from proto.publisher_queue import PublisherQueue
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from broker.access.rules import Principal
     from broker.deliveries import Delivery
@@ -38,6 +38,7 @@ class Routes:
 
     Attributes:
         reader_credit: The limits of the routes from KEEP_LAST publishers to KEEP_ALL subscriptions.
+        publishers: All publishers by id, suspended ones included.
         departed: Queues that get no batches any more.
         latched_expiry: The publishers whose latched messages expire.
         routed: Messages that reached at least one link.
@@ -50,7 +51,7 @@ class Routes:
     def __init__(self, emit: Callable[[Delivery], None], *, max_keep_all_queue_bytes: int) -> None:
         self._emit = emit
         self._max_keep_all_queue_bytes = max_keep_all_queue_bytes
-        self._publishers: dict[int, PublisherRecord] = {}
+        self.publishers: dict[int, PublisherRecord] = {}
         self.departed = DepartedQueues()
         self.latched_expiry = LatchedExpiry()
         self._attachments = AttachmentFrames(emit)
@@ -61,21 +62,13 @@ class Routes:
 
     def add_publisher(self, publisher: PublisherRecord) -> None:
         """Accept batches of a publisher that is new or back."""
-        self._publishers[publisher.key] = publisher
+        self.publishers[publisher.key] = publisher
 
     def remove_publisher(self, publisher: PublisherRecord) -> None:
         """Remove a publisher that will not come back, and its latched messages."""
-        self._publishers.pop(publisher.key, None)
+        self.publishers.pop(publisher.key, None)
         self.latched_expiry.remove(publisher)
         unlatch(publisher)
-
-    def find(self, number: int) -> PublisherRecord | None:
-        """Return the publisher with this id, whoever has it; None if there is none."""
-        return self._publishers.get(number)
-
-    def publishers(self) -> Collection[PublisherRecord]:
-        """Return all publishers, suspended ones included."""
-        return self._publishers.values()
 
     def publisher(self, peer: Peer, number: int) -> PublisherRecord:
         """Return a publisher of this peer.
@@ -83,7 +76,7 @@ class Routes:
         Raises:
             ProtocolError: The peer has none with this id.
         """
-        publisher = self._publishers.get(number)
+        publisher = self.publishers.get(number)
         if publisher is None or publisher.peer is not peer:
             text = f"this link has no publisher with the id {number}"
             raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
@@ -278,7 +271,7 @@ class Routes:
         return [*self._queues_in_use(), *self.departed.all()]
 
     def _queues_in_use(self) -> Iterator[PeerQueue]:
-        for publisher in self._publishers.values():
+        for publisher in self.publishers.values():
             for route in publisher.routes.values():
                 yield PeerQueue(route.queue, route.topic, route.peer.id, publisher.peer)
 

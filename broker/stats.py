@@ -114,11 +114,11 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
     routes = [router.routes for router in graphs]
     calls = [router.calls for router in graphs]
     tallies = [each.tallies()[0] for each in routes]
-    publishers = [publisher for each in routes for publisher in each.publishers()]
+    publishers = [publisher for each in routes for publisher in each.publishers.values()]
     return BrokerStats(
         connections=connections,
         endpoints=sum(len(router.graph) for router in graphs),
-        topics=sum(len(router.topics.records()) for router in graphs),
+        topics=sum(len(router.topics.by_name.values()) for router in graphs),
         routed=sum(each.routed for each in routes),
         copies=sum(each.copies for each in routes),
         delivered=sum(tally.delivered for tally in tallies),
@@ -150,7 +150,7 @@ def collect(connections: int, routers: Iterable[Router]) -> BrokerStats:
 def topic_stats(router: Router) -> Iterator[TopicStats]:
     """Return the numbers of each topic of a graph."""
     _, tallies = router.routes.tallies()
-    for topic in router.topics.records():
+    for topic in router.topics.by_name.values():
         tally = tallies.get(topic, topic.forgotten)
         yield TopicStats(
             domain=router.domain,

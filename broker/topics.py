@@ -16,9 +16,10 @@ from proto.codes import NoticeKind, PolicyKind
 from proto.qos import BEST_EFFORT_DEPTH, KEEP_ALL, Qos, incompatible_policy
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.mirrored import Open
     from broker.notices import Notices
     from broker.records import Peer
     from broker.routes import Routes
@@ -46,23 +47,15 @@ class Topics:
     ) -> None:
         self._emit = emit
         self._routes = routes
-        self._topics: dict[str, TopicRecord] = {}
+        self.by_name: dict[str, TopicRecord] = {}
         self._held = False
         """Whether the broker is stopping, so that every publisher is held."""
         self._notices = notices
         self.stalls = stalls
 
-    def find(self, name: str) -> TopicRecord | None:
-        """Return a topic; None if it has no endpoint that is not suspended."""
-        return self._topics.get(name)
-
-    def records(self) -> Collection[TopicRecord]:
-        """Return all topics with an endpoint that is not suspended."""
-        return self._topics.values()
-
     def exceeds(self, endpoint: PublisherRecord | SubscriptionRecord, most: int) -> bool:
         """Return whether an endpoint, if it joined, would raise the `matches` of its peer above `most`."""
-        topic = self._topics.get(endpoint.name)
+        topic = self.by_name.get(endpoint.name)
         if topic is None:
             return False
         if isinstance(endpoint, PublisherRecord):
@@ -76,7 +69,7 @@ class Topics:
         self._routes.prune()
         self._routes.add_publisher(publisher)
         name = publisher.name
-        topic = publisher.topic = self._topics.get(name) or self._topics.setdefault(name, TopicRecord(name))
+        topic = publisher.topic = self.by_name.get(name) or self.by_name.setdefault(name, TopicRecord(name))
         topic.publishers[publisher.key] = publisher
         for subscription in publisher.awaited_by.values():  # each is attached again below
             del subscription.awaits[publisher.key]
@@ -91,7 +84,7 @@ class Topics:
     def join_subscription(self, subscription: SubscriptionRecord) -> None:
         """Match a subscription that is new or restored."""
         self._routes.prune()
-        topic = self._topics.setdefault(subscription.name, TopicRecord(subscription.name))
+        topic = self.by_name.setdefault(subscription.name, TopicRecord(subscription.name))
         topic.subscriptions[subscription.key] = subscription
         self._notices.begin(subscription)
         for publisher in topic.publishers.values():
@@ -106,25 +99,20 @@ class Topics:
             self._routes.report_left(publisher, subscription)
         publisher.awaited_by.clear()
 
-    def open_publisher(self, publisher: PublisherRecord, next_sequence: int, live_sequence: int) -> None:
-        """Attach the subscriptions of a publisher of another broker, whose messages arrive from now on.
+    def open_publisher(self, peer: Peer, frame: Open) -> None:
+        """Attach the subscriptions of a publisher of another broker, unless it is open.
 
-        Args:
-            publisher: The publisher; nothing happens if it is open.
-            next_sequence: The number of its first message to come.
-            live_sequence: Messages with smaller numbers are latched ones.
+        Raises:
+            ProtocolError: The peer does not have the publisher.
         """
+        publisher = self._routes.publisher(peer, frame.publisher)
         if publisher.opened or not publisher.matched:
             return
         publisher.opened = True
-        publisher.next_sequence, publisher.live_sequence = next_sequence, live_sequence
+        publisher.next_sequence, publisher.live_sequence = frame.next_sequence, frame.live_sequence
         for subscription in publisher.matched.values():
             self._attach(publisher, subscription)
-
-    def _close(self, publisher: PublisherRecord) -> None:
-        """Expect nothing of a publisher of another broker, which has no subscription here any more."""
-        publisher.opened = False
-        unlatch(publisher)
+        self._routes.flush()
 
     def leave_publisher(self, publisher: PublisherRecord) -> None:
         """Unmatch a publisher that is gone or suspended."""
@@ -158,7 +146,8 @@ class Topics:
             if publisher.credit.limits.remove(subscription.key):
                 self._update_credit(publisher)
             if publisher.peer.mesh and not publisher.matched:
-                self._close(publisher)
+                publisher.opened = False
+                unlatch(publisher)
         subscription.matched.clear()
         subscription.stalled = False
         self.stalls.end(subscription)
@@ -170,13 +159,13 @@ class Topics:
         self._notices.set_count(subscription, 0)
 
     def _leave(self, endpoint: PublisherRecord | SubscriptionRecord) -> None:
-        topic = self._topics.get(endpoint.name)
+        topic = self.by_name.get(endpoint.name)
         if topic is None:
             return
         topic.publishers.pop(endpoint.key, None)
         topic.subscriptions.pop(endpoint.key, None)
         if not topic.publishers and not topic.subscriptions:
-            del self._topics[endpoint.name]
+            del self.by_name[endpoint.name]
 
     def _match(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         if publisher.peer.mesh and subscription.peer.mesh:
@@ -261,7 +250,7 @@ class Topics:
         """
         if self._held:
             return []
-        stalled = self.stalls.check(self._routes.publishers(), now)
+        stalled = self.stalls.check(self._routes.publishers.values(), now)
         publishers: dict[PublisherRecord, list[SubscriptionRecord]] = {}
         for subscription in stalled:
             subscription.stalled = True
@@ -313,8 +302,8 @@ class Topics:
     def hold(self) -> None:
         """Let no publisher, present or future, send more than it has sent."""
         self._held = True
-        self._routes.reader_credit.remove_all(self._routes.publishers())
-        for publisher in self._routes.publishers():
+        self._routes.reader_credit.remove_all(self._routes.publishers.values())
+        for publisher in self._routes.publishers.values():
             self._hold(publisher)
 
     def _hold(self, publisher: PublisherRecord) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from broker.mirrored import Mirror
 from proto import frames
 from proto.errors import InvalidNameError, ProtocolError
 from proto.qos import Refusal
@@ -127,7 +128,7 @@ class MeshImports:
                 return
             changed["node"] = node
         try:
-            deliveries = self._router.mirror(self._mesh, frame._replace(**changed), remote.key)
+            deliveries = self._router.handle(self._mesh, Mirror(frame._replace(**changed), remote.key))
         except (ProtocolError, Refusal, InvalidNameError):
             self.refused += 1
             return
@@ -140,7 +141,7 @@ class MeshImports:
     def _remove(self, broker: int, number: int) -> None:
         endpoint = self._brokers[broker].ids.pop(number, None)
         if endpoint is not None:
-            publisher = self._router.routes.find(self._remotes.pop(endpoint).key)
+            publisher = self._router.routes.publishers.get(self._remotes.pop(endpoint).key)
             if publisher is not None:
                 self._touch(publisher.name)
             self._handle(frames.Undeclare(endpoint))

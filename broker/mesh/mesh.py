@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from broker.mesh.exports import MeshExports
 from broker.mesh.imports import MeshImports, Remote
 from broker.mesh.messages import Change, Direct, Message, Publish, Snapshot, Subscribe
+from broker.mirrored import Forward, Open
 from proto import frames
 from proto.batches import with_raw
 from proto.codec import encode
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.mirrored import Mirrored
     from broker.router import Router
     from proto.frames import Buffer, Frame
 
@@ -40,7 +42,7 @@ class Mesh:
         self._router = router
         self._deliver = deliver
         self._out: list[Message] = []
-        self.peer = router.connect_mesh()
+        self.peer, _ = router.connect(b"", b"", mesh=True)
         self._touched: set[str] = set()
         """Topics whose subscriptions here or publishers elsewhere have changed."""
         self._exports = router.declarations.exports = MeshExports(
@@ -115,7 +117,7 @@ class Mesh:
         self._publish(frame.publisher, encode(frame))
 
     def _publish(self, publisher: int, raw: Buffer) -> None:
-        record = self._router.routes.find(publisher) or self._exports.leaving(publisher)
+        record = self._router.routes.publishers.get(publisher) or self._exports.leaving(publisher)
         if record is not None:
             self._out.append(Publish(record.name, raw))
 
@@ -125,7 +127,7 @@ class Mesh:
             remote = self._imports.remote(endpoint)
             if remote is not None:
                 by_broker.setdefault(remote.broker, []).append(remote.number)
-        record = self._router.routes.find(frame.publisher)
+        record = self._router.routes.publishers.get(frame.publisher)
         first = frame.first_sequence
         if record is not None and record.latched:
             first = min(first, record.latched[0].first_sequence)
@@ -182,7 +184,7 @@ class Mesh:
     def published(self, frame: Frame) -> None:
         """Take a BATCH or ASSERT of a publisher of another broker."""
         assert isinstance(frame, (frames.Batch, frames.Assert))
-        record = self._router.routes.find(frame.publisher)
+        record = self._router.routes.publishers.get(frame.publisher)
         if record is None or not record.opened or not record.peer.mesh:
             self.unexpected += isinstance(frame, frames.Batch)
             return
@@ -202,11 +204,11 @@ class Mesh:
             handler(broker, message.frame, message.endpoint)
 
     def _attached(self, _broker: int, frame: frames.Attached, first: int) -> None:
-        record = self._router.routes.find(frame.publisher)
+        record = self._router.routes.publishers.get(frame.publisher)
         if record is None or not record.peer.mesh:
             self.unexpected += 1
             return
-        self._deliver(self._router.open_publisher(self.peer, frame.publisher, first, frame.first_sequence))
+        self._handle(Open(frame.publisher, first, frame.first_sequence))
 
     def _replayed(self, _broker: int, frame: frames.Replay, _endpoint: int) -> None:
         self.published(with_raw(frames.Batch(*frame[1:], b"")))
@@ -222,7 +224,7 @@ class Mesh:
             self.unexpected += 1
             return
         key = self._router.declarations.key_of(server)
-        self._deliver(self._router.request(self.peer, key, frame._replace(endpoint=client)))
+        self._handle(Forward(key, frame._replace(endpoint=client)))
 
     def _replied(self, broker: int, frame: frames.Reply, _endpoint: int) -> None:
         servers: dict[int, list[frames.ReplyEntry]] = {}
@@ -238,7 +240,7 @@ class Mesh:
         if client is not None:
             self._handle(frame._replace(endpoint=client))
 
-    def _handle(self, frame: Frame) -> None:
+    def _handle(self, frame: Frame | Mirrored) -> None:
         self._deliver(self._router.handle(self.peer, frame))
 
     # Which topics are wanted
@@ -246,7 +248,7 @@ class Mesh:
     def update_wanted(self) -> None:
         """Subscribe to the topics that publishers of other brokers and subscriptions of this one share."""
         for topic in self._touched:
-            record = self._router.topics.find(topic)
+            record = self._router.topics.by_name.get(topic)
             wanted = (
                 record is not None
                 and any(each.peer.mesh for each in record.publishers.values())

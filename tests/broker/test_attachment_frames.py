@@ -120,7 +120,7 @@ def test_attachments_and_detachments_keep_their_order(*, comes_first: bool) -> N
     """If a pair is detached and attached again before the flush, the last event counts."""
     switch = Switch()
     _, _, number = talk(switch)
-    publisher = next(each for each in switch.router.routes.publishers() if each.key == number)
+    publisher = next(each for each in switch.router.routes.publishers.values() if each.key == number)
     (route,) = publisher.routes.values()
     (subscription,) = route.subscriptions.values()
     sent_frames: list[Delivery] = []

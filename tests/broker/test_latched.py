@@ -46,7 +46,7 @@ def test_the_bytes_of_a_publisher_have_a_limit(monkeypatch: pytest.MonkeyPatch) 
     switch.send(talker, *(make.batch(number, first, 4) for first in (0, 4, 8)))
     assert heard_late(switch) == [4, 5, 6, 7, 8, 9, 10, 11]
     routes = switch.router.routes
-    assert [topic.latched_dropped for topic in switch.router.topics.records()] == [4]
+    assert [topic.latched_dropped for topic in switch.router.topics.by_name.values()] == [4]
     assert routes.latched_dropped == 4
     switch.send(talker, make.batch(number, 12, 11, size=200))
     assert (heard_late(switch, node="/later"), routes.latched_dropped) == ([], 4 + 8 + 11)
@@ -84,7 +84,7 @@ def test_a_new_message_drops_those_that_have_expired() -> None:
     assert heard_late(switch) == [0, 1, 10, 11, 20, 21]
     switch.send(talker, stamped(number, 32, 16))
     assert heard_late(switch, node="/later") == [20, 21, 32, 33]
-    (publisher,) = switch.router.routes.publishers()
+    (publisher,) = switch.router.routes.publishers.values()
     assert publisher.latched_bytes == publisher.peer.latched_bytes == 2 * held_bytes(make.batch(1, 0, 2))
     assert switch.router.routes.latched_dropped == 0
 
@@ -97,7 +97,7 @@ def test_messages_of_a_silent_publisher_expire() -> None:
     other = switch.publisher(talker, make.publisher(2, "/forever", qos=MANY))
     switch.send(talker, stamped(number, 0, 1_000), stamped(number, 10, 1_006), stamped(other, 0, 0))
     routes = switch.router.routes
-    publisher = next(each for each in routes.publishers() if each.key == number)
+    publisher = next(each for each in routes.publishers.values() if each.key == number)
     kept: list[int] = []
     for now in (50, 54, 55, 60, 61):  # the newest has been there since 50 at least
         routes.latched_expiry.check(now)

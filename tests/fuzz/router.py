@@ -54,8 +54,8 @@ def check(data: bytes) -> None:
         switch.leave(peer)
     router = switch.router
     assert not router.graph._entries
-    assert not router.topics.records()
-    assert not router.routes.publishers()
+    assert not router.topics.by_name.values()
+    assert not router.routes.publishers.values()
     check_tables(switch)
 
 

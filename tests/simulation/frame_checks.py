@@ -125,7 +125,7 @@ class FrameChecks:
 
         def recording_hold(drain: Drain) -> None:
             for router in drain._dispatcher.joined:
-                self._held[router] = {publisher.key for publisher in router.routes.publishers()}
+                self._held[router] = {publisher.key for publisher in router.routes.publishers.values()}
             hold(drain)
 
         def recording_caught_up(dispatcher: Dispatcher, link: Link) -> None:

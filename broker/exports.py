@@ -1,0 +1,20 @@
+"""Whom a graph tells which of its own nodes' endpoints come and go."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from broker.records import Endpoint
+
+
+class Exports(Protocol):
+    """Learns which endpoints of this broker are in the graph, to tell other brokers."""
+
+    def joined(self, endpoint: Endpoint) -> None:
+        """Note an endpoint that is new or back."""
+        ...
+
+    def left(self, endpoint: Endpoint) -> None:
+        """Note an endpoint that is gone or suspended."""
+        ...

@@ -1,0 +1,40 @@
+"""What the mesh tells a router beyond the frames of nodes: endpoints of other brokers keep their keys."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+if TYPE_CHECKING:
+    from proto import frames
+
+
+class Mirror(NamedTuple):
+    """Declares an endpoint that another broker has accepted.
+
+    `declaration`: its frame, with an id that the mesh chooses, and the public gid of a publisher. `key`: its key at
+    the other broker.
+    """
+
+    declaration: Any
+    key: int
+
+
+class Open(NamedTuple):
+    """The messages of another broker's publisher arrive from now on.
+
+    `next_sequence`: the number of the first. `live_sequence`: messages with smaller numbers are latched ones.
+    """
+
+    publisher: int
+    next_sequence: int
+    live_sequence: int
+
+
+class Forward(NamedTuple):
+    """Requests to the server with this key, which another broker has chosen."""
+
+    server: int
+    request: frames.Request
+
+
+Mirrored: TypeAlias = Mirror | Open | Forward
