@@ -181,7 +181,7 @@ class FrameChecks:
             self._retired.add(server)
 
     def _record_reached(self, router: Router, batch: frames.Batch) -> None:
-        publisher = router.routes._publishers.get(batch.publisher)
+        publisher = router.routes.publishers.get(batch.publisher)
         if publisher is not None:
             reached, key = self._world.journal.reached, (self._url(router), publisher.gid)
             reached[key] = max(reached.get(key, 0), publisher.next_sequence)
@@ -202,7 +202,7 @@ class FrameChecks:
             frame = _detached(delivery)
             if frame is None:
                 continue
-            publisher = router.routes._publishers.get(frame.publisher)
+            publisher = router.routes.publishers.get(frame.publisher)
             silent = publisher is not None and publisher.peer.suspended
             reader = router._peers.get(delivery.peer)
             if frame.reason == DetachReason.SUSPENDED and not silent:
