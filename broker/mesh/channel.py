@@ -1,4 +1,4 @@
-"""What the router sends to the mesh: an outbox, as on a link, whose frames become messages to other brokers."""
+"""What the router sends to the mesh: an outbox whose frames become messages to other brokers."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class MeshChannel:
                 if whole is None:
                     continue
                 frame = self._decoder.decode(whole)
-            self.mesh.send(frame)
+            self.mesh.sender.send(frame)
         outbox.trim()
         self.mesh.update_wanted()
         if messages := self.mesh.take():

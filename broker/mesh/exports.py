@@ -38,7 +38,7 @@ class MeshExports:
         self._version = 0
         self._declarations: dict[int, Frame] = {}
         self._leaving: dict[int, Endpoint] = {}
-        """By key, publishers that are gone, whose last messages are still to be sent, and then their nodes."""
+        """By key, publishers that are gone and whose last messages are still to be sent, and their nodes."""
 
     def snapshot(self) -> Snapshot:
         """Return all that has been told so far."""
@@ -70,7 +70,7 @@ class MeshExports:
             self._change(frames.Undeclare(endpoint.number))
 
     def leaving(self, publisher: int) -> Endpoint | None:
-        """Return a publisher that is gone, whose last messages are still to be sent; None if it is not one."""
+        """Return a publisher that is gone and whose last messages are still to be sent, or None."""
         return self._leaving.get(publisher)
 
     def sent_all(self, publisher: int) -> None:

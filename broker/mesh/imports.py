@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.mesh.calls import MeshCalls
     from broker.mesh.messages import Change, Snapshot
     from broker.router import Router
     from proto.frames import Frame
@@ -46,6 +47,7 @@ class MeshImports:
     Args:
         router: The graph's router.
         mesh: The id of the router's peer for the mesh.
+        calls: The calls to other brokers.
         deliver: Takes what the router returns.
         touch: Takes the topic of each publisher that comes or goes.
 
@@ -57,11 +59,13 @@ class MeshImports:
         self,
         router: Router,
         mesh: int,
+        calls: MeshCalls,
         deliver: Callable[[list[Delivery]], None],
         touch: Callable[[str], None],
     ) -> None:
         self._router = router
         self._mesh = mesh
+        self._calls = calls
         self._deliver = deliver
         self._touch = touch
         self._ids = count(1)
@@ -144,6 +148,7 @@ class MeshImports:
             publisher = self._router.routes.publishers.get(self._remotes.pop(endpoint).key)
             if publisher is not None:
                 self._touch(publisher.name)
+            self._calls.server_left(endpoint)
             self._handle(frames.Undeclare(endpoint))
 
     def _handle(self, frame: Frame) -> None:

@@ -193,12 +193,14 @@ class ZenohEngine:
         self._host.flush()
 
     def _published(self, mesh: Mesh, _domain: int, sample: zenoh.Sample) -> None:
-        mesh.published(self._decoder.decode(sample.payload.to_bytes()))
+        mesh.receiver.published(self._decoder.decode(sample.payload.to_bytes()))
 
     def _direct(self, mesh: Mesh, _domain: int, sample: zenoh.Sample) -> None:
         sender = int(str(sample.key_expr).rpartition("/")[2], 16)
         (endpoint,) = _number.unpack(sample.attachment.to_bytes())
-        mesh.received(sender, Direct(self._number, self._decoder.decode(sample.payload.to_bytes()), endpoint))
+        mesh.receiver.received(
+            sender, Direct(self._number, self._decoder.decode(sample.payload.to_bytes()), endpoint)
+        )
 
     def _changed(self, mesh: Mesh, domain: int, sample: zenoh.Sample) -> None:
         sender = int(str(sample.key_expr).split("/")[4], 16)

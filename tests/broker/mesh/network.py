@@ -36,7 +36,7 @@ class MeshBroker(Switch):
         self.report()
         self.mesh.update_wanted()
         for frame in self.read_all(self.mesh.peer):
-            self.mesh.send(frame)
+            self.mesh.sender.send(frame)
 
 
 class Network:
@@ -79,9 +79,9 @@ class Network:
                 if message.topic in other.topics:
                     frame = decode(message.raw)
                     assert isinstance(frame, (frames.Batch, frames.Assert))
-                    other.mesh.published(frame)
+                    other.mesh.receiver.published(frame)
             elif isinstance(message, Direct) and message.broker == other.number:
-                other.mesh.received(sender.number, message)
+                other.mesh.receiver.received(sender.number, message)
 
     def partition(self, number: int) -> None:
         """Cut one broker off."""

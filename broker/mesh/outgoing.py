@@ -1,0 +1,132 @@
+"""Turns what the router sends to the mesh into messages to other brokers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from broker.mesh.messages import Direct, Message, Publish
+from proto import frames
+from proto.codec import encode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.mesh.calls import MeshCalls
+    from broker.mesh.exports import MeshExports
+    from broker.mesh.imports import MeshImports
+    from broker.router import Router
+    from proto.frames import Buffer, Frame
+
+
+class MeshSender:
+    """What one graph's router sends to the mesh.
+
+    Args:
+        router: The graph's router.
+        peer: The id of its peer for the mesh.
+        exports, imports: Its endpoints, and those of other brokers.
+        calls: The calls to other brokers.
+        emit: Takes each message.
+    """
+
+    def __init__(
+        self,
+        router: Router,
+        peer: int,
+        exports: MeshExports,
+        imports: MeshImports,
+        calls: MeshCalls,
+        emit: Callable[[Message], None],
+    ) -> None:
+        self._router = router
+        self._peer = peer
+        self._exports = exports
+        self._imports = imports
+        self._calls = calls
+        self._emit = emit
+        self._handlers: dict[type[Any], Callable[[Any], None]] = {
+            frames.Batch: self._send_batch,
+            frames.Assert: self._send_assert,
+            frames.Attached: self._send_attached,
+            frames.Replay: self._send_replay,
+            frames.Detached: self._send_detached,
+            frames.Grant: self._send_grant,
+            frames.Request: self._send_request,
+            frames.Cancel: self._send_cancel,
+            frames.Reply: self._send_reply,
+        }
+
+    def send(self, frame: Frame) -> None:
+        """Take a frame that the router has sent to the mesh."""
+        handler = self._handlers.get(type(frame))
+        if handler is not None:
+            handler(frame)
+
+    def _send_batch(self, frame: frames.Batch) -> None:
+        self._publish(frame.publisher, frame.raw)
+
+    def _send_assert(self, frame: frames.Assert) -> None:
+        self._publish(frame.publisher, encode(frame))
+
+    def _publish(self, publisher: int, raw: Buffer) -> None:
+        record = self._router.routes.publishers.get(publisher) or self._exports.leaving(publisher)
+        if record is not None:
+            self._emit(Publish(record.name, raw))
+
+    def _send_attached(self, frame: frames.Attached) -> None:
+        by_broker: dict[int, list[int]] = {}
+        for endpoint in frame.subscriptions:
+            remote = self._imports.remote(endpoint)
+            if remote is not None:
+                by_broker.setdefault(remote.broker, []).append(remote.number)
+        record = self._router.routes.publishers.get(frame.publisher)
+        first = frame.first_sequence
+        if record is not None and record.latched:
+            first = min(first, record.latched[0].first_sequence)
+        for broker, numbers in by_broker.items():
+            self._emit(Direct(broker, frame._replace(subscriptions=tuple(numbers)), first))
+
+    def _send_replay(self, frame: frames.Replay) -> None:
+        remote = self._imports.remote(frame.subscription)
+        if remote is not None:
+            self._emit(Direct(remote.broker, frame._replace(subscription=remote.number)))
+
+    def _send_detached(self, frame: frames.Detached) -> None:
+        self._exports.sent_all(frame.publisher)
+
+    def _send_grant(self, frame: frames.Grant) -> None:
+        self._emit(Direct(frame.publisher >> 32, frame))
+
+    def _send_request(self, frame: frames.Request) -> None:
+        server = self._imports.remote(frame.endpoint)
+        record = self._record(frame.endpoint)
+        if server is None or record is None:
+            return
+        clients: dict[int, list[frames.RequestEntry]] = {}
+        for entry in frame.entries:
+            client = record.pending[entry.call].client.number
+            self._calls.begin(entry.call, client, frame.endpoint)
+            clients.setdefault(client, []).append(entry)
+        for client, entries in clients.items():
+            request = frames.Request(client, tuple(entries))
+            self._emit(Direct(server.broker, request, server.number))
+
+    def _record(self, endpoint: int) -> Any:
+        peer = self._router.peer(self._peer)
+        return None if peer is None else peer.endpoints.get(endpoint)
+
+    def _send_cancel(self, frame: frames.Cancel) -> None:
+        server = self._imports.remote(frame.endpoint)
+        clients: dict[int, list[int]] = {}
+        for call in frame.calls:
+            ended = self._calls.end(call)
+            if ended is not None:
+                clients.setdefault(ended.client, []).append(call)
+        if server is not None:
+            for client, calls in clients.items():
+                self._emit(Direct(server.broker, frames.Cancel(client, tuple(calls)), server.number))
+
+    def _send_reply(self, frame: frames.Reply) -> None:
+        client = self._imports.remote(frame.endpoint)
+        if client is not None:
+            self._emit(Direct(client.broker, frame._replace(endpoint=client.number)))
