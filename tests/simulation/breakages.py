@@ -238,9 +238,9 @@ def takes_any_name() -> Iterator[None]:
     """The broker lets two nodes have one name."""
     make = Declarations._make_node
 
-    def forgetful(declarations: Declarations, peer: Any, frame: Any) -> Any:
+    def forgetful(declarations: Declarations, peer: Any, frame: Any, key: int) -> Any:
         declarations._names.pop(frame.name, None)
-        return make(declarations, peer, frame)
+        return make(declarations, peer, frame, key)
 
     with mock.patch.object(Declarations, "_make_node", forgetful):
         yield
@@ -385,12 +385,12 @@ def keeps_names_of_the_silent() -> Iterator[None]:
     """A broker keeps a name for a node that is suspended."""
     make = Declarations._make_node
 
-    def loyal(declarations: Declarations, peer: Peer, frame: Any) -> Any:
+    def loyal(declarations: Declarations, peer: Peer, frame: Any, key: int) -> Any:
         holders = declarations._names.get(frame.name)
         if not holders:
-            return make(declarations, peer, frame)
+            return make(declarations, peer, frame, key)
         with mock.patch.multiple(next(iter(holders.values())).peer, suspended=False, names_released=False):
-            return make(declarations, peer, frame)
+            return make(declarations, peer, frame, key)
 
     with mock.patch.object(Declarations, "_make_node", loyal):
         yield
