@@ -308,14 +308,14 @@ class Declarations:
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
         self._graph.add(endpoint)
-        if self.exports is not None and not endpoint.peer.mesh:
-            self.exports.joined(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.join_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
             self._topics.join_subscription(endpoint)
         elif isinstance(endpoint, _OF_SERVICE):
             self._services.join(endpoint)
+        if self.exports is not None and not endpoint.peer.mesh:
+            self.exports.joined(endpoint)
 
     def leave(self, endpoint: Endpoint) -> None:
         """Take an endpoint that is gone or suspended out of the graph, and unmatch it."""

@@ -290,9 +290,9 @@ class Dispatcher:
         for delivery in deliveries:
             link = joined.get(delivery.peer)
             if link is None:
-                mesh = self._mesh_channels.get(router)
-                if mesh is not None and mesh.mesh.peer == delivery.peer:
-                    delivery.deliver(mesh)
+                to_mesh = self._mesh_channels.get(router)
+                if to_mesh is not None and to_mesh.mesh.peer == delivery.peer:
+                    delivery.deliver(to_mesh)
                 else:
                     delivery.lose()
                 continue
@@ -320,8 +320,8 @@ class Dispatcher:
                     link.fail_if_over_limit()
                 if link.held_bytes or outbox.held_bytes or outbox.urgent_bytes or outbox.ordered_bytes:
                     self.memory.count(link)
-        for channel in self._mesh_channels.values():
-            channel.flush()
+        for to_mesh in self._mesh_channels.values():
+            to_mesh.flush()
         if self.memory.needs_relief:
             self.memory.relieve(self.links)
         if self.on_progress is not None:

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 class Mirror(NamedTuple):
     """Declares an endpoint that another broker has accepted.
 
-    `declaration`: its frame, with an id that the mesh chooses, and the public gid of a publisher. `key`: its key at
-    the other broker.
+    `declaration`: its frame, with an id that the mesh chooses, and the public gid of a publisher. `key`: its
+    key at the other broker.
     """
 
     declaration: Any

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
+    from broker.mesh.engine import Engine, Host
     from broker.mesh.joining import MeshMember
     from proto.stats import BrokerStats, LinkStats, TopicStats
 
@@ -53,6 +54,8 @@ class Broker:
             die. The daemon uses `logging.INFO`. Hidden nodes are always logged at debug.
         clock: Steady seconds, which limit how long the broker works between two turns of its event loop. For
             tests and simulations.
+        mesh_engine: Joins a mesh over another engine than Zenoh; called with the broker's number in the mesh
+            and with what handles messages. For simulations.
 
     Attributes:
         options: As given, or the defaults.
@@ -65,11 +68,13 @@ class Broker:
         *,
         node_log_level: int = logging.DEBUG,
         clock: Callable[[], float] = time.perf_counter,
+        mesh_engine: Callable[[int, Host], Engine] | None = None,
     ) -> None:
         self.options = options or BrokerOptions()
         self.instance = secrets.token_bytes(limits.INSTANCE_BYTES)
         self._node_log_level = node_log_level
         self._clock = clock
+        self._make_engine = mesh_engine
         self._sessions = count(1)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._entered = False
@@ -185,16 +190,28 @@ class Broker:
 
             return TlsTransport(channel, self._tls, loop=loop, budget=budget, received=dispatcher.received)
 
-        if self.options.mesh_listen or self.options.mesh:
-            from broker.mesh.joining import MeshMember  # noqa: PLC0415 - an extra
-
-            self._mesh = dispatcher.mesh = MeshMember(dispatcher, self.options.mesh_listen, self.options.mesh)
-            await self._mesh.start()
+        if self.options.mesh_listen or self.options.mesh or self._make_engine is not None:
+            await self._join_mesh(budget)
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)
         check = PeriodicCheck(dispatcher, statistics.lag)
         self._check = loop.create_task(keep_running("The broker's periodic check", check.run))
         return self
+
+    async def _join_mesh(self, budget: ReadBudget) -> None:
+        """Join a mesh; import what that takes only now."""
+        from broker.mesh.joining import MeshMember  # noqa: PLC0415 - few brokers join one
+        from broker.mesh.zenoh_config import config_for  # noqa: PLC0415 - an extra
+        from broker.mesh.zenoh_engine import ZenohEngine  # noqa: PLC0415 - an extra
+
+        options, number = self.options, 1 + secrets.randbelow(2**31 - 1)
+
+        def make_engine(number: int, host: Host) -> Engine:
+            return ZenohEngine(number, host, budget, config_for(options.mesh_listen, options.mesh))
+
+        make = self._make_engine or make_engine
+        self._mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make)
+        await self._mesh.start()
 
     async def __aexit__(
         self,

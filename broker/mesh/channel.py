@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from proto import frames
 from proto.codec import Decoder, encode
@@ -10,23 +10,10 @@ from proto.fragments import Reassembler
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
+    from broker.mesh.engine import Engine
     from broker.mesh.mesh import Mesh
-    from broker.mesh.messages import Message
     from proto.errors import ProtocolError
     from proto.frames import Frame
-
-
-class Engine(Protocol):
-    """Carries messages between brokers."""
-
-    @property
-    def full(self) -> bool:
-        """Whether so much waits that nothing else should be given to it now."""
-        ...
-
-    def send(self, domain: int, messages: list[Message]) -> None:
-        """Send messages about one graph, in order."""
-        ...
 
 
 class MeshChannel:
@@ -76,7 +63,11 @@ class MeshChannel:
                     continue
                 frame = self._decoder.decode(whole)
             self.mesh.sender.send(frame)
+            self._pass_on()
         outbox.trim()
         self.mesh.update_wanted()
+        self._pass_on()
+
+    def _pass_on(self) -> None:
         if messages := self.mesh.take():
-            engine.send(self._domain, messages)
+            self._engine.send(self._domain, messages)

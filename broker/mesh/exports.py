@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from broker.mesh.messages import Change, Snapshot
+from broker.mesh.messages import Change
 from broker.records import (
     ClientRecord,
     Endpoint,
@@ -18,7 +18,6 @@ from proto import frames
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.mesh.messages import Message
     from proto.frames import Frame
 
 
@@ -29,21 +28,23 @@ class MeshExports:
         emit: Takes each change.
         touch: Takes the topic of each subscription that comes or goes.
         mesh: The id of the router's peer for the mesh.
+
+    Attributes:
+        version: The number of changes so far.
     """
 
-    def __init__(self, emit: Callable[[Message], None], touch: Callable[[str], None], mesh: int) -> None:
+    def __init__(self, emit: Callable[[Change], None], touch: Callable[[str], None], mesh: int) -> None:
         self._emit = emit
         self._touch = touch
         self._mesh = mesh
-        self._version = 0
+        self.version = 0
         self._declarations: dict[int, Frame] = {}
         self._leaving: dict[int, Endpoint] = {}
         """By key, publishers that are gone and whose last messages are still to be sent, and their nodes."""
 
-    def snapshot(self) -> Snapshot:
-        """Return all that has been told so far."""
-        nodes_first = sorted(self._declarations.values(), key=lambda frame: type(frame) is not frames.Node)
-        return Snapshot(self._version, tuple(nodes_first))
+    def declarations(self) -> tuple[Frame, ...]:
+        """Return all that is declared, nodes first."""
+        return tuple(sorted(self._declarations.values(), key=lambda frame: type(frame) is not frames.Node))
 
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""
@@ -58,8 +59,6 @@ class MeshExports:
         """Note an endpoint that is gone or suspended."""
         if self._declarations.pop(endpoint.number, None) is None:
             return
-        if isinstance(endpoint, SubscriptionRecord):
-            self._touch(endpoint.name)
         if isinstance(endpoint, PublisherRecord):
             waits = self._mesh in endpoint.routes
         else:
@@ -68,6 +67,8 @@ class MeshExports:
             self._leaving[endpoint.key] = endpoint
         else:
             self._change(frames.Undeclare(endpoint.number))
+        if isinstance(endpoint, SubscriptionRecord):
+            self._touch(endpoint.name)
 
     def leaving(self, publisher: int) -> Endpoint | None:
         """Return a publisher that is gone and whose last messages are still to be sent, or None."""
@@ -84,8 +85,8 @@ class MeshExports:
             self.sent_all(node.key)
 
     def _change(self, frame: Frame) -> None:
-        self._version += 1
-        self._emit(Change(self._version, frame))
+        self.version += 1
+        self._emit(Change(self.version, frame))
 
 
 def declaration_of(endpoint: Endpoint) -> Frame:

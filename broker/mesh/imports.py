@@ -49,7 +49,6 @@ class MeshImports:
         mesh: The id of the router's peer for the mesh.
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
-        touch: Takes the topic of each publisher that comes or goes.
 
     Attributes:
         refused: Declarations that this broker's router does not take.
@@ -61,21 +60,20 @@ class MeshImports:
         mesh: int,
         calls: MeshCalls,
         deliver: Callable[[list[Delivery]], None],
-        touch: Callable[[str], None],
     ) -> None:
         self._router = router
         self._mesh = mesh
         self._calls = calls
         self._deliver = deliver
-        self._touch = touch
         self._ids = count(1)
         self._brokers: dict[int, _Broker] = {}
         self._remotes: dict[int, Remote] = {}
         self.refused = 0
 
-    def brokers(self) -> tuple[int, ...]:
-        """Return the numbers of the brokers whose endpoints are here."""
-        return tuple(self._brokers)
+    def version(self, broker: int) -> int:
+        """Return how many changes of a broker are known."""
+        known = self._brokers.get(broker)
+        return 0 if known is None else known.version
 
     def id_of(self, broker: int, number: int) -> int | None:
         """Return the id of another broker's endpoint at the router; None if it is unknown."""
@@ -136,8 +134,6 @@ class MeshImports:
         except (ProtocolError, Refusal, InvalidNameError):
             self.refused += 1
             return
-        if isinstance(frame, frames.Publisher):
-            self._touch(frame.topic)
         self._brokers[broker].ids[frame.id] = changed["id"]
         self._remotes[changed["id"]] = remote
         self._deliver(deliveries)
@@ -145,9 +141,7 @@ class MeshImports:
     def _remove(self, broker: int, number: int) -> None:
         endpoint = self._brokers[broker].ids.pop(number, None)
         if endpoint is not None:
-            publisher = self._router.routes.publishers.get(self._remotes.pop(endpoint).key)
-            if publisher is not None:
-                self._touch(publisher.name)
+            del self._remotes[endpoint]
             self._calls.server_left(endpoint)
             self._handle(frames.Undeclare(endpoint))
 

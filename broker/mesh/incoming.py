@@ -57,9 +57,8 @@ class MeshReceiver:
             frames.Cancel: self._cancelled,
         }
 
-    def published(self, frame: Frame) -> None:
-        """Take a BATCH or ASSERT of a publisher of another broker."""
-        assert isinstance(frame, (frames.Batch, frames.Assert))
+    def published(self, frame: frames.Batch | frames.Assert) -> None:
+        """Take what a publisher of another broker has sent to all subscriptions."""
         record = self._router.routes.publishers.get(frame.publisher)
         if record is None or not record.opened or not record.peer.mesh:
             self.unexpected += isinstance(frame, frames.Batch)

@@ -1,53 +1,72 @@
 """One graph's part of the mesh, pure: other brokers as one peer of the router.
 
-The router does with the peer what it does with any: it matches, counts, queues, grants credit and keeps latched
-messages. Nothing that comes from one broker goes on to another: the engine (Zenoh) does that.
+The router does with the peer what it does with any: it matches, counts, queues, grants credit and keeps
+latched messages. Nothing that comes from one broker goes on to another: the engine (Zenoh) does that.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.mesh.broker_session import BrokerSession
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
-from broker.mesh.messages import Change, Message, Snapshot, Subscribe
+from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Snapshot, Subscribe
 from broker.mesh.outgoing import MeshSender
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
+    from broker.mesh.messages import Received
     from broker.router import Router
+    from proto.frames import Frame
 
 
 class Mesh:
     """One graph's part of the mesh.
 
     Args:
+        number: This broker's number.
         router: The graph's router.
         deliver: Takes what the router returns; a `report` must follow.
 
     Attributes:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
         sender: Takes frames from the router.
-        receiver: Takes messages from other brokers.
+        resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
+        ignored: Messages of brokers that are not alive, of an earlier epoch, or too many before a snapshot.
     """
 
-    def __init__(self, router: Router, deliver: Callable[[list[Delivery]], None]) -> None:
+    def __init__(self, number: int, router: Router, deliver: Callable[[list[Delivery]], None]) -> None:
+        self._number = number
         self._router = router
         self._out: list[Message] = []
         self._touched: set[str] = set()
-        """Topics whose subscriptions here or publishers elsewhere have changed."""
+        """Topics whose subscriptions have changed."""
         self._wanted: set[str] = set()
         """The topics whose messages are wanted of other brokers."""
+        self._sessions: dict[int, BrokerSession] = {}
+        self._last_epoch = 0
+        self.resets = self.ignored = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
-        emit, touch, calls = self._out.append, self._touched.add, MeshCalls()
-        self._exports = router.declarations.exports = MeshExports(emit, touch, self.peer)
-        self._imports = MeshImports(router, self.peer, calls, deliver, touch)
-        self.sender = MeshSender(router, self.peer, self._exports, self._imports, calls, emit)
-        self.receiver = MeshReceiver(router, self.peer, self._imports, calls, deliver)
+        calls = MeshCalls()
+        self._exports = router.declarations.exports = MeshExports(self._change, self._touched.add, self.peer)
+        self._imports = MeshImports(router, self.peer, calls, deliver)
+        self.sender = MeshSender(
+            router,
+            self._exports,
+            self._imports,
+            calls,
+            peer=self.peer,
+            publish=self._out.append,
+            direct=self._direct,
+        )
+        self._receiver = MeshReceiver(router, self.peer, self._imports, calls, deliver)
+
+    # What goes out
 
     def take(self) -> list[Message]:
         """Return the messages to send, in order."""
@@ -55,36 +74,162 @@ class Mesh:
         self._out.clear()
         return out
 
-    def snapshot(self) -> Snapshot:
-        """Return this broker's endpoints, for brokers that have missed changes."""
-        return self._exports.snapshot()
+    def snapshot(self, broker: int, epoch: int) -> Snapshot:
+        """Return this broker's endpoints.
 
-    def brokers(self) -> tuple[int, ...]:
-        """Return the numbers of the brokers that are known."""
-        return self._imports.brokers()
+        Args:
+            broker: Who has asked; 0 for a program that is none.
+            epoch: As in its request.
+        """
+        session = self._sessions.get(broker)
+        if session is not None:
+            self._agree(broker, session, epoch)
+        version, declarations = self._exports.version, self._exports.declarations()
+        return Snapshot(0 if session is None else session.epoch, version, declarations)
 
-    def take_snapshot(self, broker: int, snapshot: Snapshot) -> None:
-        """Replace what is known of a broker."""
-        self._imports.take_snapshot(broker, snapshot)
-
-    def take_change(self, broker: int, change: Change) -> bool:
-        """Take a change; return False if the broker's snapshot is needed first."""
-        return self._imports.take_change(broker, change)
-
-    def remove_broker(self, broker: int) -> None:
-        """Remove a broker that is gone, with its endpoints; calls to it fail."""
-        self._imports.remove_broker(broker)
+    def beat(self) -> None:
+        """Send a heartbeat, if there is another broker."""
+        if self._sessions:
+            sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
+            self._out.append(Heartbeat(self._exports.version, sent))
 
     def update_wanted(self) -> None:
-        """Subscribe to the topics that publishers of other brokers and subscriptions of this one share."""
+        """Subscribe to the topics to which this broker's nodes subscribe.
+
+        Whether there are publishers elsewhere makes no difference: a publisher that is told of a subscription
+        may send at once.
+        """
         for topic in self._touched:
             record = self._router.topics.by_name.get(topic)
-            wanted = (
-                record is not None
-                and any(each.peer.mesh for each in record.publishers.values())
-                and not all(each.peer.mesh for each in record.subscriptions.values())
-            )
+            wanted = record is not None and not all(each.peer.mesh for each in record.subscriptions.values())
             if wanted != (topic in self._wanted):
                 (self._wanted.add if wanted else self._wanted.discard)(topic)
                 self._out.append(Subscribe(topic, wanted=wanted))
         self._touched.clear()
+
+    def _change(self, change: Change) -> None:
+        self.update_wanted()  # before others learn of the subscription
+        self._out.append(change)
+
+    def _direct(self, broker: int, frame: Frame, endpoint: int = 0) -> None:
+        session = self._sessions.get(broker)
+        if session is not None:
+            session.sent += 1
+            self._out.append(Direct(broker, session.epoch, session.sent, endpoint, frame))
+
+    # What comes in
+
+    def brokers(self) -> tuple[int, ...]:
+        """Return the numbers of the other brokers that are alive."""
+        return tuple(self._sessions)
+
+    def add_broker(self, broker: int) -> None:
+        """Ask a broker that is alive for its endpoints."""
+        if broker not in self._sessions:
+            self._last_epoch += 1
+            session = self._sessions[broker] = BrokerSession(self._last_epoch)
+            self._ask(broker, session)
+
+    def remove_broker(self, broker: int) -> None:
+        """Remove a broker that is gone, with its endpoints; calls to it fail."""
+        if self._sessions.pop(broker, None) is not None:
+            self._imports.remove_broker(broker)
+
+    def take_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
+        """Replace what is known of a broker.
+
+        Args:
+            broker: The broker.
+            snapshot: Its answer; None if there was none.
+        """
+        session = self._sessions.get(broker)
+        if session is None or not session.asked:
+            return
+        session.asked = False
+        if snapshot is None:
+            self._ask(broker, session)
+            return
+        self._agree(broker, session, snapshot.epoch)
+        if session.asked:
+            return
+        self._imports.take_snapshot(broker, snapshot)
+        session.ready = True
+        waiting, session.waiting = session.waiting, []
+        for message in waiting:
+            self.receive(broker, message)
+
+    def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
+        """Begin anew if messages have been lost."""
+        session = self._sessions.get(broker)
+        if session is None:
+            self.ignored += 1
+            return
+        epoch, sent = heartbeat.sent.get(self._number, (0, 0))
+        self._agree(broker, session, epoch)
+        if not session.ready:
+            self._ask(broker, session)
+        elif epoch == session.epoch and sent > session.received:
+            self._reset(broker, session, epoch + 1)
+        elif heartbeat.version > self._imports.version(broker):
+            self._ask_again(broker, session)
+
+    def receive(self, broker: int, message: Received) -> None:
+        """Take a message.
+
+        Args:
+            broker: The sender.
+            message: What it has sent to this broker or to all, in its order.
+        """
+        session = self._sessions.get(broker)
+        if session is None:
+            self.ignored += 1
+            return
+        if isinstance(message, Direct):
+            self._agree(broker, session, message.epoch)
+        if not session.ready:
+            self.ignored += not session.wait(message)
+        elif isinstance(message, Change):
+            if not self._imports.take_change(broker, message):
+                self._ask_again(broker, session)
+                session.wait(message)
+        elif isinstance(message, Direct):
+            self._receive_direct(broker, session, message)
+        else:
+            self._receiver.published(message)
+
+    def _receive_direct(self, broker: int, session: BrokerSession, message: Direct) -> None:
+        if message.epoch < session.epoch or message.number <= session.received:
+            self.ignored += 1
+        elif message.number > session.received + 1:
+            self._reset(broker, session, message.epoch + 1)
+        else:
+            session.received += 1
+            self._receiver.received(broker, message)
+
+    def _ask_again(self, broker: int, session: BrokerSession) -> None:
+        """Ask for a snapshot because changes are missing; what follows waits for it."""
+        session.ready = False
+        self._ask(broker, session)
+
+    def _ask(self, broker: int, session: BrokerSession) -> None:
+        if not session.asked:
+            session.asked = True
+            self._out.append(Ask(broker, session.epoch))
+
+    def _agree(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        """Begin the epoch of the other broker if it is greater."""
+        if epoch > session.epoch:
+            if session.sent or session.received:
+                self._reset(broker, session, epoch)
+            else:
+                session.epoch = epoch
+                self._last_epoch = max(self._last_epoch, epoch)
+
+    def _reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        """Forget a broker's endpoints and ask for them again, because messages were lost."""
+        self.resets += 1
+        self._last_epoch = max(self._last_epoch, epoch)
+        self._imports.remove_broker(broker)
+        session.begin(epoch)
+        self._ask(broker, session)
+        self.beat()

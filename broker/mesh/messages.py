@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
-    from proto.frames import Buffer, Frame
+    from proto.frames import Assert, Batch, Buffer, Frame
 
 
 class Change(NamedTuple):
@@ -19,6 +19,16 @@ class Change(NamedTuple):
     version: int
     frame: Frame
     """A declaration, or UNDECLARE."""
+
+
+class Heartbeat(NamedTuple):
+    """To all brokers, once a second: what they should have received.
+
+    `version`: the last change. `sent`: by broker, the epoch, and how many direct messages it was sent in it.
+    """
+
+    version: int
+    sent: dict[int, tuple[int, int]]
 
 
 class Publish(NamedTuple):
@@ -31,6 +41,8 @@ class Publish(NamedTuple):
 class Direct(NamedTuple):
     """To one broker: a frame about its endpoints or about this broker's.
 
+    `number` begins with 1 in each epoch and has no gaps (see `broker_session.py`).
+
     | frame | its numbers are of | `endpoint` |
     |---|---|---|
     | ATTACHED, REPLAY | the receiver's subscriptions | first number that will follow |
@@ -40,8 +52,10 @@ class Direct(NamedTuple):
     """
 
     broker: int
+    epoch: int
+    number: int
+    endpoint: int
     frame: Frame
-    endpoint: int = 0
 
 
 class Subscribe(NamedTuple):
@@ -51,11 +65,24 @@ class Subscribe(NamedTuple):
     wanted: bool
 
 
-Message: TypeAlias = Change | Publish | Direct | Subscribe
+class Ask(NamedTuple):
+    """To one broker: its snapshot is needed. `epoch`: of the exchange with it."""
+
+    broker: int
+    epoch: int
 
 
 class Snapshot(NamedTuple):
-    """The endpoints of a broker after `version` changes, nodes before their endpoints."""
+    """The endpoints of a broker after `version` changes, nodes before their endpoints.
 
+    `epoch`: of its exchange with the broker that has asked; 0 for none.
+    """
+
+    epoch: int
     version: int
     declarations: tuple[Frame, ...]
+
+
+Message: TypeAlias = "Change | Heartbeat | Publish | Direct | Subscribe | Ask"
+Received: TypeAlias = "Change | Direct | Batch | Assert"
+"""Messages that keep their order."""

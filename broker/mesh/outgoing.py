@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from broker.mesh.messages import Direct, Message, Publish
+from broker.mesh.messages import Publish
 from proto import frames
 from proto.codec import encode
 
@@ -23,27 +23,31 @@ class MeshSender:
 
     Args:
         router: The graph's router.
-        peer: The id of its peer for the mesh.
         exports, imports: Its endpoints, and those of other brokers.
         calls: The calls to other brokers.
-        emit: Takes each message.
+        peer: The id of the router's peer for the mesh.
+        publish: Takes what goes to all brokers that subscribe to a topic.
+        direct: Takes what goes to one broker: its number, the frame, and `Direct.endpoint`.
     """
 
     def __init__(
         self,
         router: Router,
-        peer: int,
         exports: MeshExports,
         imports: MeshImports,
         calls: MeshCalls,
-        emit: Callable[[Message], None],
+        *,
+        peer: int,
+        publish: Callable[[Publish], None],
+        direct: Callable[[int, Frame, int], None],
     ) -> None:
         self._router = router
         self._peer = peer
         self._exports = exports
         self._imports = imports
         self._calls = calls
-        self._emit = emit
+        self._emit_publish = publish
+        self._direct = direct
         self._handlers: dict[type[Any], Callable[[Any], None]] = {
             frames.Batch: self._send_batch,
             frames.Assert: self._send_assert,
@@ -71,7 +75,7 @@ class MeshSender:
     def _publish(self, publisher: int, raw: Buffer) -> None:
         record = self._router.routes.publishers.get(publisher) or self._exports.leaving(publisher)
         if record is not None:
-            self._emit(Publish(record.name, raw))
+            self._emit_publish(Publish(record.name, raw))
 
     def _send_attached(self, frame: frames.Attached) -> None:
         by_broker: dict[int, list[int]] = {}
@@ -84,18 +88,18 @@ class MeshSender:
         if record is not None and record.latched:
             first = min(first, record.latched[0].first_sequence)
         for broker, numbers in by_broker.items():
-            self._emit(Direct(broker, frame._replace(subscriptions=tuple(numbers)), first))
+            self._direct(broker, frame._replace(subscriptions=tuple(numbers)), first)
 
     def _send_replay(self, frame: frames.Replay) -> None:
         remote = self._imports.remote(frame.subscription)
         if remote is not None:
-            self._emit(Direct(remote.broker, frame._replace(subscription=remote.number)))
+            self._direct(remote.broker, frame._replace(subscription=remote.number), 0)
 
     def _send_detached(self, frame: frames.Detached) -> None:
         self._exports.sent_all(frame.publisher)
 
     def _send_grant(self, frame: frames.Grant) -> None:
-        self._emit(Direct(frame.publisher >> 32, frame))
+        self._direct(frame.publisher >> 32, frame, 0)
 
     def _send_request(self, frame: frames.Request) -> None:
         server = self._imports.remote(frame.endpoint)
@@ -109,7 +113,7 @@ class MeshSender:
             clients.setdefault(client, []).append(entry)
         for client, entries in clients.items():
             request = frames.Request(client, tuple(entries))
-            self._emit(Direct(server.broker, request, server.number))
+            self._direct(server.broker, request, server.number)
 
     def _record(self, endpoint: int) -> Any:
         peer = self._router.peer(self._peer)
@@ -124,9 +128,9 @@ class MeshSender:
                 clients.setdefault(ended.client, []).append(call)
         if server is not None:
             for client, calls in clients.items():
-                self._emit(Direct(server.broker, frames.Cancel(client, tuple(calls)), server.number))
+                self._direct(server.broker, frames.Cancel(client, tuple(calls)), server.number)
 
     def _send_reply(self, frame: frames.Reply) -> None:
         client = self._imports.remote(frame.endpoint)
         if client is not None:
-            self._emit(Direct(client.broker, frame._replace(endpoint=client.number)))
+            self._direct(client.broker, frame._replace(endpoint=client.number), 0)

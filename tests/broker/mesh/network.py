@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.mesh.mesh import Mesh
-from broker.mesh.messages import Change, Direct, Publish, Subscribe
+from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Publish, Subscribe
 from broker.router import Router
 from proto import frames
 from proto.codec import decode
@@ -27,7 +27,7 @@ class MeshBroker(Switch):
     def __init__(self, number: int) -> None:
         super().__init__(Router(key_base=number << 32))
         self.number = number
-        self.mesh = Mesh(self.router, self._carry)
+        self.mesh = Mesh(number, self.router, self._carry)
         self.add(self.mesh.peer)
         self.topics: set[str] = set()
 
@@ -49,6 +49,9 @@ class Network:
     def __init__(self, count: int = 2) -> None:
         self.brokers = {number: MeshBroker(number) for number in range(1, count + 1)}
         self.cut: set[int] = set()
+        for broker in self:
+            self._introduce(broker.number)
+        self.settle()
 
     def __iter__(self) -> Iterator[MeshBroker]:
         return iter(self.brokers.values())
@@ -62,26 +65,18 @@ class Network:
                 broker.forward()
                 for message in broker.mesh.take():
                     busy = True
-                    self._carry(broker, message)
+                    self.carry(broker, message)
 
-    def _carry(self, sender: MeshBroker, message: object) -> None:
+    def carry(self, sender: MeshBroker, message: Message) -> None:
+        """Carry one message to whom it concerns, unless its sender is cut off."""
         if isinstance(message, Subscribe):
             (sender.topics.add if message.wanted else sender.topics.discard)(message.topic)
             return
         if sender.number in self.cut:
             return
-        others = [each for each in self if each is not sender and each.number not in self.cut]
-        for other in others:
-            if isinstance(message, Change):
-                if not other.mesh.take_change(sender.number, message):
-                    other.mesh.take_snapshot(sender.number, sender.mesh.snapshot())
-            elif isinstance(message, Publish):
-                if message.topic in other.topics:
-                    frame = decode(message.raw)
-                    assert isinstance(frame, (frames.Batch, frames.Assert))
-                    other.mesh.receiver.published(frame)
-            elif isinstance(message, Direct) and message.broker == other.number:
-                other.mesh.receiver.received(sender.number, message)
+        for other in self:
+            if other is not sender and other.number not in self.cut:
+                _hand_over(sender, other, message)
 
     def partition(self, number: int) -> None:
         """Cut one broker off."""
@@ -96,8 +91,27 @@ class Network:
     def heal(self, number: int) -> None:
         """Connect a broker that was cut off."""
         self.cut.discard(number)
+        self._introduce(number)
+        self.settle()
+
+    def _introduce(self, number: int) -> None:
         for other in self:
             if other.number != number:
-                other.mesh.take_snapshot(number, self.brokers[number].mesh.snapshot())
-                self.brokers[number].mesh.take_snapshot(other.number, other.mesh.snapshot())
-        self.settle()
+                other.mesh.add_broker(number)
+                self.brokers[number].mesh.add_broker(other.number)
+
+
+def _hand_over(sender: MeshBroker, other: MeshBroker, message: Message) -> None:
+    if isinstance(message, Publish):
+        if message.topic in other.topics:
+            frame = decode(message.raw)
+            assert isinstance(frame, (frames.Batch, frames.Assert))
+            other.mesh.receive(sender.number, frame)
+    elif isinstance(message, Ask):
+        if message.broker == other.number:
+            snapshot = other.mesh.snapshot(sender.number, message.epoch)
+            sender.mesh.take_snapshot(other.number, snapshot)
+    elif isinstance(message, Heartbeat):
+        other.mesh.take_heartbeat(sender.number, message)
+    elif isinstance(message, Change) or (isinstance(message, Direct) and message.broker == other.number):
+        other.mesh.receive(sender.number, message)
