@@ -2,8 +2,8 @@
 
 Messages between brokers may be lost when their route changes. Lost changes show by their version: the
 broker's snapshot replaces them. Lost direct messages show by their number: both brokers forget what they know
-of each other and begin a new epoch, as after a partition. Epochs are numbers that only increase: a broker that
-sees a greater one than its own begins it, too, so that both agree. Heartbeats show what was lost last.
+of each other and begin a new epoch, as after a partition. Epochs are numbers that only increase: a broker
+that sees a greater one than its own begins it, too, so that both agree. Heartbeats show what was lost last.
 """
 
 from __future__ import annotations

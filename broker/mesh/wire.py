@@ -8,20 +8,34 @@ from __future__ import annotations
 
 import struct
 from struct import Struct
-from typing import Any, Final
+from typing import Annotated, Final, TypeAlias, TypeVar
 
-import msgpack
+import msgspec
 
 from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
 from proto import frames
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError
-from proto.limits import MAX_U64
 
 _version: Final = Struct(">Q")
 _numbers: Final = Struct(">QQQ")
 _ask: Final = Struct(">QQ")
 _decoder: Final = Decoder()
+
+_T = TypeVar("_T")
+_Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
+
+
+class _Snapshot(msgspec.Struct):
+    """The payload of a snapshot: a map."""
+
+    epoch: _Number
+    version: _Number
+    declarations: list[bytes]
+
+
+_heartbeats: Final = msgspec.msgpack.Decoder(tuple[_Number, dict[_Number, tuple[_Number, _Number]]])
+_snapshots: Final = msgspec.msgpack.Decoder(_Snapshot)
 
 _DECLARATIONS: Final = (frames.Node, frames.Publisher, frames.Subscription, frames.Service, frames.Client)
 _CHANGES: Final = (*_DECLARATIONS, frames.Undeclare)
@@ -74,8 +88,7 @@ def decode_published(payload: bytes) -> frames.Batch | frames.Assert:
 
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the payload of a heartbeat."""
-    packed: bytes = msgpack.packb([heartbeat.version, heartbeat.sent])
-    return packed
+    return msgspec.msgpack.encode(heartbeat)
 
 
 def decode_heartbeat(payload: bytes) -> Heartbeat:
@@ -84,12 +97,7 @@ def decode_heartbeat(payload: bytes) -> Heartbeat:
     Raises:
         ProtocolError: It is malformed.
     """
-    sent: dict[int, list[int]]
-    match _unpackb(payload):
-        case [version, dict(sent)] if _are_numbers(version, *sent) and all(map(_is_pair, sent.values())):
-            return Heartbeat(version, {broker: (pair[0], pair[1]) for broker, pair in sent.items()})
-        case _:
-            raise _malformed("a heartbeat is a version and, by broker, an epoch and a number")
+    return Heartbeat(*_structure(_heartbeats, payload))
 
 
 def encode_ask(broker: int, epoch: int) -> bytes:
@@ -110,9 +118,7 @@ def decode_ask(payload: bytes) -> tuple[int, int]:
 def encode_snapshot(snapshot: Snapshot) -> bytes:
     """Return the payload of a snapshot."""
     declarations = [encode(frame) for frame in snapshot.declarations]
-    fields = {"epoch": snapshot.epoch, "version": snapshot.version, "declarations": declarations}
-    packed: bytes = msgpack.packb(fields)
-    return packed
+    return msgspec.msgpack.encode(_Snapshot(snapshot.epoch, snapshot.version, declarations))
 
 
 def decode_snapshot(payload: bytes) -> Snapshot:
@@ -121,26 +127,22 @@ def decode_snapshot(payload: bytes) -> Snapshot:
     Raises:
         ProtocolError: It is malformed.
     """
-    match _unpackb(payload):
-        case {"epoch": epoch, "version": version, "declarations": [*encoded]} if _are_numbers(epoch, version):
-            return Snapshot(epoch, version, tuple(map(_declaration, encoded)))
-        case _:
-            raise _malformed("a snapshot is a map with 'epoch', 'version' and 'declarations'")
+    fields = _structure(_snapshots, payload)
+    return Snapshot(fields.epoch, fields.version, tuple(map(_declaration, fields.declarations)))
 
 
-def _declaration(raw: Any) -> frames.Frame:
-    frame = _decoder.decode(raw) if isinstance(raw, bytes) else None
+def _declaration(raw: bytes) -> frames.Frame:
+    frame = _decoder.decode(raw)
     if not isinstance(frame, _DECLARATIONS):
-        raise _malformed("a snapshot has declarations only")
+        raise _malformed(f"{type(frame).__name__} is no declaration")
     return frame
 
 
-def _are_numbers(*values: Any) -> bool:
-    return all(type(value) is int and 0 <= value <= MAX_U64 for value in values)
-
-
-def _is_pair(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 2 and _are_numbers(*value)  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+def _structure(decoder: msgspec.msgpack.Decoder[_T], payload: bytes) -> _T:
+    try:
+        return decoder.decode(payload)
+    except msgspec.MsgspecError as error:
+        raise _malformed(str(error)) from None
 
 
 def _unpack(shape: Struct, attachment: bytes) -> tuple[int, ...]:
@@ -148,13 +150,6 @@ def _unpack(shape: Struct, attachment: bytes) -> tuple[int, ...]:
         return shape.unpack(attachment)
     except struct.error:
         raise _malformed(f"an attachment has {len(attachment)} bytes instead of {shape.size}") from None
-
-
-def _unpackb(payload: bytes) -> Any:
-    try:
-        return msgpack.unpackb(payload, strict_map_key=False)
-    except (ValueError, msgpack.UnpackException) as error:
-        raise _malformed(f"not msgpack: {error}") from None
 
 
 def _malformed(text: str) -> ProtocolError:
