@@ -1,0 +1,137 @@
+"""What a mesh receives in Zenoh's threads, and the event loop handles within its read budget."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+
+from proto.aio.read_budget import SHARE_FRAMES, SHARE_SEC
+from proto.errors import ProtocolError
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    from proto.aio.read_budget import ReadBudget
+
+logger: Final = logging.getLogger("callboard.broker")
+
+MAX_RECEIVED_BYTES: Final = 64 * 1024 * 1024
+"""Bytes that wait for the event loop. Zenoh, and by that the senders, wait while there are more."""
+
+MAX_BLOCK_SEC: Final = 1.0
+"""How long Zenoh waits for the event loop before a message is dropped: it must answer its peers, too."""
+
+OVERHEAD_BYTES: Final = 200
+"""What a queued item takes besides its payload."""
+
+
+class ReceivedQueue:
+    """Samples, queries and replies that wait for the event loop.
+
+    Args:
+        loop: The event loop.
+        budget: Its read budget.
+        handled: Called after some have been handled.
+
+    Attributes:
+        dropped: Messages of topics that had to be dropped because the event loop was too slow.
+        malformed: Items that could not be decoded.
+    """
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, budget: ReadBudget, handled: Callable[[], None]
+    ) -> None:
+        self._loop = loop
+        self._budget = budget
+        self._handled = handled
+        self._items: deque[tuple[Callable[..., None], int, Any, int]] = deque()
+        self._space = threading.Condition()
+        self._bytes = 0
+        self._scheduled = False
+        self._closed = False
+        self.dropped = self.malformed = 0
+
+    def callback(
+        self, handler: Callable[..., None], domain: int, *, droppable: bool = False
+    ) -> zenoh.handlers.Callback[Any]:
+        """Return a callback for Zenoh that lets the event loop call `handler(domain, item)`.
+
+        It runs in Zenoh's network thread: with a thread for each key, keys would lose their common order.
+
+        Args:
+            handler: Handles a sample, query or reply. ProtocolError and ValueError mean that it is malformed.
+            domain: Its first argument.
+            droppable: Whether samples may be dropped.
+        """
+
+        def received(item: Any) -> None:
+            self.put(handler, domain, item, droppable=droppable)
+
+        return zenoh.handlers.Callback(received, indirect=False)
+
+    def put(self, handler: Callable[..., None], domain: int, item: Any, *, droppable: bool = False) -> None:
+        """Let the event loop call `handler(domain, item)`. Thread-safe."""
+        size = OVERHEAD_BYTES + (len(item.payload) if isinstance(item, zenoh.Sample) else 0)
+        with self._space:
+            if droppable and not self._has_space():
+                self._space.wait_for(self._has_space, MAX_BLOCK_SEC)
+                if not self._has_space():
+                    self.dropped += 1
+                    return
+            self._bytes += size
+        self._items.append((handler, domain, item, size))
+        if not self._scheduled and not self._closed:
+            self._scheduled = True
+            self.in_loop(self._begin)
+
+    def in_loop(self, call: Callable[[], None]) -> None:
+        """Call something in the event loop. Thread-safe."""
+        try:
+            self._loop.call_soon_threadsafe(call)
+        except RuntimeError:  # the loop has been closed without `close`
+            self._closed = True
+
+    def close(self) -> None:
+        """Handle nothing any more."""
+        with self._space:
+            self._closed = True
+            self._space.notify_all()
+
+    def _has_space(self) -> bool:
+        return self._closed or self._bytes <= MAX_RECEIVED_BYTES
+
+    def _begin(self) -> None:
+        if self._budget.exhausted:
+            self._budget.wait(self)
+        else:
+            self.go_on_reading()
+
+    def go_on_reading(self) -> None:
+        """Handle a share of what waits (`read_budget.Reader`)."""
+        self._scheduled = False
+        clock = self._budget.clock
+        began, spent, size = clock(), 0.0, 0
+        for _ in range(min(len(self._items), SHARE_FRAMES)):
+            if self._closed or spent > SHARE_SEC:
+                break
+            handler, domain, item, item_bytes = self._items.popleft()
+            size += item_bytes
+            try:
+                handler(domain, item)
+            except (ProtocolError, ValueError) as error:
+                self.malformed += 1
+                logger.warning("The mesh has sent something malformed: %s", error)
+            spent = clock() - began
+        with self._space:
+            self._bytes -= size
+            self._space.notify_all()
+        self._handled()
+        self._budget.spend(clock() - began)
+        if self._items and not self._scheduled and not self._closed:
+            self._scheduled = True
+            self._budget.wait(self)

@@ -1,0 +1,85 @@
+"""Puts what a mesh sends, in a thread: Zenoh's `put` blocks while the network is slower."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+logger: Final = logging.getLogger("callboard.broker")
+
+MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
+"""Bytes that wait for the thread; others wait in the outbox, which drops what QoS allows to drop."""
+
+OVERHEAD_BYTES: Final = 200
+"""What a queued message takes besides its payload."""
+
+STOP_SEC: Final = 5.0
+"""How long `stop` waits for what is queued."""
+
+
+class SendingThread:
+    """A queue of messages, and the thread that puts them.
+
+    Args:
+        has_space: Called in the thread when there is space again after `full` was true.
+
+    Attributes:
+        failed: Messages that could not be sent.
+    """
+
+    def __init__(self, has_space: Callable[[], None]) -> None:
+        self._has_space = has_space
+        self._queue: queue.SimpleQueue[tuple[str, Any, bytes | None] | None] = queue.SimpleQueue()
+        self._queued_bytes = self._sent_bytes = 0
+        """Written by the event loop only, and by the thread only."""
+        self._was_full = False
+        self._thread: threading.Thread | None = None
+        self.failed = 0
+
+    def start(self, session: zenoh.Session) -> None:
+        """Begin to put messages."""
+        self._thread = threading.Thread(target=self._run, args=(session,), name="callboard-mesh", daemon=True)
+        self._thread.start()
+
+    @property
+    def full(self) -> bool:
+        """Whether so much waits for the thread that the outbox should keep the rest."""
+        self._was_full = self._queued_bytes - self._sent_bytes > MAX_QUEUED_BYTES
+        return self._was_full
+
+    def put(self, key: str, payload: Any, attachment: bytes | None = None) -> None:
+        """Queue a message."""
+        self._queued_bytes += len(payload) + OVERHEAD_BYTES
+        self._queue.put((key, payload, attachment))
+
+    def stop(self) -> None:
+        """Send what waits, within `STOP_SEC`; blocks."""
+        self._queue.put(None)
+        if self._thread is not None:
+            self._thread.join(STOP_SEC)
+
+    def _run(self, session: zenoh.Session) -> None:
+        publishers: dict[str, zenoh.Publisher] = {}
+        while (item := self._queue.get()) is not None:
+            key, payload, attachment = item
+            try:
+                publisher = publishers.get(key)
+                if publisher is None:
+                    publisher = publishers[key] = session.declare_publisher(
+                        key, congestion_control=zenoh.CongestionControl.BLOCK, express=False
+                    )
+                publisher.put(bytes(payload), attachment=attachment)  # pyright: ignore[reportUnknownMemberType]
+            except zenoh.ZError as error:
+                self.failed += 1
+                logger.warning("The mesh could not send to %s: %s", key, error)
+            self._sent_bytes += len(payload) + OVERHEAD_BYTES
+            if self._was_full and self._queued_bytes - self._sent_bytes < MAX_QUEUED_BYTES // 2:
+                self._was_full = False
+                self._has_space()
