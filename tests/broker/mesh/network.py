@@ -44,11 +44,19 @@ class Network:
 
     Args:
         count: How many brokers there are; their numbers begin with 1.
+
+    Attributes:
+        brokers: They, by number.
+        cut: The numbers of those that are cut off.
+        lose: The types of messages that get lost. Nobody notices, as when a route changes.
+        lost: How many have been lost.
     """
 
     def __init__(self, count: int = 2) -> None:
         self.brokers = {number: MeshBroker(number) for number in range(1, count + 1)}
         self.cut: set[int] = set()
+        self.lose: tuple[type[Message | frames.Frame], ...] = ()
+        self.lost = 0
         for broker in self:
             self._introduce(broker.number)
         self.settle()
@@ -74,9 +82,18 @@ class Network:
             return
         if sender.number in self.cut:
             return
+        if isinstance(message, self.lose) or isinstance(getattr(message, "frame", None), self.lose):
+            self.lost += 1
+            return
         for other in self:
             if other is not sender and other.number not in self.cut:
                 _hand_over(sender, other, message)
+
+    def beat(self) -> None:
+        """Let every broker send a heartbeat, and carry on."""
+        for broker in self:
+            broker.mesh.beat()
+        self.settle()
 
     def partition(self, number: int) -> None:
         """Cut one broker off."""

@@ -1,0 +1,113 @@
+"""Messages between brokers get lost while both stay alive: a heartbeat later all is as if they had come."""
+
+from __future__ import annotations
+
+import pytest
+
+from broker.mesh.messages import Change, Direct, Heartbeat
+from proto import frames
+from tests.broker import frame_makers as make
+from tests.broker.mesh.network import Network
+
+
+@pytest.mark.parametrize("lost", [Change, frames.Attached], ids=["change", "attached"])
+def test_a_subscription_whose_announcement_was_lost_gets_messages(lost: type[Change]) -> None:
+    """A broker that has missed a change asks for the others; one that has missed ATTACHED begins anew."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1))
+    network.settle()
+    network.lose = (lost,)
+    b.send(listener, make.subscription(1))
+    network.settle()
+    assert network.lost
+    network.lose = ()
+    network.beat()
+    a.send(talker, make.batch(publisher, 0))
+    network.settle()
+    assert len(b.read(listener, frames.Batch)) == 1
+
+
+def test_a_lost_grant_does_not_stop_a_keep_all_publisher() -> None:
+    """Both brokers begin anew, and the reader grants again."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window=10))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0, 10))
+    network.settle()
+    network.lose = (frames.Grant,)
+    b.send(listener, frames.Grant(1, publisher, 20, 1000))
+    network.settle()
+    assert network.lost
+    network.lose = ()
+    network.beat()
+    assert a.read(talker, frames.Credit)[-1].sequence_limit == 20
+
+
+def test_calls_whose_reply_was_lost_fail() -> None:
+    """They end with the next heartbeat, not at their deadline."""
+    network = Network()
+    a, b = network
+    caller, server = a.join("/caller"), b.join("/server")
+    a.send(caller, make.client(1))
+    b.send(server, make.service(7))
+    network.settle()
+    a.send(caller, make.request(1, 5))
+    network.settle()
+    (request,) = b.read(server, frames.Request)
+    network.lose = (frames.Reply,)
+    b.send(server, make.reply(7, request.entries[0].call))
+    network.settle()
+    network.lose = ()
+    network.beat()
+    (reply,) = a.read(caller, frames.Reply)
+    assert reply.entries[0].status != 0
+
+
+def test_brokers_that_begin_anew_at_the_same_time_agree() -> None:
+    """Each has lost a direct message of the other."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    a.send(talker, make.publisher(1, topic="/one"), make.subscription(2, topic="/two"))
+    b.send(listener, make.publisher(1, topic="/two"), make.subscription(2, topic="/one"))
+    network.lose = (Direct,)
+    network.settle()
+    assert network.lost == 2
+    network.lose = ()
+    for broker in network:
+        broker.mesh.beat()
+    network.settle()
+    resets = [broker.mesh.resets for broker in network]
+    assert all(resets)
+    network.beat()
+    assert [broker.mesh.resets for broker in network] == resets
+    assert len(a.read(talker, frames.Attached)) == len(b.read(listener, frames.Attached)) == 1
+
+
+def test_nothing_is_begun_anew_while_nothing_is_lost() -> None:
+    """Also when a broker joins others that have begun anew before."""
+    network = Network(3)
+    a, b, c = network
+    network.partition(3)
+    network.heal(3)
+    for broker in network:
+        node = broker.join(f"/node{broker.number}")
+        broker.send(node, make.publisher(1), make.subscription(2))
+    network.settle()
+    network.beat()
+    assert [a.mesh.resets, b.mesh.resets, c.mesh.resets] == [0, 0, 0]
+
+
+def test_heartbeats_of_brokers_that_are_gone_are_ignored() -> None:
+    """A broker that is not alive has no exchange."""
+    network = Network()
+    a, _ = network
+    network.partition(2)
+    a.mesh.take_heartbeat(2, Heartbeat(9, {1: (9, 9)}))
+    assert a.mesh.take() == []
+    assert a.mesh.ignored == 1

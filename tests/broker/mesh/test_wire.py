@@ -1,0 +1,71 @@
+"""The encoding of messages between brokers."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from broker.mesh import wire
+from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
+from proto import frames
+from proto.codec import encode
+from proto.errors import ProtocolError
+from proto.limits import MAX_U64
+from tests.broker import frame_makers as make
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+NODE = frames.Node(1, "/talker")
+
+
+def test_messages_are_decoded_as_they_were() -> None:
+    """Each kind of message survives its encoding, with the largest numbers."""
+    change = Change(MAX_U64, frames.Undeclare(1))
+    assert wire.decode_change(*wire.encode_change(change)) == change
+    direct = Direct(2, MAX_U64, MAX_U64, MAX_U64, frames.Grant(1, 2, 3, 4))
+    assert wire.decode_direct(2, *wire.encode_direct(direct)) == direct
+    heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)})
+    assert wire.decode_heartbeat(wire.encode_heartbeat(heartbeat)) == heartbeat
+    snapshot = Snapshot(1, 2, (NODE, make.publisher(2, node=1)))
+    assert wire.decode_snapshot(wire.encode_snapshot(snapshot)) == snapshot
+    assert wire.decode_ask(wire.encode_ask(5, MAX_U64)) == (5, MAX_U64)
+    assert wire.decode_ask(b"") == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("decode", "payload"),
+    [
+        (wire.decode_published, encode(frames.Ping(1))),
+        (lambda payload: wire.decode_change(payload, bytes(8)), encode(frames.Grant(1, 2, 3, 4))),
+        (lambda payload: wire.decode_change(payload, bytes(7)), encode(NODE)),
+        (lambda payload: wire.decode_direct(1, payload, b""), encode(NODE)),
+        (wire.decode_snapshot, wire.encode_heartbeat(Heartbeat(1, {}))),
+        (wire.decode_snapshot, wire.encode_snapshot(Snapshot(0, 0, (frames.Ping(1),)))),
+        (wire.decode_ask, bytes(15)),
+    ],
+    ids=["topic", "change", "version", "numbers", "snapshot", "declaration", "request"],
+)
+def test_messages_of_another_kind_are_refused(decode: Callable[[bytes], object], payload: bytes) -> None:
+    """A frame that does not belong there, or an attachment of another size."""
+    with pytest.raises(ProtocolError):
+        decode(payload)
+
+
+@given(st.binary(max_size=60), st.binary(max_size=30))
+def test_any_bytes_are_decoded_or_refused(payload: bytes, attachment: bytes) -> None:
+    """Nothing but ProtocolError is raised."""
+    for decode in (
+        lambda: wire.decode_change(payload, attachment),
+        lambda: wire.decode_direct(1, payload, attachment),
+        lambda: wire.decode_published(payload),
+        lambda: wire.decode_heartbeat(payload),
+        lambda: wire.decode_snapshot(payload),
+        lambda: wire.decode_ask(payload),
+    ):
+        with suppress(ProtocolError):
+            decode()
