@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from broker.deliveries import Delivery
     from broker.link import Link
     from broker.mesh.channel import MeshChannel
-    from broker.mesh.joining import MeshMember
+    from broker.mesh.member import MeshMember
     from broker.options import BrokerOptions
     from broker.peer_warnings import PeerWarnings
     from broker.presence_log import PresenceLog

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from broker.mesh.engine import Engine, Host
-    from broker.mesh.joining import MeshMember
+    from broker.mesh.member import MeshMember
     from proto.stats import BrokerStats, LinkStats, TopicStats
 
 
@@ -200,7 +200,7 @@ class Broker:
 
     async def _join_mesh(self, budget: ReadBudget) -> None:
         """Join a mesh; import what that takes only now."""
-        from broker.mesh.joining import MeshMember  # noqa: PLC0415 - few brokers join one
+        from broker.mesh.member import MeshMember  # noqa: PLC0415 - few brokers join one
         from broker.mesh.zenoh_config import config_for  # noqa: PLC0415 - an extra
         from broker.mesh.zenoh_engine import ZenohEngine  # noqa: PLC0415 - an extra
 

@@ -9,8 +9,8 @@ import zenoh
 
 from broker.mesh import wire
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
-from broker.mesh.receiving import ReceivedQueue
-from broker.mesh.sending import SendingThread
+from broker.mesh.received_queue import ReceivedQueue
+from broker.mesh.sending_thread import SendingThread
 from proto.limits import MAX_DOMAIN
 
 if TYPE_CHECKING:
