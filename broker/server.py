@@ -169,6 +169,7 @@ class Broker:
             return await self._start()
         except BaseException:
             self._entered = False
+            await self._leave_mesh()
             raise
 
     async def _start(self) -> Self:
@@ -212,6 +213,11 @@ class Broker:
         make = self._make_engine or make_engine
         self._mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make)
         await self._mesh.start()
+
+    async def _leave_mesh(self) -> None:
+        mesh, self._mesh = self._mesh, None
+        if mesh is not None:
+            await mesh.stop()
 
     async def __aexit__(
         self,
@@ -264,8 +270,7 @@ class Broker:
             self._listener = None
             self._entered = False
             await self._stop_check()
-            if self._mesh is not None:
-                await self._mesh.stop()
+            await self._leave_mesh()
 
     async def _stop_check(self) -> None:
         check, self._check = self._check, None
