@@ -211,8 +211,9 @@ class Broker:
             return ZenohEngine(number, host, budget, config_for(options.mesh_listen, options.mesh))
 
         make = self._make_engine or make_engine
-        self._mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make)
-        await self._mesh.start()
+        mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make)
+        await mesh.start()
+        self._mesh = mesh
 
     async def _leave_mesh(self) -> None:
         mesh, self._mesh = self._mesh, None
