@@ -13,6 +13,7 @@ def config_for(listen: str | None, connect: str | None) -> zenoh.Config:
     settings: dict[str, object] = {
         "mode": "router",
         "scouting/multicast/enabled": False,
+        "scouting/delay": 0,  # how long `zenoh.open` waits for what scouting finds
         "scouting/gossip/enabled": False,
         "listen/endpoints": [listen] if listen else [],
         "connect/endpoints": [connect] if connect else [],
