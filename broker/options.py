@@ -109,6 +109,9 @@ class BrokerOptions:
     max_endpoints: int = _option(
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000
     )
+    max_mesh_endpoints: int = _option(
+        100_000, "the same for another broker of the mesh, with all its nodes, in one domain", 1, 10_000_000
+    )
     max_matches: int = _option(
         200_000,
         "counterparts of all endpoints of one connection together: a subscription counts once for each of its"

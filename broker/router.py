@@ -216,6 +216,11 @@ class Router:
         """Return a peer's record; None if the peer has been replaced."""
         return self._peers.get(peer_id)
 
+    def endpoint(self, peer_id: int, endpoint_id: int) -> Endpoint | None:
+        """Return what a peer has declared with an id; None if it has not, or not any more."""
+        peer = self._peers.get(peer_id)
+        return None if peer is None else peer.endpoints.get(endpoint_id)
+
     def set_principal(self, peer_id: int, principal: Principal) -> list[Delivery]:
         """Apply changed access rules to a peer, and remove what it may not have any more."""
         peer = self._peers.get(peer_id)

@@ -11,11 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from proto import frames
+
 if TYPE_CHECKING:
     from broker.mesh.messages import Received
 
 MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
+
+MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
+"""The size of their contents, beyond which the last one may be."""
 
 
 @dataclass(slots=True)
@@ -32,17 +37,34 @@ class BrokerSession:
     ready: bool = False
     asked: bool = False
     waiting: list[Received] = field(default_factory=list["Received"])
+    waiting_bytes: int = 0
 
     def begin(self, epoch: int) -> None:
         """Begin an epoch."""
         self.epoch = epoch
         self.sent = self.received = 0
         self.ready = False
-        self.waiting.clear()
+        self.take_waiting()
 
     def wait(self, message: Received) -> bool:
         """Keep a message until the snapshot has come; return False if it is lost."""
-        if len(self.waiting) >= MAX_WAITING:
+        if len(self.waiting) >= MAX_WAITING or self.waiting_bytes > MAX_WAITING_BYTES:
             return False
         self.waiting.append(message)
+        self.waiting_bytes += _size(message)
         return True
+
+    def take_waiting(self) -> list[Received]:
+        """Remove and return the messages that wait."""
+        waiting, self.waiting = self.waiting, []
+        self.waiting_bytes = 0
+        return waiting
+
+
+def _size(message: Received) -> int:
+    frame = message if isinstance(message, (frames.Batch, frames.Assert)) else message.frame
+    if isinstance(frame, (frames.Batch, frames.Replay)):
+        return len(frame.payload)
+    if isinstance(frame, (frames.Request, frames.Reply)):
+        return sum(len(entry.body) for entry in frame.entries)
+    return 0

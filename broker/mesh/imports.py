@@ -7,8 +7,9 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from broker.mirrored import Mirror
+from broker.records import NodeRecord
 from proto import frames
-from proto.errors import InvalidNameError, ProtocolError
+from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.qos import Refusal
 
 if TYPE_CHECKING:
@@ -35,10 +36,14 @@ class Remote(NamedTuple):
 
 @dataclass(slots=True)
 class _Broker:
-    """Another broker: the last of its changes that is known, and its endpoints, each with its id here."""
+    """Another broker: the last of its changes that is known, and its endpoints, each with its id here.
+
+    The id is 0 for an endpoint that the router refuses. `too_many`: whether others are not even here.
+    """
 
     version: int
     ids: dict[int, int] = field(default_factory=dict[int, int])
+    too_many: bool = False
 
 
 class MeshImports:
@@ -49,6 +54,8 @@ class MeshImports:
         mesh: The id of the router's peer for the mesh.
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
+        report_refusal: Called with a broker and why an endpoint of it is refused.
+        max_endpoints: Nodes and endpoints that one broker may declare. Others are refused.
 
     Attributes:
         refused: Declarations that this broker's router does not take.
@@ -60,11 +67,16 @@ class MeshImports:
         mesh: int,
         calls: MeshCalls,
         deliver: Callable[[list[Delivery]], None],
+        report_refusal: Callable[[int, str], None],
+        *,
+        max_endpoints: int,
     ) -> None:
         self._router = router
         self._mesh = mesh
         self._calls = calls
         self._deliver = deliver
+        self._report_refusal = report_refusal
+        self._max_endpoints = max_endpoints
         self._ids = count(1)
         self._brokers: dict[int, _Broker] = {}
         self._remotes: dict[int, Remote] = {}
@@ -78,38 +90,48 @@ class MeshImports:
     def id_of(self, broker: int, number: int) -> int | None:
         """Return the id of another broker's endpoint at the router; None if it is unknown."""
         known = self._brokers.get(broker)
-        return None if known is None else known.ids.get(number)
+        return None if known is None else known.ids.get(number) or None
 
     def remote(self, endpoint: int) -> Remote | None:
         """Return which endpoint has an id at the router; None if it has gone."""
         return self._remotes.get(endpoint)
 
     def take_snapshot(self, broker: int, snapshot: Snapshot) -> None:
-        """Replace what is known of a broker."""
+        """Replace what is known of a broker.
+
+        Raises:
+            ProtocolError: A number is there twice, or an endpoint comes before its node.
+        """
         known = self._brokers.get(broker)
         if known is None:
             known = self._brokers[broker] = _Broker(snapshot.version)
         elif known.version > snapshot.version:
             return
         known.version = snapshot.version
-        numbers = {frame.id for frame in snapshot.declarations}  # type: ignore[union-attr]
+        numbers: set[int] = {frame.id for frame in snapshot.declarations}  # type: ignore[union-attr]
+        if len(numbers) < len(snapshot.declarations):
+            raise ProtocolError(ErrorCode.UNEXPECTED, "its snapshot has a number twice")
         for number in [number for number in reversed(known.ids) if number not in numbers]:
             self._remove(broker, number)
         for frame in snapshot.declarations:
             if frame.id not in known.ids:  # type: ignore[union-attr]
-                self._declare(broker, frame)
+                self._declare(broker, known, frame)
 
     def take_change(self, broker: int, change: Change) -> bool:
-        """Take a change; return False if a snapshot is needed, because changes are missing."""
+        """Take a change; return False if a snapshot is needed, because changes are missing.
+
+        Raises:
+            ProtocolError: It contradicts earlier ones.
+        """
         known = self._brokers.get(broker)
         if known is None or change.version > known.version + 1:
             return False
         if change.version == known.version + 1:
             known.version = change.version
             if isinstance(change.frame, frames.Undeclare):
-                self._remove(broker, change.frame.id)
+                self._undeclare(broker, known, change.frame.id)
             else:
-                self._declare(broker, change.frame)
+                self._declare(broker, known, change.frame)
         return True
 
     def remove_broker(self, broker: int) -> None:
@@ -120,27 +142,48 @@ class MeshImports:
                 self._remove(broker, number)
             del self._brokers[broker]
 
-    def _declare(self, broker: int, frame: Any) -> None:
-        remote = Remote(broker, frame.id)
+    def _undeclare(self, broker: int, known: _Broker, number: int) -> None:
+        record = self._router.endpoint(self._mesh, known.ids.get(number, 0))
+        if isinstance(record, NodeRecord) and record.endpoints:
+            text = f"it has removed the node {number} before its endpoints"
+            raise ProtocolError(ErrorCode.UNEXPECTED, text)
+        self._remove(broker, number)
+
+    def _declare(self, broker: int, known: _Broker, frame: Any) -> None:
+        number = frame.id
+        if number in known.ids:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"it has declared the number {number} twice")
         changed: dict[str, int] = {"id": next(self._ids)}
         if not isinstance(frame, frames.Node):
-            node = self.id_of(broker, frame.node)
+            node = known.ids.get(frame.node, 0 if known.too_many else None)
             if node is None:
-                self.refused += 1
-                return
+                text = f"it has declared {number} for the node {frame.node}, which it does not have"
+                raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
             changed["node"] = node
+        if len(known.ids) >= self._max_endpoints:
+            known.too_many = True
+            text = f"one broker may declare {self._max_endpoints} endpoints (--max-mesh-endpoints)"
+            self._refuse(broker, text)
+            return
+        known.ids[number] = 0
+        remote = Remote(broker, number)
         try:
             deliveries = self._router.handle(self._mesh, Mirror(frame._replace(**changed), remote.key))
-        except (ProtocolError, Refusal, InvalidNameError):
-            self.refused += 1
+        except (Refusal, InvalidNameError) as error:
+            self._refuse(broker, str(error))
             return
-        self._brokers[broker].ids[frame.id] = changed["id"]
+        known.ids[number] = changed["id"]
         self._remotes[changed["id"]] = remote
         self._deliver(deliveries)
 
+    def _refuse(self, broker: int, text: str) -> None:
+        self.refused += 1
+        self._router.refusals.count += 1
+        self._report_refusal(broker, text)
+
     def _remove(self, broker: int, number: int) -> None:
-        endpoint = self._brokers[broker].ids.pop(number, None)
-        if endpoint is not None:
+        endpoint = self._brokers[broker].ids.pop(number, 0)
+        if endpoint:
             del self._remotes[endpoint]
             self._calls.server_left(endpoint)
             self._handle(frames.Undeclare(endpoint))

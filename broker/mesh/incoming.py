@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from broker.calls import NO_SERVER, answer
 from broker.mirrored import Forward, Open
 from proto import frames
 from proto.batches import with_raw
+from proto.codes import Status
+from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
     from broker.mesh.imports import MeshImports
     from broker.mesh.messages import Direct
     from broker.mirrored import Mirrored
+    from broker.records import PublisherRecord
     from broker.router import Router
     from proto.frames import Frame
 
@@ -23,12 +27,16 @@ if TYPE_CHECKING:
 class MeshReceiver:
     """What other brokers send about one graph.
 
+    A broker may speak for its own endpoints only. What can be about endpoints that have just gone, or that
+    the router refuses, is counted and ignored.
+
     Args:
         router: The graph's router.
         peer: The id of its peer for the mesh.
         imports: The endpoints of other brokers.
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
+        direct: Takes what goes to one broker: its number, and the frame.
 
     Attributes:
         unexpected: Messages about endpoints that are not, or no longer, known.
@@ -40,13 +48,16 @@ class MeshReceiver:
         peer: int,
         imports: MeshImports,
         calls: MeshCalls,
+        *,
         deliver: Callable[[list[Delivery]], None],
+        direct: Callable[[int, Frame], None],
     ) -> None:
         self._router = router
         self._peer = peer
         self._imports = imports
         self._calls = calls
         self._deliver = deliver
+        self._direct = direct
         self.unexpected = 0
         self._handlers: dict[type[Any], Callable[[int, Any, int], None]] = {
             frames.Attached: self._attached,
@@ -57,10 +68,18 @@ class MeshReceiver:
             frames.Cancel: self._cancelled,
         }
 
-    def published(self, frame: frames.Batch | frames.Assert) -> None:
-        """Take what a publisher of another broker has sent to all subscriptions."""
-        record = self._router.routes.publishers.get(frame.publisher)
-        if record is None or not record.opened or not record.peer.mesh:
+    def published(self, broker: int, frame: frames.Batch | frames.Assert) -> None:
+        """Take what a publisher of another broker has sent to all subscriptions.
+
+        Args:
+            broker: The sender.
+            frame: What it has sent.
+
+        Raises:
+            ProtocolError: The publisher is not its own, or exceeds the greatest sequence number.
+        """
+        record = self._publisher(broker, frame.publisher)
+        if record is None or not record.opened:
             self.unexpected += isinstance(frame, frames.Batch)
             return
         self._handle(frame)
@@ -71,42 +90,59 @@ class MeshReceiver:
         Args:
             broker: The sender.
             message: Its message.
+
+        Raises:
+            ProtocolError: The broker may not send it.
         """
         handler = self._handlers.get(type(message.frame))
         if handler is None:
-            self.unexpected += 1
-        else:
-            handler(broker, message.frame, message.endpoint)
+            text = f"it has sent {type(message.frame).__name__} to a broker"
+            raise ProtocolError(ErrorCode.UNEXPECTED, text)
+        handler(broker, message.frame, message.endpoint)
 
-    def _attached(self, _broker: int, frame: frames.Attached, first: int) -> None:
-        record = self._router.routes.publishers.get(frame.publisher)
-        if record is None or not record.peer.mesh:
+    def _publisher(self, broker: int, key: int) -> PublisherRecord | None:
+        if key >> 32 != broker:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"the publisher {key} is of another broker")
+        return self._router.routes.publishers.get(key)
+
+    def _attached(self, broker: int, frame: frames.Attached, first: int) -> None:
+        if self._publisher(broker, frame.publisher) is None:
             self.unexpected += 1
             return
         self._handle(Open(frame.publisher, first, frame.first_sequence))
 
-    def _replayed(self, _broker: int, frame: frames.Replay, _endpoint: int) -> None:
-        self.published(with_raw(frames.Batch(*frame[1:], b"")))
+    def _replayed(self, broker: int, frame: frames.Replay, _endpoint: int) -> None:
+        self.published(broker, with_raw(frames.Batch(*frame[1:], b"")))
 
     def _granted(self, broker: int, frame: frames.Grant, _endpoint: int) -> None:
         endpoint = self._imports.id_of(broker, frame.subscription)
-        if endpoint is not None:
-            self._handle(frame._replace(subscription=endpoint))
+        if endpoint is None:
+            self.unexpected += 1
+            return
+        self._handle(frame._replace(subscription=endpoint))
 
     def _requested(self, broker: int, frame: frames.Request, server: int) -> None:
         client = self._imports.id_of(broker, frame.endpoint)
         if client is None:
             self.unexpected += 1
+            refused = tuple(answer(entry.call, Status.UNAVAILABLE, NO_SERVER) for entry in frame.entries)
+            self._direct(broker, frames.Reply(frame.endpoint, refused))
             return
         key = self._router.declarations.key_of(server)
         self._handle(Forward(key, frame._replace(endpoint=client)))
 
-    def _replied(self, _broker: int, frame: frames.Reply, _endpoint: int) -> None:
+    def _replied(self, broker: int, frame: frames.Reply, _endpoint: int) -> None:
         servers: dict[int, list[frames.ReplyEntry]] = {}
         for entry in frame.entries:
-            ended = self._calls.end(entry.call)
-            if ended is not None:
-                servers.setdefault(ended.server, []).append(entry)
+            server = self._calls.server(entry.call)
+            remote = None if server is None else self._imports.remote(server)
+            if server is None or remote is None:
+                self.unexpected += 1
+                continue
+            if remote.broker != broker:
+                raise ProtocolError(ErrorCode.UNEXPECTED, "it has answered a call to another broker")
+            self._calls.end(entry.call)
+            servers.setdefault(server, []).append(entry)
         for server_id, entries in servers.items():
             self._handle(frames.Reply(server_id, tuple(entries)))
 

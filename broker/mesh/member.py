@@ -68,9 +68,13 @@ class MeshMember:
             self._dispatcher.deliver(router, deliveries)
             self._dispatcher.reports.report_soon()
 
-        mesh = self._meshes[domain] = Mesh(self.number, router, deliver)
+        most = self._dispatcher.options.max_mesh_endpoints
+        mesh = self._meshes[domain] = Mesh(self.number, router, deliver, self._warn, max_endpoints=most)
         self._engine.join(domain)
         return MeshChannel(mesh, self._engine, domain)
+
+    def _warn(self, what: str, broker: int, text: str) -> None:
+        self._dispatcher.warnings.warn(what, "Mesh: %s: %08x: %s", what, broker, text)
 
     def mesh(self, domain: int) -> Mesh:
         """Return the mesh of a domain, in which this broker takes part from now on."""

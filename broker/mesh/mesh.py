@@ -6,7 +6,7 @@ latched messages. Nothing that comes from one broker goes on to another: the eng
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from broker.mesh.broker_session import BrokerSession
 from broker.mesh.calls import MeshCalls
@@ -15,6 +15,8 @@ from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Snapshot, Subscribe
 from broker.mesh.outgoing import MeshSender
+from proto.errors import ErrorCode, ProtocolError
+from proto.limits import MAX_U32
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,22 +27,51 @@ if TYPE_CHECKING:
     from proto.frames import Frame
 
 
+def _ignore(*_: object) -> None:
+    """Take a line for the log, and do nothing."""
+
+
+MAX_EPOCH: Final = 2**63
+"""Epochs that brokers reach are far smaller."""
+
+MAX_BROKERS: Final = 1000
+"""Other brokers. Further ones are ignored."""
+
+MAX_EPOCHS: Final = 10_000
+"""Brokers, gone ones included, whose last epoch is remembered."""
+
+
 class Mesh:
     """One graph's part of the mesh.
+
+    A broker that breaks a rule is rejected: its endpoints are removed, and it is ignored until its presence
+    ends.
 
     Args:
         number: This broker's number.
         router: The graph's router.
         deliver: Takes what the router returns; a `report` must follow.
+        warn: For logs. Called with what has happened (for all such lines the same), a broker, and why.
+        max_endpoints: Nodes and endpoints that one other broker may have. Others are refused.
 
     Attributes:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
         sender: Takes frames from the router.
         resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
-        ignored: Messages of brokers that are not alive, of an earlier epoch, or too many before a snapshot.
+        ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
+            snapshot.
+        rejected: How many brokers were rejected.
     """
 
-    def __init__(self, number: int, router: Router, deliver: Callable[[list[Delivery]], None]) -> None:
+    def __init__(
+        self,
+        number: int,
+        router: Router,
+        deliver: Callable[[list[Delivery]], None],
+        warn: Callable[[str, int, str], None] = _ignore,
+        *,
+        max_endpoints: int = 100_000,
+    ) -> None:
         self._number = number
         self._router = router
         self._out: list[Message] = []
@@ -49,12 +80,23 @@ class Mesh:
         self._wanted: set[str] = set()
         """The topics whose messages are wanted of other brokers."""
         self._sessions: dict[int, BrokerSession] = {}
-        self._last_epoch = 0
-        self.resets = self.ignored = 0
+        self._rejected: set[int] = set()
+        """Brokers that are alive and ignored."""
+        self._epochs: dict[int, int] = {}
+        """By broker, the epoch of the last exchange with it, also if it is gone."""
+        self._warn = warn
+        self.resets = self.ignored = self.rejected = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
-        calls = MeshCalls()
+        self._calls = calls = MeshCalls()
         self._exports = router.declarations.exports = MeshExports(self._change, self._touched.add, self.peer)
-        self._imports = MeshImports(router, self.peer, calls, deliver)
+        self._imports = MeshImports(
+            router,
+            self.peer,
+            calls,
+            deliver,
+            lambda broker, text: warn("refused endpoints of brokers", broker, text),
+            max_endpoints=max_endpoints,
+        )
         self.sender = MeshSender(
             router,
             self._exports,
@@ -64,7 +106,9 @@ class Mesh:
             publish=self._out.append,
             direct=self._direct,
         )
-        self._receiver = MeshReceiver(router, self.peer, self._imports, calls, deliver)
+        self._receiver = MeshReceiver(
+            router, self.peer, self._imports, calls, deliver=deliver, direct=self._direct
+        )
 
     # What goes out
 
@@ -82,7 +126,7 @@ class Mesh:
             epoch: As in its request.
         """
         session = self._sessions.get(broker)
-        if session is not None:
+        if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
         return Snapshot(0 if session is None else session.epoch, version, declarations)
@@ -125,15 +169,35 @@ class Mesh:
 
     def add_broker(self, broker: int) -> None:
         """Ask a broker that is alive for its endpoints."""
-        if broker not in self._sessions:
-            self._last_epoch += 1
-            session = self._sessions[broker] = BrokerSession(self._last_epoch)
-            self._ask(broker, session)
+        if broker in self._sessions or broker in self._rejected:
+            return
+        if not 0 < broker <= MAX_U32 or broker == self._number or len(self._sessions) >= MAX_BROKERS:
+            self._warn("ignored brokers", broker, f"no valid number, or more than {MAX_BROKERS} brokers")
+            return
+        session = self._sessions[broker] = BrokerSession(0)
+        self._begin(broker, session, self._epochs.pop(broker, 0) + 1)
+        if len(self._epochs) > MAX_EPOCHS:
+            del self._epochs[next(iter(self._epochs))]
+        self._ask(broker, session)
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
+        self._rejected.discard(broker)
         if self._sessions.pop(broker, None) is not None:
             self._imports.remove_broker(broker)
+
+    def reject(self, broker: int, reason: str) -> None:
+        """Remove a broker that has broken a rule, and ignore it until its presence ends.
+
+        Args:
+            broker: The broker.
+            reason: What it has done, for the log.
+        """
+        if broker in self._sessions:
+            self.remove_broker(broker)
+            self._rejected.add(broker)
+            self.rejected += 1
+            self._warn("rejected brokers", broker, reason)
 
     def take_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
         """Replace what is known of a broker.
@@ -149,14 +213,19 @@ class Mesh:
         if snapshot is None:
             self._ask(broker, session)
             return
-        self._agree(broker, session, snapshot.epoch)
-        if session.asked:
+        try:
+            self._agree(broker, session, snapshot.epoch)
+            if session.asked:
+                return
+            self._imports.take_snapshot(broker, snapshot)
+        except ProtocolError as error:
+            self.reject(broker, str(error))
             return
-        self._imports.take_snapshot(broker, snapshot)
         session.ready = True
-        waiting, session.waiting = session.waiting, []
-        for message in waiting:
+        session.asked = True  # if changes are missing again, the next heartbeat has it asked
+        for message in session.take_waiting():
             self.receive(broker, message)
+        session.asked = False
 
     def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
         """Begin anew if messages have been lost."""
@@ -165,7 +234,11 @@ class Mesh:
             self.ignored += 1
             return
         epoch, sent = heartbeat.sent.get(self._number, (0, 0))
-        self._agree(broker, session, epoch)
+        try:
+            self._agree(broker, session, epoch)
+        except ProtocolError as error:
+            self.reject(broker, str(error))
+            return
         if not session.ready:
             self._ask(broker, session)
         elif epoch == session.epoch and sent > session.received:
@@ -184,6 +257,12 @@ class Mesh:
         if session is None:
             self.ignored += 1
             return
+        try:
+            self._receive(broker, session, message)
+        except ProtocolError as error:
+            self.reject(broker, str(error))
+
+    def _receive(self, broker: int, session: BrokerSession, message: Received) -> None:
         if isinstance(message, Direct):
             self._agree(broker, session, message.epoch)
         if not session.ready:
@@ -195,7 +274,7 @@ class Mesh:
         elif isinstance(message, Direct):
             self._receive_direct(broker, session, message)
         else:
-            self._receiver.published(message)
+            self._receiver.published(broker, message)
 
     def _receive_direct(self, broker: int, session: BrokerSession, message: Direct) -> None:
         if message.epoch < session.epoch or message.number <= session.received:
@@ -217,19 +296,27 @@ class Mesh:
             self._out.append(Ask(broker, session.epoch))
 
     def _agree(self, broker: int, session: BrokerSession, epoch: int) -> None:
-        """Begin the epoch of the other broker if it is greater."""
+        """Begin the epoch of the other broker if it is greater.
+
+        Raises:
+            ProtocolError: It is too great.
+        """
+        if epoch > MAX_EPOCH:
+            raise ProtocolError(ErrorCode.MALFORMED, f"there is no epoch {epoch}")
         if epoch > session.epoch:
             if session.sent or session.received:
                 self._reset(broker, session, epoch)
             else:
-                session.epoch = epoch
-                self._last_epoch = max(self._last_epoch, epoch)
+                session.epoch = self._epochs[broker] = epoch
 
     def _reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
         """Forget a broker's endpoints and ask for them again, because messages were lost."""
         self.resets += 1
-        self._last_epoch = max(self._last_epoch, epoch)
         self._imports.remove_broker(broker)
-        session.begin(epoch)
+        self._begin(broker, session, epoch)
         self._ask(broker, session)
         self.beat()
+
+    def _begin(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        session.begin(epoch)
+        self._epochs[broker] = epoch

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from broker.mesh.messages import Publish
+from broker.records import ServiceRecord
 from proto import frames
 from proto.codec import encode
 
@@ -103,21 +104,20 @@ class MeshSender:
 
     def _send_request(self, frame: frames.Request) -> None:
         server = self._imports.remote(frame.endpoint)
-        record = self._record(frame.endpoint)
-        if server is None or record is None:
+        record = self._router.endpoint(self._peer, frame.endpoint)
+        if server is None or not isinstance(record, ServiceRecord):
             return
         clients: dict[int, list[frames.RequestEntry]] = {}
         for entry in frame.entries:
-            client = record.pending[entry.call].client.number
+            pending = record.pending.get(entry.call)
+            if pending is None:  # cancelled before it was sent
+                continue
+            client = pending.client.number
             self._calls.begin(entry.call, client, frame.endpoint)
             clients.setdefault(client, []).append(entry)
         for client, entries in clients.items():
             request = frames.Request(client, tuple(entries))
             self._direct(server.broker, request, server.number)
-
-    def _record(self, endpoint: int) -> Any:
-        peer = self._router.peer(self._peer)
-        return None if peer is None else peer.endpoints.get(endpoint)
 
     def _send_cancel(self, frame: frames.Cancel) -> None:
         server = self._imports.remote(frame.endpoint)

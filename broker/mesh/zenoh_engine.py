@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -11,10 +12,14 @@ from broker.mesh import wire
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from broker.mesh.received_queue import ReceivedQueue
 from broker.mesh.sending_thread import SendingThread
+from proto.errors import ProtocolError
 from proto.limits import MAX_DOMAIN
 
 if TYPE_CHECKING:
+    from collections.abc import Generator
+
     from broker.mesh.engine import Host
+    from broker.mesh.mesh import Mesh
     from broker.mesh.messages import Message
     from proto.aio.read_budget import ReadBudget
 
@@ -125,22 +130,33 @@ class ZenohEngine:
     def _changed(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
-            change = wire.decode_change(sample.payload.to_bytes(), _attachment(sample))
-            self._host.mesh(domain).receive(broker, change)
+            with self._from(domain, broker) as mesh:
+                mesh.receive(broker, wire.decode_change(sample.payload.to_bytes(), _attachment(sample)))
 
     def _beaten(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
-            heartbeat = wire.decode_heartbeat(sample.payload.to_bytes())
-            self._host.mesh(domain).take_heartbeat(broker, heartbeat)
+            with self._from(domain, broker) as mesh:
+                mesh.take_heartbeat(broker, wire.decode_heartbeat(sample.payload.to_bytes()))
 
     def _direct(self, domain: int, sample: zenoh.Sample) -> None:
-        direct = wire.decode_direct(self._number, sample.payload.to_bytes(), _attachment(sample))
-        self._host.mesh(domain).receive(_sender(sample, 6), direct)
+        broker = _sender(sample, 6)
+        with self._from(domain, broker) as mesh:
+            payload, attachment = sample.payload.to_bytes(), _attachment(sample)
+            mesh.receive(broker, wire.decode_direct(self._number, payload, attachment))
 
     def _published(self, domain: int, sample: zenoh.Sample) -> None:
         frame = wire.decode_published(sample.payload.to_bytes())
         self._host.mesh(domain).receive(frame.publisher >> 32, frame)
+
+    @contextmanager
+    def _from(self, domain: int, broker: int) -> Generator[Mesh]:
+        """Reject a broker whose message cannot be decoded."""
+        mesh = self._host.mesh(domain)
+        try:
+            yield mesh
+        except ProtocolError as error:
+            mesh.reject(broker, str(error))
 
     # Snapshots
 
@@ -170,7 +186,8 @@ class ZenohEngine:
         if reply is None or reply.ok is None:
             self._loop.call_later(ASK_AGAIN_SEC, mesh.take_snapshot, broker, None)
         else:
-            mesh.take_snapshot(broker, wire.decode_snapshot(reply.ok.payload.to_bytes()))
+            with self._from(domain, broker):
+                mesh.take_snapshot(broker, wire.decode_snapshot(reply.ok.payload.to_bytes()))
 
     def _answer(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()

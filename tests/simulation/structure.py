@@ -86,7 +86,7 @@ def _of_endpoint(endpoint: Endpoint) -> Wrongs:
         readers = {
             (reader.peer.id, reader.id)
             for reader in endpoint.matched.values()
-            if not (reader.stalled and endpoint.waits_for_readers)
+            if endpoint.opened and not (reader.stalled and endpoint.waits_for_readers)
         }
         routed = {(peer, reader) for peer, route in endpoint.routes.items() for reader in route.subscriptions}
         if readers != routed:

@@ -22,12 +22,20 @@ class MeshBroker(Switch):
         number: The broker's number.
         mesh: Its part of the mesh.
         topics: Topics that it wants of others.
+        warnings: What it would log of other brokers.
     """
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, *, max_endpoints: int = 1000) -> None:
         super().__init__(Router(key_base=number << 32))
         self.number = number
-        self.mesh = Mesh(number, self.router, self._carry)
+        self.warnings: list[tuple[str, int, str]] = []
+        self.mesh = Mesh(
+            number,
+            self.router,
+            self._carry,
+            lambda what, broker, text: self.warnings.append((what, broker, text)),
+            max_endpoints=max_endpoints,
+        )
         self.add(self.mesh.peer)
         self.topics: set[str] = set()
 

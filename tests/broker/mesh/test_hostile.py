@@ -1,0 +1,255 @@
+"""A broker that breaks the rules is rejected, and harms nobody else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Snapshot
+from proto import frames
+from proto.codes import Status
+from proto.limits import MAX_U64
+from tests.broker import frame_makers as make
+from tests.broker.mesh.network import MeshBroker
+from tests.fuzz.mesh import check
+from tests.simulation.structure import of_router
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+HERE, THERE, OTHER = 1, 2, 3
+NODE = frames.Node(1, "/remote")
+
+
+class Attack:
+    """A broker whose peers are two nodes of its own and two other brokers, whose messages a test makes.
+
+    Broker 2 has the node 1, the publisher 2, the subscription 3 and the client 4; broker 3 has a server.
+
+    Attributes:
+        broker: The broker under attack.
+        mesh: Its mesh.
+        node: The peer of its node, which has a publisher, a subscription, a server and a client.
+        publisher: The key of the publisher.
+        warnings: What it has logged.
+    """
+
+    def __init__(self, **limits: int) -> None:
+        self.broker = MeshBroker(HERE, **limits)
+        self.mesh = self.broker.mesh
+        self.warnings = self.broker.warnings
+        self.node = self.broker.join("/local")
+        self.broker.send(self.node, make.subscription(2), make.service(3), make.client(4, "/other"))
+        self.publisher = self.broker.publisher(self.node, make.publisher(1))
+        self.calls = 100
+        self.number = dict.fromkeys((THERE, OTHER), 0)
+        self.version = dict.fromkeys((THERE, OTHER), 0)
+        for broker in (THERE, OTHER):
+            self.mesh.add_broker(broker)
+            self.mesh.take_snapshot(broker, Snapshot(1, 0, ()))
+        self.change(NODE, make.publisher(2, node=1), make.subscription(3, node=1), make.client(4, node=1))
+        self.change(frames.Node(1, "/third"), make.service(2, "/other", node=1), broker=OTHER)
+        self.direct(self.attached())
+        self.settle()
+
+    def change(self, *changed: Any, broker: int = THERE) -> None:
+        """Send changes with their right versions."""
+        for frame in changed:
+            self.version[broker] += 1
+            self.mesh.receive(broker, Change(self.version[broker], frame))
+
+    def direct(self, frame: Any, endpoint: int = 0, *, broker: int = THERE) -> None:
+        """Send a direct message with its right number."""
+        self.number[broker] += 1
+        self.mesh.receive(broker, Direct(HERE, 1, self.number[broker], endpoint, frame))
+
+    def attached(self, number: int = 2, *, broker: int = THERE) -> frames.Attached:
+        """Return ATTACHED of a publisher."""
+        return frames.Attached(broker << 32 | number, (2,), make.GID, 0, "/remote", {})
+
+    def settle(self) -> list[Any]:
+        """Let the broker do what there is to do, and return its messages."""
+        self.broker.forward()
+        return self.mesh.take()
+
+    def sent(self) -> list[tuple[Any, int]]:
+        """Return the frames that it has sent to one broker, and the broker's number."""
+        return [(each.frame, each.broker) for each in self.settle() if isinstance(each, Direct)]
+
+    def assert_rejected(self) -> None:
+        """Broker 2 has left no trace, the reason is logged, and the others work as before."""
+        assert [broker for what, broker, _ in self.warnings if what == "rejected brokers"] == [THERE]
+        assert self.mesh.rejected == 1
+        assert self.mesh.brokers() == (OTHER,)
+        keys = {endpoint.key >> 32 for endpoint in self.broker.router.graph._entries.values()}
+        assert keys == {HERE, OTHER}
+        self.settle()
+        self.calls += 1
+        self.broker.send(self.node, make.request(4, self.calls))
+        assert [broker for _, broker in self.sent()] == [OTHER]
+        assert list(of_router(self.broker.router)) == []
+
+
+def _answer_for_another(attack: Attack) -> None:
+    """Answer a call of broker 1 to broker 3."""
+    attack.broker.send(attack.node, make.request(4, 50))
+    ((request, _),) = attack.sent()
+    attack.direct(make.reply(4, request.entries[0].call))
+    assert attack.broker.read(attack.node, frames.Reply) == []
+
+
+def _snapshot(attack: Attack, declarations: tuple[frames.Frame, ...]) -> None:
+    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {}))
+    attack.mesh.take_snapshot(THERE, Snapshot(1, 99, declarations))
+
+
+def _call_twice(attack: Attack) -> None:
+    attack.direct(make.request(4, 5), 3)
+    attack.direct(make.request(4, 5), 3)
+
+
+def _batch(key: int, first: int = 0) -> frames.Batch:
+    return make.batch(key, first)
+
+
+PUBLISHER = THERE << 32 | 2
+
+ATTACKS: dict[str, Callable[[Attack], None]] = {
+    "twice": lambda attack: attack.change(make.publisher(2, node=1)),
+    "node-twice": lambda attack: attack.change(NODE),
+    "no-node": lambda attack: attack.change(make.publisher(9, node=8)),
+    "node-before-endpoints": lambda attack: attack.change(frames.Undeclare(1)),
+    "snapshot-twice": lambda attack: _snapshot(attack, (NODE, frames.Node(1, "/again"))),
+    "snapshot-order": lambda attack: _snapshot(attack, (make.publisher(9, node=8), frames.Node(8, "/late"))),
+    "others-batch": lambda attack: attack.mesh.receive(THERE, _batch(OTHER << 32 | 9)),
+    "own-batch": lambda attack: attack.mesh.receive(THERE, _batch(attack.publisher)),
+    "others-assert": lambda attack: attack.mesh.receive(THERE, frames.Assert(attack.publisher)),
+    "sequence-overflow": lambda attack: attack.mesh.receive(THERE, _batch(PUBLISHER, MAX_U64)),
+    "others-attached": lambda attack: attack.direct(attack.attached(broker=OTHER)),
+    "own-attached": lambda attack: attack.direct(attack.attached(broker=HERE)),
+    "others-replay": lambda attack: attack.direct(frames.Replay(2, *_batch(OTHER << 32 | 9)[:-1])),
+    "others-reply": _answer_for_another,
+    "call-twice": lambda attack: attack.direct(make.request(4, 5, 5), 3),
+    "call-again": _call_twice,
+    "wrong-kind": lambda attack: attack.direct(frames.Ping(1)),
+    "epoch": lambda attack: attack.mesh.receive(THERE, Direct(HERE, MAX_U64, 1, 0, attack.attached())),
+    "heartbeat-epoch": lambda attack: attack.mesh.take_heartbeat(THERE, Heartbeat(0, {HERE: (MAX_U64, 0)})),
+}
+
+
+@pytest.mark.parametrize("attack", ATTACKS.values(), ids=ATTACKS)
+def test_a_broker_that_breaks_a_rule_is_rejected(attack: Callable[[Attack], None]) -> None:
+    """Its endpoints go, the reason is logged once, and other brokers and nodes notice nothing."""
+    under = Attack()
+    attack(under)
+    under.assert_rejected()
+    under.direct(under.attached())
+    under.change(frames.Node(20, "/more"))
+    under.mesh.take_heartbeat(THERE, Heartbeat(50, {}))
+    under.mesh.add_broker(THERE)
+    under.assert_rejected()
+
+
+def test_a_rejected_broker_may_come_again_when_its_presence_has_ended() -> None:
+    """Its next presence is a new beginning."""
+    attack = Attack()
+    attack.mesh.reject(THERE, "test")
+    attack.mesh.remove_broker(THERE)
+    attack.mesh.add_broker(THERE)
+    (ask,) = (message for message in attack.settle() if isinstance(message, Ask))
+    assert (ask.broker, ask.epoch) == (THERE, 2)
+
+
+HARMLESS: dict[str, Callable[[Attack], None]] = {
+    "unknown-undeclare": lambda attack: attack.change(frames.Undeclare(1234)),
+    "version-0": lambda attack: attack.mesh.receive(THERE, Change(0, frames.Node(30, "/zero"))),
+    "unknown-publisher": lambda attack: attack.mesh.receive(THERE, _batch(THERE << 32 | 99)),
+    "unknown-attached": lambda attack: attack.direct(attack.attached(99)),
+    "unknown-grant": lambda attack: attack.direct(frames.Grant(99, attack.publisher, 5, 5)),
+    "others-publisher-grant": lambda attack: attack.direct(frames.Grant(3, OTHER << 32, MAX_U64, MAX_U64)),
+    "unknown-reply": lambda attack: attack.direct(make.reply(4, MAX_U64)),
+    "unknown-cancel": lambda attack: attack.direct(frames.Cancel(4, (99,))),
+    "no-client-cancel": lambda attack: attack.direct(frames.Cancel(99, (1,))),
+    "earlier-number": lambda attack: attack.mesh.receive(THERE, Direct(HERE, 1, 0, 0, attack.attached())),
+    "bad-name": lambda attack: attack.change(frames.Node(30, "no/slash"), make.client(31, node=30)),
+    "bad-qos": lambda attack: attack.change(make.publisher(30, node=1, qos={"depth": -1})),
+    "bad-topic": lambda attack: attack.change(make.publisher(30, "a b", node=1)),
+    "node-of-endpoint": lambda attack: attack.change(make.publisher(30, node=2)),
+}
+
+
+@pytest.mark.parametrize("attack", HARMLESS.values(), ids=HARMLESS)
+def test_what_can_be_ignored_changes_nothing(attack: Callable[[Attack], None]) -> None:
+    """Unknown endpoints and numbers are no reason to reject a broker."""
+    under = Attack()
+    before = set(under.broker.router.graph._entries)
+    attack(under)
+    assert set(under.broker.router.graph._entries) == before
+    assert under.mesh.brokers() == (THERE, OTHER)
+    assert list(of_router(under.broker.router)) == []
+    under.mesh.receive(THERE, _batch(PUBLISHER))
+    assert len(under.broker.read(under.node, frames.Batch)) == 1
+
+
+def test_a_call_of_a_client_that_is_not_known_is_answered() -> None:
+    """Its broker may have more endpoints than this one takes; its call does not hang."""
+    attack = Attack()
+    attack.direct(make.request(99, 7), 3)
+    ((reply, _),) = attack.sent()
+    assert (reply.endpoint, reply.entries[0].call, reply.entries[0].status) == (99, 7, Status.UNAVAILABLE)
+
+
+def test_a_version_far_ahead_leads_to_one_request_per_heartbeat() -> None:
+    """The snapshot that should have the change does not have it."""
+    attack = Attack()
+    attack.mesh.receive(THERE, Change(MAX_U64, frames.Node(30, "/never")))
+    for _ in range(3):
+        assert [type(message) for message in attack.settle()] == [Ask]
+        attack.mesh.take_snapshot(THERE, Snapshot(1, 5, ()))
+        assert attack.settle() == []
+        attack.mesh.take_heartbeat(THERE, Heartbeat(5, {HERE: (1, 0)}))
+
+
+def test_messages_that_wait_for_a_snapshot_have_a_limit_in_bytes() -> None:
+    """A broker that never answers cannot fill the memory."""
+    attack = Attack()
+    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {}))
+    batch = make.batch(PUBLISHER, 0, 1, 4 * 1024 * 1024)
+    for _ in range(10):
+        attack.mesh.receive(THERE, batch)
+    assert attack.mesh.ignored == 6
+
+
+def test_endpoints_of_one_broker_have_a_limit() -> None:
+    """Those beyond it are refused, with what belongs to them, and logged; other brokers have their own."""
+    attack = Attack(max_endpoints=6)
+    attack.change(make.publisher(5, node=1), make.publisher(6, node=1), make.publisher(7, node=1))
+    attack.change(
+        frames.Node(8, "/more"), make.publisher(9, node=8), frames.Undeclare(9), frames.Undeclare(8)
+    )
+    attack.change(frames.Node(3, "/fourth"), broker=OTHER)
+    keys = {key for key in attack.broker.router.graph._entries if key >> 32 == THERE}
+    assert {key & 0xFFFF for key in keys} == {1, 2, 3, 4, 5, 6}
+    assert attack.mesh.brokers() == (THERE, OTHER)
+    assert {what for what, *_ in attack.warnings} == {"refused endpoints of brokers"}
+    assert attack.broker.router.refusals.count == 3
+    attack.change(frames.Undeclare(6), make.publisher(10, node=1))
+    assert THERE << 32 | 10 in attack.broker.router.graph._entries
+
+
+def test_invalid_numbers_of_brokers_are_ignored() -> None:
+    """Also this broker's own, which another must not use."""
+    attack = Attack()
+    for number in (0, HERE, 2**32, -1):
+        attack.mesh.add_broker(number)
+    assert attack.mesh.brokers() == (THERE, OTHER)
+
+
+@settings(deadline=None)
+@given(st.binary(max_size=400))
+def test_any_messages_leave_the_broker_consistent(data: bytes) -> None:
+    """Other brokers send anything in any order: nothing is raised, and all tables agree."""
+    check(data)

@@ -1,0 +1,175 @@
+"""The mesh: other brokers that send any messages raise nothing, and leave the router's tables consistent."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from broker.mesh import wire
+from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
+from proto import frames
+from proto.codec import decode, encode
+from proto.errors import ProtocolError
+from proto.frames import SPECS
+from tests.broker import frame_makers as make
+from tests.broker.mesh.network import MeshBroker
+from tests.fuzz.router import VALUES, check_tables, number
+from tests.fuzz.source import Source
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from broker.mesh.mesh import Mesh
+
+MAX_STEPS: Final = 200
+BROKERS: Final = (2, 3)
+DECLARATIONS: Final = (frames.Node, frames.Publisher, frames.Subscription, frames.Service, frames.Client)
+GOOD: Final = (
+    frames.Node(1, "/a"),
+    make.publisher(2, "/a", node=1),
+    make.subscription(3, "/a", node=1),
+    make.client(4, "/a", node=1),
+    make.service(5, "/a", node=1),
+)
+DIRECT: Final = (
+    frames.Attached,
+    frames.Replay,
+    frames.Grant,
+    frames.Request,
+    frames.Reply,
+    frames.Cancel,
+)
+ANY: Final[Mapping[str, Callable[[Source], Any]]] = {
+    **VALUES,
+    "u32s": lambda source: (number(source) % 12, number(source) % 12),
+}
+KINDS: Final = {spec.frame: spec.kinds for spec in SPECS.values()}
+
+
+def check(data: bytes) -> None:
+    """Let other brokers, and a node of this one, do what the bytes say."""
+    source = Source(data)
+    broker = MeshBroker(1, max_endpoints=8)
+    node = broker.join("/a")
+    broker.send(node, make.subscription(1, "/a"), make.service(2, "/a"), make.client(3, "/a"))
+    broker.send(node, make.subscription(4, "/a", qos=make.KEEP_ALL))
+    broker.send(node, make.publisher(5, "/a", qos=make.LATCHED))
+    for _ in range(MAX_STEPS):
+        if source.ended:
+            break
+        step(broker, node, source)
+        check_tables(broker)
+    for other in BROKERS:
+        broker.mesh.remove_broker(other)
+    broker.forward()
+    broker.mesh.take()
+    assert {key >> 32 for key in broker.router.graph._entries} == {1}
+    assert len(broker.mesh._imports._remotes) == len(broker.mesh._calls) == 0
+    check_tables(broker)
+
+
+def step(broker: MeshBroker, node: int, source: Source) -> None:
+    """Let a broker or the node do one thing; mostly they keep to the rules."""
+    mesh, other = broker.mesh, BROKERS[source.below(len(BROKERS))]
+    if other not in mesh.brokers():
+        mesh.remove_broker(other)
+        mesh.add_broker(other)
+        mesh.take_snapshot(other, Snapshot(1, 0, GOOD))
+        attached = frames.Attached(other << 32 | 2, (1,), make.GID, 0, "/a", {})
+        mesh.receive(other, Direct(1, mesh._sessions[other].epoch, 1, 0, attached))
+    action = source.below(24)
+    if action < 6:
+        with suppress(ProtocolError):  # the local node's fault
+            broker.send(node, _local(source))
+    elif action < 10:
+        broker.forward()
+        for message in mesh.take():
+            if isinstance(message, Change):
+                wire.encode_change(message)
+            elif isinstance(message, Direct):
+                wire.encode_direct(message)
+    elif action < 14:
+        _administer(mesh, other, source)
+    else:
+        _send(mesh, other, source)
+
+
+def _administer(mesh: Mesh, other: int, source: Source) -> None:
+    """Let a broker do what it does rarely."""
+    action = source.below(4)
+    if action == 0:
+        mesh.remove_broker(other)
+    elif action == 1:
+        declarations = tuple(_declaration(source) for _ in range(source.below(6)))
+        snapshot = Snapshot(_epoch(source), number(source), (frames.Node(1, "/a"), *declarations))
+        mesh.take_snapshot(other, wire.decode_snapshot(wire.encode_snapshot(snapshot)))
+    elif action == 2:
+        mesh.take_heartbeat(other, Heartbeat(number(source), {1: (_epoch(source), number(source))}))
+    else:
+        mesh.snapshot(other, _epoch(source))
+
+
+def _send(mesh: Mesh, other: int, source: Source) -> None:
+    """Let a broker send one message."""
+    action = source.below(3)
+    if action == 0:
+        version = mesh._imports.version(other) + 1 if source.below(8) else number(source)
+        undeclare = frames.Undeclare(source.below(12))
+        mesh.receive(other, Change(version, _declaration(source) if source.below(3) else undeclare))
+    elif action == 1:
+        mesh.receive(other, make.batch(_key(source, other), number(source), 1 + source.below(3)))
+    else:
+        session = mesh._sessions[other]
+        epoch, received = session.epoch, session.received
+        if not source.below(8):
+            epoch, received = _epoch(source), number(source)
+        mesh.receive(other, Direct(1, epoch, received + 1, source.below(8), _direct(source, other)))
+
+
+def _epoch(source: Source) -> int:
+    return number(source) % 2**62
+
+
+def _key(source: Source, other: int) -> int:
+    return (other if source.below(16) else source.below(4)) << 32 | source.below(12)
+
+
+def _declaration(source: Source) -> Any:
+    kind: Any = DECLARATIONS[source.below(len(DECLARATIONS))]
+    frame = kind(*(ANY[each](source) for each in KINDS[kind]))
+    if source.below(8):
+        of_type = {} if kind is frames.Node else {"node": 1, "type_name": make.TYPE, "type_hash": make.HASH}
+        frame = frame._replace(id=2 + source.below(10), **of_type)
+    return decode(encode(frame))
+
+
+def _direct(source: Source, other: int) -> Any:
+    kind: Any = DIRECT[source.below(len(DIRECT))]
+    if not source.below(16):
+        return frames.Ping(1)
+    if kind is frames.Replay:
+        batch = make.batch(_key(source, other), number(source), 1 + source.below(3))
+        return frames.Replay(number(source), *batch[:-1])
+    frame = kind(*(ANY[each](source) for each in KINDS[kind]))
+    if kind in {frames.Attached, frames.Grant}:
+        frame = frame._replace(publisher=_key(source, other))
+    if kind is frames.Request:
+        frame = frame._replace(endpoint=source.below(12))
+    return decode(encode(frame))
+
+
+def _local(source: Source) -> frames.Frame:
+    call = number(source)
+    choice = source.below(6)
+    if choice == 0:
+        return frames.Cancel(3, (call,))
+    if choice == 1:
+        return make.reply(2, call)
+    if choice == 2:
+        return frames.Grant(4, 2 << 32 | call % 12, call, call)
+    if choice == 3:
+        return frames.Undeclare(1 + source.below(5))
+    if choice == 4:
+        ends = (make.subscription(1, "/a"), make.service(2, "/a"), make.client(3, "/a"))
+        return ends[source.below(3)]
+    return frames.Request(3, (frames.RequestEntry(call, None, None, b"q"),))
