@@ -58,7 +58,7 @@ soak: $(READY)
 
 # Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
 FUZZ_SECONDS ?= 450
-FUZZ_TARGETS ?= codec session router rules
+FUZZ_TARGETS ?= codec session router rules mesh
 
 $(FUZZ_READY): $(READY)
 	@echo "Adding atheris to $(VENV) (once) ..."

@@ -322,8 +322,8 @@ class Declarations:
         if not (isinstance(endpoint, ServiceRecord) and endpoint.retired):  # a retired one has left the graph
             suspended = endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
             self._graph.remove(endpoint, suspended=suspended)
-            if self.exports is not None and not endpoint.peer.mesh:
-                self.exports.left(endpoint)
+        if self.exports is not None and not endpoint.peer.mesh:
+            self.exports.left(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
@@ -367,7 +367,7 @@ class Declarations:
         if isinstance(server, ServiceRecord) and not server.retired:
             self._graph.remove(server)
             if self.exports is not None and not peer.mesh:
-                self.exports.left(server)
+                self.exports.retired(server)
             self._services.retire(server)
 
     def remove(self, endpoint: Endpoint, reason: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from broker.records import Endpoint
+    from broker.records import Endpoint, ServiceRecord
 
 
 class Exports(Protocol):
@@ -17,4 +17,8 @@ class Exports(Protocol):
 
     def left(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is gone or suspended."""
+        ...
+
+    def retired(self, server: ServiceRecord) -> None:
+        """Note a server that gets no more requests and may answer those that it has."""
         ...

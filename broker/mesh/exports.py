@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from broker.mesh.messages import Change
@@ -39,8 +40,14 @@ class MeshExports:
         self._mesh = mesh
         self.version = 0
         self._declarations: dict[int, Frame] = {}
+        """By number, what the others know."""
+        self._retired: set[int] = set()
+        """Numbers of servers that the others know to be retired."""
+        self._endpoints = Counter[int]()
+        """By key of a node, how many of its endpoints the others know, retired ones included."""
         self._leaving: dict[int, Endpoint] = {}
-        """By key, publishers that are gone and whose last messages are still to be sent, and their nodes."""
+        """By key, publishers that are gone and whose last messages are still to be sent, and nodes that are
+        gone and have endpoints that the others know."""
 
     def declarations(self) -> tuple[Frame, ...]:
         """Return all that is declared, nodes first."""
@@ -48,27 +55,38 @@ class MeshExports:
 
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""
-        frame = self._declarations[endpoint.number] = declaration_of(endpoint)
         if isinstance(endpoint, SubscriptionRecord):
             self._touch(endpoint.name)
         if endpoint.key in self._leaving:
-            self.sent_all(endpoint.key)
+            if isinstance(endpoint, NodeRecord):
+                del self._leaving[endpoint.key]
+                return
+            self._undeclare(endpoint)
+        frame = self._declarations[endpoint.number] = declaration_of(endpoint)
+        if endpoint.node is not None:
+            self._endpoints[endpoint.node.key] += 1
         self._change(frame)
 
     def left(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is gone or suspended."""
-        if self._declarations.pop(endpoint.number, None) is None:
+        if endpoint.number not in self._declarations and endpoint.number not in self._retired:
             return
         if isinstance(endpoint, PublisherRecord):
             waits = self._mesh in endpoint.routes
         else:
-            waits = any(each.node is endpoint for each in self._leaving.values())
+            waits = endpoint.key in self._endpoints
         if waits:
             self._leaving[endpoint.key] = endpoint
         else:
-            self._change(frames.Undeclare(endpoint.number))
+            self._undeclare(endpoint)
         if isinstance(endpoint, SubscriptionRecord):
             self._touch(endpoint.name)
+
+    def retired(self, server: ServiceRecord) -> None:
+        """Note a server that gets no more requests."""
+        if self._declarations.pop(server.number, None) is not None:
+            self._retired.add(server.number)
+            self._change(frames.Retire(server.number))
 
     def leaving(self, publisher: int) -> Endpoint | None:
         """Return a publisher that is gone and whose last messages are still to be sent, or None."""
@@ -76,13 +94,22 @@ class MeshExports:
 
     def sent_all(self, publisher: int) -> None:
         """Note that the last message of a publisher that is gone has been sent, if it is gone."""
-        endpoint = self._leaving.pop(publisher, None)
-        if endpoint is None:
-            return
+        endpoint = self._leaving.get(publisher)
+        if endpoint is not None:
+            self._undeclare(endpoint)
+
+    def _undeclare(self, endpoint: Endpoint) -> None:
+        self._leaving.pop(endpoint.key, None)
+        self._declarations.pop(endpoint.number, None)
+        self._retired.discard(endpoint.number)
         self._change(frames.Undeclare(endpoint.number))
         node = endpoint.node
-        if node is not None and not any(each.node is node for each in self._leaving.values()):
-            self.sent_all(node.key)
+        if node is not None:
+            self._endpoints[node.key] -= 1
+            if not self._endpoints[node.key]:
+                del self._endpoints[node.key]
+                if node.key in self._leaving:
+                    self._undeclare(node)
 
     def _change(self, frame: Frame) -> None:
         self.version += 1

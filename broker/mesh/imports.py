@@ -130,6 +130,8 @@ class MeshImports:
             known.version = change.version
             if isinstance(change.frame, frames.Undeclare):
                 self._undeclare(broker, known, change.frame.id)
+            elif isinstance(change.frame, frames.Retire):
+                self._handle(frames.Retire(known.ids.get(change.frame.id, 0)))
             else:
                 self._declare(broker, known, change.frame)
         return True

@@ -18,7 +18,7 @@ class Change(NamedTuple):
 
     version: int
     frame: Frame
-    """A declaration, or UNDECLARE."""
+    """A declaration, RETIRE or UNDECLARE."""
 
 
 class Heartbeat(NamedTuple):

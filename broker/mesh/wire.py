@@ -38,7 +38,7 @@ _heartbeats: Final = msgspec.msgpack.Decoder(tuple[_Number, dict[_Number, tuple[
 _snapshots: Final = msgspec.msgpack.Decoder(_Snapshot)
 
 _DECLARATIONS: Final = (frames.Node, frames.Publisher, frames.Subscription, frames.Service, frames.Client)
-_CHANGES: Final = (*_DECLARATIONS, frames.Undeclare)
+_CHANGES: Final = (*_DECLARATIONS, frames.Retire, frames.Undeclare)
 
 
 def encode_change(change: Change) -> tuple[bytes, bytes]:

@@ -114,8 +114,8 @@ def _send(mesh: Mesh, other: int, source: Source) -> None:
     action = source.below(3)
     if action == 0:
         version = mesh._imports.version(other) + 1 if source.below(8) else number(source)
-        undeclare = frames.Undeclare(source.below(12))
-        mesh.receive(other, Change(version, _declaration(source) if source.below(3) else undeclare))
+        kind = (_declaration, _declaration, _undeclare)[source.below(3)]
+        mesh.receive(other, Change(version, kind(source)))
     elif action == 1:
         mesh.receive(other, make.batch(_key(source, other), number(source), 1 + source.below(3)))
     else:
@@ -141,6 +141,11 @@ def _declaration(source: Source) -> Any:
         of_type = {} if kind is frames.Node else {"node": 1, "type_name": make.TYPE, "type_hash": make.HASH}
         frame = frame._replace(id=2 + source.below(10), **of_type)
     return decode(encode(frame))
+
+
+def _undeclare(source: Source) -> frames.Frame:
+    number = source.below(12)
+    return frames.Undeclare(number) if source.below(3) else frames.Retire(number)
 
 
 def _direct(source: Source, other: int) -> Any:
