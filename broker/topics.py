@@ -192,7 +192,8 @@ class Topics:
         if subscription.depth is not None:
             return
         if not publisher.waits_for_readers:
-            self._routes.reader_credit.add(publisher, subscription)
+            if not subscription.peer.mesh:  # it would hold back all brokers; its own limits its queue
+                self._routes.reader_credit.add(publisher, subscription)
         else:
             credit = publisher.credit
             sequence_limit = publisher.first_for(subscription) + subscription.window_messages
@@ -225,7 +226,8 @@ class Topics:
             return
         self.stalls.end(subscription)
         publisher = subscription.matched.get(frame.publisher)
-        if publisher is not None and publisher.peer.mesh:  # its own broker limits it
+        if publisher is not None and publisher.peer.mesh and publisher.waits_for_readers:
+            # its own broker limits it
             own = frames.Grant(subscription.number, frame.publisher, frame.sequence_limit, frame.byte_limit)
             self._emit(Send(publisher.peer.id, own))
         if subscription.stalled:  # its new limits begin with ATTACHED

@@ -191,3 +191,24 @@ def test_names_are_unique_in_the_mesh() -> None:
     again = b.join()
     b.send(again, frames.Node(0, "/talker"))
     assert len(b.read(again, frames.Refused)) == 1
+
+
+def test_a_keep_all_reader_of_one_broker_holds_back_no_other_broker() -> None:
+    """A KEEP_LAST publisher sends to all brokers at once; the reader's own broker keeps what it may keep."""
+    network = Network(3)
+    a, b, c = network
+    talker, slow, fast = a.join("/talker"), b.join("/slow"), c.join("/fast")
+    publisher = a.publisher(talker, make.publisher(1, qos={"depth": 4}))
+    b.send(slow, make.subscription(1, qos=make.KEEP_ALL, window=2))
+    c.send(fast, make.subscription(1, qos={"depth": 100}))
+    network.settle()
+    read: list[int] = []
+    for number in range(10):
+        a.send(talker, make.batch(publisher, number))
+        network.settle()
+        read += [each.first_sequence for each in b.read(slow, frames.Batch)]
+    assert read == [0, 1]
+    assert [each.first_sequence for each in c.read(fast, frames.Batch)] == list(range(10))
+    b.send(slow, frames.Grant(1, publisher, 100, 10_000))
+    network.settle()
+    assert [each.first_sequence for each in b.read(slow, frames.Batch)] == [6, 7, 8, 9]
