@@ -12,6 +12,7 @@ from broker.definitions import Definitions
 from broker.deliveries import Send, SendEncoded
 from broker.graph import Graph, check_type
 from broker.latched import latched_depth
+from broker.node_names import NodeNames
 from broker.records import (
     NO_QOS,
     NOT_LATCHED,
@@ -127,13 +128,11 @@ class Declarations:
         self._topics = topics
         self._services = services
         self._graph = graph
-        self._replace_peer = replace_peer
         self._report = report
         self._key_base = key_base
         self._keys = count(key_base + 1)
         self.exports: Exports | None = None
-        self._names: dict[str, dict[int, NodeRecord]] = {}
-        """The nodes that have each name, by key: one, or several that share it."""
+        self._names = NodeNames(emit, replace_peer)
         self.definitions = Definitions(
             max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes
         )
@@ -223,10 +222,8 @@ class Declarations:
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
-        holders = self._names.get(frame.name)
-        shared = holders and frame.shared and _any(holders).shared  # several have shared it with each other
-        if holders and not shared and not peer.mesh:
-            self._take_name(peer, holders, shared=frame.shared)
+        if not peer.mesh:
+            self._names.claim(peer, frame.name, shared=frame.shared)
         record = NodeRecord(
             key=key,
             id=frame.id,
@@ -236,33 +233,8 @@ class Declarations:
             name=frame.name,
             shared=frame.shared,
         )
-        self._names.setdefault(frame.name, {})[record.key] = record
+        self._names.add(record)
         return record
-
-    def _take_name(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
-        """Remove a name's holders if they have been silent for long enough, or refuse the name."""
-        peers = (holder.peer for holder in holders.values())
-        keeper = next((each for each in peers if not each.suspended), None)
-        if keeper is None:
-            silent = {holder.peer.id: holder.peer for holder in holders.values()}.values()
-            keeper = next((each for each in silent if not each.names_released), None)
-            if keeper is None:
-                text = f"another node '{_any(holders).name}' has come while this link was silent"
-                for each in silent:
-                    self._replace_peer(each, text)
-                return
-        keeper.relied_on.add(keeper.id)
-        name = f"A node named '{_any(holders).name}'"
-        if keeper.suspended and not peer.endpoints:
-            text = f"{name} is silent; this one gets its name if it does not come back"
-            raise ProtocolError(ErrorCode.NAME_TAKEN, text)  # every client connects again after an ERROR
-        text = f"{name} is there already"
-        if shared:
-            text += " and does not share its name"
-        text += "; give this one another name"
-        if _any(holders).shared:
-            text += ", or share the name as that one does"
-        raise Refusal(ErrorCode.NAME_TAKEN, text)
 
     def _make_on_topic(
         self, frame: frames.Publisher | frames.Subscription, common: dict[str, Any]
@@ -308,7 +280,9 @@ class Declarations:
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
         self._graph.add(endpoint)
-        if isinstance(endpoint, PublisherRecord):
+        if isinstance(endpoint, NodeRecord):
+            self._names.report_duplicates(endpoint)
+        elif isinstance(endpoint, PublisherRecord):
             self._topics.join_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
             self._topics.join_subscription(endpoint)
@@ -380,17 +354,9 @@ class Declarations:
         if isinstance(endpoint, NodeRecord):
             for child in tuple(endpoint.endpoints.values()):
                 self.remove(child, reason)
-            holders = self._names[endpoint.name]
-            del holders[endpoint.key]
-            if not holders:
-                del self._names[endpoint.name]
+            self._names.remove(endpoint)
         elif endpoint.node is not None:
             endpoint.node.endpoints.pop(endpoint.id, None)
         self.leave(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.remove_publisher(endpoint)
-
-
-def _any(holders: dict[int, NodeRecord]) -> NodeRecord:
-    """Return one of a name's holders, which all share the name if there are several."""
-    return next(iter(holders.values()))

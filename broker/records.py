@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 
 
 NO_QOS: Final[Options] = {}
-"""What nodes, services and clients have."""
+"""What other nodes, services and clients have."""
+
+SHARED: Final[Options] = {"shared": True}
+"""What nodes with shared names have."""
 
 NOT_LATCHED: Final[deque[Batch]] = deque(maxlen=0)
 """The latched messages of VOLATILE publishers."""
@@ -157,7 +160,7 @@ class NodeRecord(Endpoint):
 
     def entry(self) -> GraphEntry:
         """Return its entry in the graph."""
-        return GraphEntry(self.key, self.kind, self.name, "", "", "", {})
+        return GraphEntry(self.key, self.kind, self.name, "", "", "", SHARED if self.shared else NO_QOS)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

@@ -66,6 +66,8 @@ class NoticeKind(IntEnum):
 
     STALLED = 4
     """A KEEP_ALL subscription has granted nothing for too long; KEEP_ALL publishers do not wait for it."""
+    DUPLICATE_NAME = 5
+    """A node of another broker of the mesh has the same name, since both took it during a partition."""
 
 
 class Capability(StrEnum):

@@ -41,7 +41,10 @@ class ReplyEntry(NamedTuple):
 
 
 class GraphEntry(NamedTuple):
-    """One node or endpoint in the graph. `key` is chosen by the broker and never reused while it runs."""
+    """One node or endpoint in the graph.
+
+    `key` is chosen by its broker and never reused while that runs. `qos` of a node: `shared`, if it is.
+    """
 
     key: int
     kind: int
@@ -50,6 +53,11 @@ class GraphEntry(NamedTuple):
     type_name: str
     type_hash: str
     qos: Options
+
+    @property
+    def broker(self) -> int:
+        """The number of its broker in the mesh; 0 without a mesh."""
+        return self.key >> 32
 
 
 class Hello(NamedTuple):

@@ -50,6 +50,8 @@ class EndpointInfo:
     qos_profile: QoSProfile
     strict_qos: bool = False
     """Whether it matches none with which its QoS is incompatible."""
+    broker: int = 0
+    """The number of its broker in the mesh, a key of `BrokerReport.brokers`; 0 without a mesh."""
 
     def __str__(self) -> str:
         """Return 14 lines, as rclpy does; one more for a strict endpoint."""
@@ -211,6 +213,7 @@ def _endpoint(entry: GraphEntry) -> EndpointInfo:
         endpoint_id=entry.key,
         qos_profile=_profile(entry.qos),
         strict_qos=entry.qos.get("strict") is True,
+        broker=entry.broker,
     )
 
 

@@ -28,6 +28,7 @@ from broker.departed_queues import DepartedQueues
 from broker.drain import Drain
 from broker.graph import Graph
 from broker.link import Link
+from broker.node_names import NodeNames
 from broker.notices import Notices
 from broker.records import ClientRecord, PublisherRecord, Route, ServiceRecord, SubscriptionRecord
 from broker.router import Router
@@ -236,13 +237,7 @@ def runs_concurrently() -> Iterator[None]:
 @contextmanager
 def takes_any_name() -> Iterator[None]:
     """The broker lets two nodes have one name."""
-    make = Declarations._make_node
-
-    def forgetful(declarations: Declarations, peer: Any, frame: Any, key: int) -> Any:
-        declarations._names.pop(frame.name, None)
-        return make(declarations, peer, frame, key)
-
-    with mock.patch.object(Declarations, "_make_node", forgetful):
+    with mock.patch.object(NodeNames, "claim"):
         yield
 
 
@@ -386,7 +381,7 @@ def keeps_names_of_the_silent() -> Iterator[None]:
     make = Declarations._make_node
 
     def loyal(declarations: Declarations, peer: Peer, frame: Any, key: int) -> Any:
-        holders = declarations._names.get(frame.name)
+        holders = declarations._names.holders(frame.name)
         if not holders:
             return make(declarations, peer, frame, key)
         with mock.patch.multiple(next(iter(holders.values())).peer, suspended=False, names_released=False):

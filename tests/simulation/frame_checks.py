@@ -240,7 +240,7 @@ def _whole(links: Iterable[Link]) -> list[Link]:
 
 def _is_suspended(router: Router, name: str) -> bool:
     """Tell whether a holder of a name is suspended."""
-    return any(each.peer.suspended for each in router.declarations._names.get(name, {}).values())
+    return any(each.peer.suspended for each in router.declarations._names.holders(name).values())
 
 
 def _is_refused(delivery: Any) -> bool:

@@ -46,7 +46,7 @@ def _relied_on(world: World, member: Member) -> Link | None:
     broker = world.home.broker
     assert broker is not None
     for router, joined in broker._dispatcher.joined.items():
-        holders = router.declarations._names.get(member.node.get_fully_qualified_name(), {})
+        holders = router.declarations._names.holders(member.node.get_fully_qualified_name())
         record = next(iter(holders.values()), None)
         connection = None if record is None else joined.get(record.peer.id)
         if record is not None and connection is not None and connection.channel.connected:
