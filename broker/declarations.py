@@ -92,6 +92,11 @@ def _accepted(number: int, key: int) -> bytes:
     return encode(frames.Accepted(number, key))
 
 
+def _request_from_nobody(_peer: int, _type_hash: str) -> bool:
+    """Answer as without a mesh."""
+    return False
+
+
 class Declarations:
     """The declared nodes and endpoints of one graph.
 
@@ -106,6 +111,8 @@ class Declarations:
 
     Attributes:
         definitions: Keeps the definitions of declared types.
+        request_definition: Called with a peer and the hash of a type; returns whether another broker of the
+            mesh may know its definition, so that the answer follows.
         exports: Learns of endpoints that come and go, those of other brokers excepted; None for nobody.
     """
 
@@ -132,6 +139,7 @@ class Declarations:
         self._key_base = key_base
         self._keys = count(key_base + 1)
         self.exports: Exports | None = None
+        self.request_definition: Callable[[int, str], bool] = _request_from_nobody
         self._names = NodeNames(emit, replace_peer)
         self.definitions = Definitions(
             max_number=limits.max_definitions, max_bytes=limits.max_definition_bytes
@@ -333,6 +341,8 @@ class Declarations:
         """Answer a peer's question for the definition of a type, if it may see an endpoint of that type."""
         visible = self._graph.is_type_visible(peer.rights, frame.type_hash)
         definition = self.definitions.get(frame.type_hash) if visible else None
+        if definition is None and visible and self.request_definition(peer.id, frame.type_hash):
+            return  # the answer follows
         self._emit(Send(peer.id, frames.Definition(frame.type_hash, definition)))
 
     def retire(self, peer: Peer, frame: frames.Retire) -> None:

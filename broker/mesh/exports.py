@@ -53,6 +53,10 @@ class MeshExports:
         """Return all that is declared, nodes first."""
         return tuple(sorted(self._declarations.values(), key=lambda frame: type(frame) is not frames.Node))
 
+    def has_type(self, type_hash: str) -> bool:
+        """Return whether anything of a type is declared."""
+        return any(getattr(each, "type_hash", None) == type_hash for each in self._declarations.values())
+
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""
         if isinstance(endpoint, SubscriptionRecord):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from broker.deliveries import Delivery
     from broker.mesh.calls import MeshCalls
+    from broker.mesh.definitions import MeshDefinitions
     from broker.mesh.imports import MeshImports
     from broker.mesh.messages import Direct
     from broker.mirrored import Mirrored
@@ -37,6 +38,7 @@ class MeshReceiver:
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
         direct: Takes what goes to one broker: its number, and the frame.
+        definitions: Requests for definitions of types.
 
     Attributes:
         unexpected: Messages about endpoints that are not, or no longer, known.
@@ -51,6 +53,7 @@ class MeshReceiver:
         *,
         deliver: Callable[[list[Delivery]], None],
         direct: Callable[[int, Frame], None],
+        definitions: MeshDefinitions,
     ) -> None:
         self._router = router
         self._peer = peer
@@ -66,6 +69,8 @@ class MeshReceiver:
             frames.Request: self._requested,
             frames.Reply: self._replied,
             frames.Cancel: self._cancelled,
+            frames.Describe: definitions.describe,
+            frames.Definition: definitions.take,
         }
 
     def published(self, broker: int, frame: frames.Batch | frames.Assert) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker.mesh.broker_session import BrokerSession
 from broker.mesh.calls import MeshCalls
+from broker.mesh.definitions import MeshDefinitions
 from broker.mesh.exports import MeshExports
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
@@ -106,8 +107,16 @@ class Mesh:
             publish=self._out.append,
             direct=self._direct,
         )
+        definitions = self._definitions = MeshDefinitions(router, self._exports, self._direct, deliver)
+        router.declarations.request_definition = definitions.request
         self._receiver = MeshReceiver(
-            router, self.peer, self._imports, calls, deliver=deliver, direct=self._direct
+            router,
+            self.peer,
+            self._imports,
+            calls,
+            deliver=deliver,
+            direct=self._direct,
+            definitions=definitions,
         )
 
     # What goes out
@@ -133,6 +142,7 @@ class Mesh:
 
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
+        self._definitions.beat()
         if self._sessions:
             sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
             self._out.append(Heartbeat(self._exports.version, sent))
@@ -185,6 +195,7 @@ class Mesh:
         self._rejected.discard(broker)
         if self._sessions.pop(broker, None) is not None:
             self._imports.remove_broker(broker)
+            self._definitions.remove_broker(broker)
 
     def reject(self, broker: int, reason: str) -> None:
         """Remove a broker that has broken a rule, and ignore it until its presence ends.
@@ -313,6 +324,7 @@ class Mesh:
         """Forget a broker's endpoints and ask for them again, because messages were lost."""
         self.resets += 1
         self._imports.remove_broker(broker)
+        self._definitions.remove_broker(broker)
         self._begin(broker, session, epoch)
         self._ask(broker, session)
         self.beat()

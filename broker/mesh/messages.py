@@ -49,6 +49,7 @@ class Direct(NamedTuple):
     | GRANT | the sender's subscription | |
     | REQUEST, CANCEL | the sender's client | number of the receiver's server |
     | REPLY | the receiver's client | number of the sender's server |
+    | DESCRIBE, DEFINITION | | |
     """
 
     broker: int

@@ -1,0 +1,112 @@
+"""Definitions of types that no node of this broker has declared: requested from brokers whose nodes have.
+
+They are requested when a node asks (DESCRIBE), and not kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from broker.deliveries import Send
+from proto import frames
+from proto.type_hash import hash_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.deliveries import Delivery
+    from broker.mesh.exports import MeshExports
+    from broker.router import Router
+    from proto.frames import Frame
+
+MAX_BEATS: Final = 2
+"""How many heartbeats of this broker a request waits for its answer."""
+
+
+@dataclass(slots=True)
+class _Request:
+    """`peers`: who has asked. `untried`: brokers to ask next. `broker`: the one that has been asked."""
+
+    untried: list[int]
+    broker: int = 0
+    beats: int = 0
+    peers: dict[int, None] = field(default_factory=dict[int, None])
+
+
+class MeshDefinitions:
+    """The requests of one graph for definitions, and the answers to those of other brokers.
+
+    Args:
+        router: The graph's router.
+        exports: What other brokers may see of it.
+        direct: Sends a frame to a broker.
+        deliver: Takes the answers to this broker's nodes.
+    """
+
+    def __init__(
+        self,
+        router: Router,
+        exports: MeshExports,
+        direct: Callable[[int, Frame], None],
+        deliver: Callable[[list[Delivery]], None],
+    ) -> None:
+        self._router = router
+        self._exports = exports
+        self._direct = direct
+        self._deliver = deliver
+        self._requests: dict[str, _Request] = {}
+
+    def request(self, peer: int, type_hash: str) -> bool:
+        """Request a definition for a peer of the router; return False if no other broker has the type."""
+        request = self._requests.get(type_hash)
+        if request is None:
+            untried = self._router.graph.other_brokers_of_type(type_hash)
+            if not untried:
+                return False
+            request = self._requests[type_hash] = _Request(untried)
+            self._ask_next(type_hash, request)
+        request.peers[peer] = None
+        return True
+
+    def describe(self, broker: int, frame: frames.Describe, _endpoint: int = 0) -> None:
+        """Answer another broker's request."""
+        definition = self._router.declarations.definitions.get(frame.type_hash)
+        if definition is not None and not self._exports.has_type(frame.type_hash):
+            definition = None
+        self._direct(broker, frames.Definition(frame.type_hash, definition))
+
+    def take(self, broker: int, frame: frames.Definition, _endpoint: int = 0) -> None:
+        """Take another broker's answer; one that has not been asked is ignored."""
+        request = self._requests.get(frame.type_hash)
+        if request is None or request.broker != broker:
+            return
+        if frame.definition is not None and hash_of(frame.definition) == frame.type_hash:
+            self._answer(frame, request)
+        else:
+            self._ask_next(frame.type_hash, request)
+
+    def beat(self) -> None:
+        """Give up those that have not answered."""
+        for type_hash, request in tuple(self._requests.items()):
+            request.beats += 1
+            if request.beats > MAX_BEATS:
+                self._ask_next(type_hash, request)
+
+    def remove_broker(self, broker: int) -> None:
+        """Do not wait for a broker that is gone."""
+        for type_hash, request in tuple(self._requests.items()):
+            request.untried = [each for each in request.untried if each != broker]
+            if request.broker == broker:
+                self._ask_next(type_hash, request)
+
+    def _ask_next(self, type_hash: str, request: _Request) -> None:
+        if not request.untried:
+            self._answer(frames.Definition(type_hash, None), request)
+            return
+        request.broker, request.beats = request.untried.pop(), 0
+        self._direct(request.broker, frames.Describe(type_hash))
+
+    def _answer(self, frame: frames.Definition, request: _Request) -> None:
+        del self._requests[frame.type_hash]
+        self._deliver([Send(peer, frame) for peer in request.peers])

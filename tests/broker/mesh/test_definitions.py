@@ -1,0 +1,86 @@
+"""Definitions of types that only other brokers know."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from broker.mesh.messages import Direct
+from proto import frames
+from proto.type_hash import hash_of
+from tests.broker import frame_makers as make
+from tests.broker.mesh.network import MeshBroker, Network
+
+DEFINITION: Final = b"definition"
+HASH: Final = hash_of(DEFINITION)
+
+
+def publisher(definition: bytes | None = DEFINITION) -> frames.Publisher:
+    """Return the declaration of a publisher with a definition."""
+    return make.publisher(1, type_hash=HASH)._replace(definition=definition)
+
+
+def described(broker: MeshBroker, peer: int) -> list[bytes | None]:
+    """Return the answers that a peer has got."""
+    return [frame.definition for frame in broker.read(peer, frames.Definition)]
+
+
+def test_the_definition_is_found_at_the_broker_that_has_it() -> None:
+    """Also if another one has the type without its definition, and as often as somebody asks."""
+    network = Network(4)
+    a, b, c, d = network
+    for broker, definition in ((a, DEFINITION), (b, None), (c, None)):
+        broker.publisher(broker.join(f"/talker{broker.number}"), publisher(definition))
+    network.settle()
+    one, two = d.join(), d.join()
+    d.send(one, frames.Describe(HASH))
+    d.send(two, frames.Describe(HASH))
+    assert described(d, one) == []
+    network.settle()
+    assert described(d, one) + described(d, two) == [DEFINITION] * 2
+    d.send(one, frames.Describe(HASH))
+    network.settle()
+    assert described(d, one) == [DEFINITION]
+
+
+def test_an_unknown_type_is_answered_at_once() -> None:
+    """No other broker has it, so that none is asked; what nobody has defined is nil."""
+    network = Network()
+    a, b = network
+    reader = b.join()
+    b.send(reader, frames.Describe(HASH))
+    assert described(b, reader) == [None]
+    a.publisher(a.join("/talker"), publisher(None))
+    network.settle()
+    b.send(reader, frames.Describe(HASH))
+    network.settle()
+    assert described(b, reader) == [None]
+
+
+def test_another_definition_is_not_believed() -> None:
+    """What has another hash, or comes from a broker that has not been asked, reaches nobody."""
+    network = Network(3)
+    a, b, _ = network
+    a.publisher(a.join("/talker"), publisher())
+    network.settle()
+    reader = b.join()
+    b.send(reader, frames.Describe(HASH))
+    b.mesh.receive(3, Direct(2, 1, 1, 0, frames.Definition(HASH, DEFINITION)))
+    b.mesh.receive(1, Direct(2, 1, 1, 0, frames.Definition(HASH, b"false")))
+    assert described(b, reader) == [None]
+
+
+def test_no_question_waits_for_ever() -> None:
+    """A broker that leaves or is silent is given up."""
+    network = Network(3)
+    a, b, c = network
+    a.publisher(a.join("/talker"), publisher())
+    c.publisher(c.join("/other"), publisher())
+    network.settle()
+    reader = b.join()
+    b.send(reader, frames.Describe(HASH))
+    network.cut.update({1, 3})
+    b.mesh.remove_broker(3)
+    assert described(b, reader) == []
+    for _ in range(3):
+        b.mesh.beat()
+    assert described(b, reader) == [None]
