@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _MIB: Final = 1024 * 1024
+
+BROKER_NAME: Final = r"[A-Za-z0-9][A-Za-z0-9._-]{0,62}"
+"""The pattern of a broker's name in a mesh."""
 
 LEVELS: Final = ("debug", "info", "warning", "error")
 """Levels of the daemon's log."""
@@ -51,6 +55,11 @@ class BrokerOptions:
     )
     mesh: str | None = _option(
         None, "join the mesh of the broker that listens there: a Zenoh endpoint such as tcp/robot:7447"
+    )
+    mesh_name: str | None = _option(
+        None,
+        "this broker's name for people who look at the mesh: up to 63 letters, digits and -_."
+        " (default: the host's name)",
     )
     auth: Path | None = _option(
         None,
@@ -185,6 +194,9 @@ class BrokerOptions:
             least, most = option.metadata["least"], option.metadata["most"]
             if not isinstance(value, int | float) or not least <= value <= most:
                 raise InvalidOptionError(f"{option.name} must be from {least} to {most}, got {value!r}")
+        if self.mesh_name is not None and not re.fullmatch(BROKER_NAME, self.mesh_name):
+            text = "mesh_name must have 1 to 63 letters, digits and -_. and begin with a letter or digit"
+            raise InvalidOptionError(f"{text}, got {self.mesh_name!r}")
         if (self.tls_cert is None) != (self.tls_key is None):
             raise InvalidOptionError("tls_cert and tls_key belong together: give both")
         if self.tls_client_ca is not None and self.tls_cert is None:

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 import secrets
+import socket
 import time
 from dataclasses import fields, replace
 from itertools import count
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
 
     from broker.mesh.engine import Engine, Host
     from broker.mesh.member import MeshMember
-    from proto.stats import BrokerStats, LinkStats, TopicStats
+    from proto.stats import BrokerStats, LinkStats, MeshStats, TopicStats
 
 
 class Broker:
@@ -111,6 +113,14 @@ class Broker:
             Counters since the start, and current numbers; zeros if it has never run.
         """
         return self._statistics.totals(self._now())
+
+    def mesh_stats(self) -> MeshStats:
+        """Return what has been exchanged with other brokers.
+
+        Returns:
+            Counters since the start, and current numbers; zeros without a mesh.
+        """
+        return self._statistics.mesh()
 
     def topic_stats(self) -> list[TopicStats]:
         """Return the numbers of each topic of each domain.
@@ -211,7 +221,7 @@ class Broker:
             return ZenohEngine(number, host, budget, config_for(options.mesh_listen, options.mesh))
 
         make = self._make_engine or make_engine
-        mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make)
+        mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make, self._mesh_name())
         await mesh.start()
         self._mesh = mesh
 
@@ -219,6 +229,10 @@ class Broker:
         mesh, self._mesh = self._mesh, None
         if mesh is not None:
             await mesh.stop()
+
+    def _mesh_name(self) -> str:
+        name = re.sub(r"[^A-Za-z0-9._-]", "-", socket.gethostname())
+        return self.options.mesh_name or name.lstrip("._-")[:63] or "broker"
 
     async def __aexit__(
         self,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from broker.access.rules import Action
 from proto import frames
 from proto.loop_lag import LoopLag
-from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
+from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, MeshBrokerStats, MeshStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -31,6 +31,7 @@ WHOLE_BROKER: Final = "/"
 
 TOPICS_PER_FRAME: Final = 500
 LINKS_PER_FRAME: Final = 40
+BROKERS_PER_FRAME: Final = 500
 """Keep a STATS frame below limits.MAX_FRAME_BYTES, however long the names are."""
 
 
@@ -80,6 +81,11 @@ class Statistics:
             bytes_sent=dispatcher.closed_bytes_sent + sum(each.bytes_sent for each in channels),
         )
 
+    def mesh(self) -> MeshStats:
+        """Return the numbers of the mesh."""
+        mesh = self._dispatcher.mesh
+        return MeshStats() if mesh is None else mesh.totals()
+
     def topics(self) -> list[TopicStats]:
         """Return the numbers of each topic of each graph."""
         return [topic for router in self._dispatcher.joined for topic in topic_stats(router)]
@@ -92,16 +98,21 @@ class Statistics:
     def answer(self, now: float, router: Router, link: Link, totals: BrokerStats) -> Iterator[frames.Stats]:
         """Return the frames that answer an INSPECT with the id 0 from a link of this graph.
 
-        They leave out what the link's user may not administer, except the numbers of the link itself.
+        They leave out what the link's user may not administer, except the numbers of the link itself, and the
+        names of the brokers of the mesh.
         """
         topics = tuple(topic_stats(router))
         links = tuple(link_stats(now, router, self._dispatcher.joined[router]))
-        peer = router.peer(link.peer)
+        mesh, peer = self._dispatcher.mesh, router.peer(link.peer)
+        brokers = () if mesh is None else mesh.brokers(router.domain)
+        numbers = {} if mesh is None else mesh.totals().as_dict()
         if peer is not None and peer.rights is not None:
-            totals = totals if peer.may(Action.ADMINISTER, WHOLE_BROKER) else BrokerStats()
+            if not peer.may(Action.ADMINISTER, WHOLE_BROKER):
+                totals, numbers = BrokerStats(), {}
+                brokers = tuple(MeshBrokerStats(*each[:3]) for each in brokers)
             topics = tuple(topic for topic in topics if peer.may(Action.ADMINISTER, topic.name))
             links = tuple(each for each in links if each.session == link.session or _may_inspect(peer, each))
-        return answer(0, totals, topics, links)
+        return answer(0, totals, topics, links, brokers=brokers, mesh=numbers)
 
 
 def _may_inspect(peer: Peer, link: LinkStats) -> bool:
@@ -205,17 +216,24 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterat
 
 
 def answer(
-    inspect: int, totals: BrokerStats, topics: tuple[TopicStats, ...], links: tuple[LinkStats, ...]
+    inspect: int,
+    totals: BrokerStats,
+    topics: tuple[TopicStats, ...],
+    links: tuple[LinkStats, ...],
+    *,
+    brokers: tuple[MeshBrokerStats, ...] = (),
+    mesh: frames.Options | None = None,
 ) -> Iterator[frames.Stats]:
-    """Return the numbers as the frames that answer an INSPECT; only the first has the totals."""
-    pieces: list[tuple[tuple[TopicStats, ...], tuple[LinkStats, ...]]] = [
-        *((part, ()) for part in _slices(topics, TOPICS_PER_FRAME)),
-        *(((), part) for part in _slices(links, LINKS_PER_FRAME)),
+    """Return the numbers as the frames that answer an INSPECT; only the first has the totals and `mesh`."""
+    pieces: list[tuple[tuple[TopicStats, ...], tuple[LinkStats, ...], tuple[MeshBrokerStats, ...]]] = [
+        *((part, (), ()) for part in _slices(topics, TOPICS_PER_FRAME)),
+        *(((), part, ()) for part in _slices(links, LINKS_PER_FRAME)),
+        *(((), (), part) for part in _slices(brokers, BROKERS_PER_FRAME)),
     ]
     numbers: frames.Options = totals.as_dict()
-    for count, piece in enumerate(pieces or [((), ())], 1):
-        yield frames.Stats(inspect, count < len(pieces), numbers, *piece)
-        numbers = {}
+    for count, piece in enumerate(pieces or [((), (), ())], 1):
+        yield frames.Stats(inspect, count < len(pieces), numbers, *piece, mesh or {})
+        numbers = mesh = {}
 
 
 def _slices(entries: tuple[EntryT, ...], size: int) -> Iterator[tuple[EntryT, ...]]:

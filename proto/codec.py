@@ -39,7 +39,7 @@ from proto.frames import (
     RequestEntry,
     Stats,
 )
-from proto.stats import LinkStats, TopicStats
+from proto.stats import LinkStats, MeshBrokerStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -54,7 +54,6 @@ ARRAY_HEAD_BYTES: Final = 5
 _FIXARRAY: Final = 0x90
 _MAX_MARKER: Final = 0x9F
 _LITTLE_ENDIAN: Final = sys.byteorder == "little"
-
 _prefix: Final = Struct(">BI").pack
 _graph_head: Final = Struct(">BH").pack
 _SHAPES: Final = {kind: (op, len(SPECS[op].kinds), SPECS[op].has_payload) for kind, op in OPCODES.items()}
@@ -161,6 +160,7 @@ _replies: Final = _entries(ReplyEntry, 5)
 _graph_entries: Final = _entries(GraphEntry, 7)
 _topics: Final = _entries(TopicStats, 13)
 _links: Final = _entries(LinkStats, 15)
+_brokers: Final = _entries(MeshBrokerStats, 9)
 
 
 def _request(endpoint: int, entries: Any) -> Frame:
@@ -175,8 +175,8 @@ def _graph(watch: int, more: bool, added: Any, *keys: tuple[int, ...]) -> Frame:
     return Graph(watch, more, _graph_entries(added), *keys)
 
 
-def _stats(query: int, more: bool, totals: Options, topics: Any, links: Any) -> Frame:  # noqa: FBT001
-    return Stats(query, more, totals, _topics(topics), _links(links))
+def _stats(query: int, more: bool, totals: Options, topics: Any, links: Any, *later: Any) -> Frame:  # noqa: FBT001
+    return Stats(query, more, totals, _topics(topics), _links(links), _brokers(later[0]), later[1])
 
 
 _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
@@ -187,7 +187,7 @@ _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
 }
 """The frames with lists of entries, which become NamedTuples."""
 
-_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topics", "links"})
+_LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topics", "links", "brokers"})
 
 
 class _Plan(NamedTuple):

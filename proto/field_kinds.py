@@ -106,6 +106,15 @@ def _is_link(value: Any) -> bool:
     )
 
 
+def _is_broker(value: Any) -> bool:
+    if value.__class__ is not tuple or len(value) < 9:
+        return False
+    number, name, version, direct, *counts = value[:9]
+    return (
+        type(name) is type(version) is str and type(direct) is bool and all(map(_is_u64, (number, *counts)))
+    )
+
+
 KINDS: Mapping[str, Check] = {
     "u32": _is_u32,
     "u32?": _optional(_is_u32),
@@ -127,5 +136,6 @@ KINDS: Mapping[str, Check] = {
     "graph": _sequence_of(_is_graph_entry),
     "topics": _sequence_of(_is_topic),
     "links": _sequence_of(_is_link),
+    "brokers": _sequence_of(_is_broker),
 }
 """The checks, by the names that frames.SPECS uses."""

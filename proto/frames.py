@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from proto.codes import Op
 
 if TYPE_CHECKING:
-    from proto.stats import LinkStats, TopicStats
+    from proto.stats import LinkStats, MeshBrokerStats, TopicStats
 
 Buffer: TypeAlias = bytes | bytearray | memoryview
 Scalar: TypeAlias = str | bytes | int | float | bool | None
@@ -381,13 +381,15 @@ class Inspect(NamedTuple):
 
 
 class Stats(NamedTuple):
-    """A part of the broker's statistics; the first has `totals`. `more`: another STATS frame follows."""
+    """A part of the broker's statistics; the first has `totals` and `mesh`. `more`: another one follows."""
 
     id: int
     more: bool
     totals: Options
     topics: tuple[TopicStats, ...]
     links: tuple[LinkStats, ...]
+    brokers: tuple[MeshBrokerStats, ...] = ()
+    mesh: Options = {}  # noqa: RUF012
 
 
 SessionFrame: TypeAlias = Hello | Welcome | Error | Goodbye | Ping | Pong
@@ -445,7 +447,7 @@ SPECS: Mapping[int, Spec] = {
     Op.DESCRIBE: Spec(Describe, ("str",)),
     Op.DEFINITION: Spec(Definition, ("str", "definition?")),
     Op.INSPECT: Spec(Inspect, ("u32",)),
-    Op.STATS: Spec(Stats, ("u32", "bool", "map", "topics", "links")),
+    Op.STATS: Spec(Stats, ("u32", "bool", "map", "topics", "links", "brokers", "map")),
 }
 
 OPCODES: Mapping[type, int] = {spec.frame: op for op, spec in SPECS.items() if isinstance(spec.frame, type)}

@@ -196,12 +196,65 @@ class BrokerStats:
         Args:
             totals: The frame's `totals`; unknown names are ignored, missing ones get their default.
         """
-        known: dict[str, Any] = {
-            field.name: totals[field.name]
-            for field in fields(cls)
-            if type(totals.get(field.name)) is type(field.default)
-        }
-        return cls(**known)
+        return cls(**_known(cls, totals))
+
+
+def _known(kind: type[BrokerStats | MeshStats], numbers: Mapping[str, object]) -> dict[str, Any]:
+    """Return the values that have the name and the type of a field."""
+    return {
+        field.name: numbers[field.name]
+        for field in fields(kind)
+        if type(numbers.get(field.name)) is type(field.default)
+    }
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MeshStats:
+    """A snapshot of what a broker has exchanged with the other brokers of its mesh, in all domains."""
+
+    brokers: int = 0
+    """Other brokers that are alive."""
+    sent: int = 0
+    """Messages sent to other brokers: batches, changes of the graph, replies and so on."""
+    bytes_sent: int = 0
+    received: int = 0
+    """Messages received from them."""
+    bytes_received: int = 0
+    waiting_bytes: int = 0
+    """Messages, control frames and calls that wait in the broker to be sent."""
+    sending_bytes: int = 0
+    """What waits for the network."""
+    unhandled_bytes: int = 0
+    """What has been received and waits for the event loop."""
+    dropped: int = 0
+    """Messages of topics dropped before they were sent, because the network or other brokers are slow."""
+    overruns: int = 0
+    """Received messages of topics dropped because the event loop is slow."""
+    failed: int = 0
+    """Messages that could not be sent."""
+    malformed: int = 0
+    """Received messages that could not be decoded."""
+    ignored: int = 0
+    """Received messages about brokers or endpoints that were not, or no longer, known."""
+    refused: int = 0
+    """Endpoints of other brokers that this one does not take."""
+    resets: int = 0
+    """How often messages to or from a broker were lost, so that the exchange with it has begun anew."""
+    neighbours: str = ""
+    """The ids of the routers and peers that Zenoh is connected with, separated by spaces."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the values by name, ready for `json.dumps`."""
+        return asdict(self)
+
+    @classmethod
+    def from_map(cls, numbers: Mapping[str, object]) -> MeshStats:
+        """Return the statistics in a STATS frame, as `BrokerStats.from_map` does.
+
+        Args:
+            numbers: The frame's `mesh`.
+        """
+        return cls(**_known(cls, numbers))
 
 
 class TopicStats(NamedTuple):
@@ -232,6 +285,32 @@ class TopicStats(NamedTuple):
     leaving: int
     queued: int
     latched_dropped: int
+
+
+class MeshBrokerStats(NamedTuple):
+    """Statistics of a broker of a mesh, as another one sees it; counts are of all domains.
+
+    Attributes:
+        number: Its number, from 1: `broker` of entries of the graph.
+        name: Its name for people, which others may have, too; empty if it is not known yet.
+        version: Its version of callboard.
+        direct: Whether it is connected with this one, not by way of others.
+        round_trip_us: Microseconds of the last round trip to it and back; 0 if none has been measured.
+        sent: Messages sent to it alone: replies, calls, credit.
+        bytes_sent: Their size.
+        received: Messages received from it.
+        bytes_received: Their size.
+    """
+
+    number: int
+    name: str
+    version: str
+    direct: bool = False
+    round_trip_us: int = 0
+    sent: int = 0
+    bytes_sent: int = 0
+    received: int = 0
+    bytes_received: int = 0
 
 
 class LinkStats(NamedTuple):

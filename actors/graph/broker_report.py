@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.graph.snapshot import require_few
 from proto import frames
 from proto.errors import peer_name, peer_text
-from proto.stats import BrokerRates, BrokerStats, LinkStats, TopicStats, increase
+from proto.stats import BrokerRates, BrokerStats, LinkStats, MeshBrokerStats, MeshStats, TopicStats, increase
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,11 +49,16 @@ class BrokerReport:
         totals: The whole broker, all domains together.
         topics: Those of the asking node's domain, by name.
         links: Those of the asking node's domain, by session.
+        brokers: Those of the mesh in the asking node's domain, by number; the first is the asked one. Empty
+            without a mesh.
+        mesh: What the broker has exchanged with the others.
     """
 
     totals: BrokerStats
     topics: dict[str, TopicStats]
     links: dict[int, LinkStats]
+    brokers: dict[int, MeshBrokerStats] = field(default_factory=dict[int, MeshBrokerStats])
+    mesh: MeshStats = field(default_factory=MeshStats)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as plain data.
@@ -65,6 +70,8 @@ class BrokerReport:
             "totals": self.totals.as_dict(),
             "topics": {name: topic._asdict() for name, topic in self.topics.items()},
             "links": {session: link._asdict() for session, link in self.links.items()},
+            "brokers": {number: broker._asdict() for number, broker in self.brokers.items()},
+            "mesh": self.mesh.as_dict(),
         }
 
     def rates_since(self, earlier: BrokerReport) -> BrokerReportRates:
@@ -107,19 +114,31 @@ class ReportParts:
     totals: frames.Options = field(default_factory=dict[str, frames.Scalar])
     topics: dict[str, TopicStats] = field(default_factory=dict[str, TopicStats])
     links: dict[int, LinkStats] = field(default_factory=dict[int, LinkStats])
+    brokers: dict[int, MeshBrokerStats] = field(default_factory=dict[int, MeshBrokerStats])
+    mesh: frames.Options = field(default_factory=dict[str, frames.Scalar])
 
     def add(self, frame: frames.Stats) -> None:
         """Add a part."""
         self.totals = {**self.totals, **frame.totals}
+        self.mesh = {**self.mesh, **frame.mesh}
         for topic in frame.topics:
             name = peer_name(topic.name)
             self.topics[name] = topic._replace(name=name)
         for link in frame.links:
             nodes = tuple(map(peer_name, link.nodes))
             self.links[link.session] = link._replace(agent=peer_text(link.agent), nodes=nodes)
-        require_few(len(self.totals) + len(self.topics) + len(self.links))
+        for broker in frame.brokers:
+            name, version = peer_text(broker.name), peer_text(broker.version)
+            self.brokers[broker.number] = broker._replace(name=name, version=version)
+        require_few(len(self.totals) + len(self.topics) + len(self.links) + len(self.brokers))
         self.complete = not frame.more
 
     def report(self) -> BrokerReport:
         """Return the report, when it is complete."""
-        return BrokerReport(totals=BrokerStats.from_map(self.totals), topics=self.topics, links=self.links)
+        return BrokerReport(
+            totals=BrokerStats.from_map(self.totals),
+            topics=self.topics,
+            links=self.links,
+            brokers=self.brokers,
+            mesh=MeshStats.from_map(self.mesh),
+        )

@@ -28,7 +28,7 @@ class BrokerSession:
     """The exchange with a broker that is alive.
 
     `sent`, `received`: direct messages in this epoch. `ready`: whether the broker's endpoints are known; if
-    not, `waiting` has what has come since its snapshot was requested (`asked`).
+    not, `waiting` has what has come since its snapshot was requested (`asked`). `name`, `software`: as in it.
     """
 
     epoch: int
@@ -38,6 +38,8 @@ class BrokerSession:
     asked: bool = False
     waiting: list[Received] = field(default_factory=list["Received"])
     waiting_bytes: int = 0
+    name: str = ""
+    software: str = ""
 
     def begin(self, epoch: int) -> None:
         """Begin an epoch."""

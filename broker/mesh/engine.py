@@ -2,11 +2,50 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from broker.mesh.mesh import Mesh
     from broker.mesh.messages import Message
+
+
+@dataclass(slots=True)
+class Traffic:
+    """Messages of all domains: sent to one other broker alone, and received from it."""
+
+    sent: int = 0
+    bytes_sent: int = 0
+    received: int = 0
+    bytes_received: int = 0
+
+
+class EngineStats(NamedTuple):
+    """The numbers of an engine.
+
+    Attributes:
+        traffic: By the numbers of other brokers that are alive.
+        sent, bytes_sent: Messages to them and to all.
+        sending_bytes: Bytes of them that wait for the network.
+        unhandled_bytes: Received bytes that wait for the event loop.
+        overruns: Received messages that had to be dropped because the event loop was too slow.
+        failed: Messages that could not be sent.
+        malformed: Received messages that could not be decoded.
+        neighbours: The ids of what the engine is connected with. That of a broker is its number in
+            hexadecimal.
+    """
+
+    traffic: Mapping[int, Traffic]
+    sent: int = 0
+    bytes_sent: int = 0
+    sending_bytes: int = 0
+    unhandled_bytes: int = 0
+    overruns: int = 0
+    failed: int = 0
+    malformed: int = 0
+    neighbours: tuple[str, ...] = ()
 
 
 class Engine(Protocol):
@@ -27,6 +66,10 @@ class Engine(Protocol):
 
     def send(self, domain: int, messages: list[Message]) -> None:
         """Send messages about one graph, in order."""
+        ...
+
+    def statistics(self) -> EngineStats:
+        """Return its numbers."""
         ...
 
     async def stop(self) -> None:

@@ -12,11 +12,10 @@ from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from broker.deliveries import Delivery
     from broker.mesh.calls import MeshCalls
-    from broker.mesh.definitions import MeshDefinitions
     from broker.mesh.imports import MeshImports
     from broker.mesh.messages import Direct
     from broker.mirrored import Mirrored
@@ -38,7 +37,7 @@ class MeshReceiver:
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
         direct: Takes what goes to one broker: its number, and the frame.
-        definitions: Requests for definitions of types.
+        others: What handles frames that do not concern an endpoint, by their type.
 
     Attributes:
         unexpected: Messages about endpoints that are not, or no longer, known.
@@ -53,7 +52,7 @@ class MeshReceiver:
         *,
         deliver: Callable[[list[Delivery]], None],
         direct: Callable[[int, Frame], None],
-        definitions: MeshDefinitions,
+        others: Mapping[type[Any], Callable[[int, Any], None]],
     ) -> None:
         self._router = router
         self._peer = peer
@@ -61,6 +60,7 @@ class MeshReceiver:
         self._calls = calls
         self._deliver = deliver
         self._direct = direct
+        self._others = others
         self.unexpected = 0
         self._handlers: dict[type[Any], Callable[[int, Any, int], None]] = {
             frames.Attached: self._attached,
@@ -69,8 +69,6 @@ class MeshReceiver:
             frames.Request: self._requested,
             frames.Reply: self._replied,
             frames.Cancel: self._cancelled,
-            frames.Describe: definitions.describe,
-            frames.Definition: definitions.take,
         }
 
     def published(self, broker: int, frame: frames.Batch | frames.Assert) -> None:
@@ -99,11 +97,13 @@ class MeshReceiver:
         Raises:
             ProtocolError: The broker may not send it.
         """
-        handler = self._handlers.get(type(message.frame))
-        if handler is None:
-            text = f"it has sent {type(message.frame).__name__} to a broker"
-            raise ProtocolError(ErrorCode.UNEXPECTED, text)
-        handler(broker, message.frame, message.endpoint)
+        kind = type(message.frame)
+        if kind in self._handlers:
+            self._handlers[kind](broker, message.frame, message.endpoint)
+        elif kind in self._others:
+            self._others[kind](broker, message.frame)
+        else:
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"it has sent {kind.__name__} to a broker")
 
     def _publisher(self, broker: int, key: int) -> PublisherRecord | None:
         if key >> 32 != broker:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.channel import MeshChannel
+from broker.mesh.engine import Traffic
 from broker.mesh.mesh import Mesh
+from broker.mesh.round_trips import RoundTrips
 from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.identity import VERSION
+from proto.stats import MeshBrokerStats, MeshStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,6 +25,9 @@ if TYPE_CHECKING:
 
 HEARTBEAT_SEC: Final = 1.0
 
+MAX_NEIGHBOURS: Final = 100
+"""Neighbours in the statistics."""
+
 
 class MeshMember:
     """A broker in a mesh (`engine.Host`).
@@ -27,18 +36,22 @@ class MeshMember:
         number: The broker's number in the mesh, 1 to 2^31 - 1.
         dispatcher: The broker's links.
         make_engine: Returns an engine for a broker's number and host.
+        name: The broker's name for people.
 
     Attributes:
         number: As given.
     """
 
     def __init__(
-        self, number: int, dispatcher: Dispatcher, make_engine: Callable[[int, Host], Engine]
+        self, number: int, dispatcher: Dispatcher, make_engine: Callable[[int, Host], Engine], name: str
     ) -> None:
         self.number = number
+        self._name = name
         self._dispatcher = dispatcher
         self._engine = make_engine(number, self)
         self._meshes: dict[int, Mesh] = {}
+        self._channels: dict[int, MeshChannel] = {}
+        self._round_trips = RoundTrips()
         self._heartbeat: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
@@ -69,9 +82,65 @@ class MeshMember:
             self._dispatcher.reports.report_soon()
 
         most = self._dispatcher.options.max_mesh_endpoints
-        mesh = self._meshes[domain] = Mesh(self.number, router, deliver, self._warn, max_endpoints=most)
+        mesh = self._meshes[domain] = Mesh(
+            self.number, router, deliver, self._warn, max_endpoints=most, name=self._name
+        )
+
+        def ponged(broker: int, token: int) -> None:
+            self._round_trips.take(broker, token, self._now_us())
+
+        mesh.queries.ponged = ponged
         self._engine.join(domain)
-        return MeshChannel(mesh, self._engine, domain)
+        channel = self._channels[domain] = MeshChannel(mesh, self._engine, domain)
+        return channel
+
+    def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:
+        """Return the brokers in a domain, this one first; measure the round trips to them again."""
+        names, now = self._meshes[domain].names(), self._now_us()
+        if self._round_trips.begin(now):
+            self._meshes[domain].queries.ping(names, now)
+        engine = self._engine.statistics()
+        others = [
+            MeshBrokerStats(
+                number,
+                name,
+                version,
+                f"{number:x}" in engine.neighbours,
+                self._round_trips.by_broker.get(number, 0),
+                *astuple(engine.traffic.get(number, Traffic())),
+            )
+            for number, (name, version) in names.items()
+        ]
+        return (MeshBrokerStats(self.number, self._name, VERSION), *sorted(others))
+
+    def totals(self) -> MeshStats:
+        """Return the numbers of all domains together."""
+        engine = self._engine.statistics()
+        counts: Counter[str] = Counter()
+        for mesh in self._meshes.values():
+            counts.update(mesh.counts())
+        outboxes = [channel.outbox for channel in self._channels.values()]
+        traffic = engine.traffic.values()
+        waiting = sum(each.held_bytes + each.urgent_bytes + each.ordered_bytes for each in outboxes)
+        return MeshStats(
+            brokers=len(traffic),
+            sent=engine.sent,
+            bytes_sent=engine.bytes_sent,
+            received=sum(each.received for each in traffic),
+            bytes_received=sum(each.bytes_received for each in traffic),
+            waiting_bytes=waiting,
+            sending_bytes=engine.sending_bytes,
+            unhandled_bytes=engine.unhandled_bytes,
+            dropped=sum(outbox.dropped for outbox in outboxes),
+            overruns=engine.overruns,
+            failed=engine.failed,
+            malformed=engine.malformed,
+            **counts,
+            neighbours=" ".join(engine.neighbours[:MAX_NEIGHBOURS]),
+        )
+
+    def _now_us(self) -> int:
+        return int(1e6 * asyncio.get_running_loop().time())
 
     def _warn(self, what: str, broker: int, text: str) -> None:
         self._dispatcher.warnings.warn(what, "Mesh: %s: %08x: %s", what, broker, text)

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Final
 
 from broker.mesh.broker_session import BrokerSession
 from broker.mesh.calls import MeshCalls
-from broker.mesh.definitions import MeshDefinitions
 from broker.mesh.exports import MeshExports
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Snapshot, Subscribe
 from broker.mesh.outgoing import MeshSender
+from broker.mesh.queries import MeshQueries
 from proto.errors import ErrorCode, ProtocolError
+from proto.identity import VERSION
 from proto.limits import MAX_U32
 
 if TYPE_CHECKING:
@@ -54,10 +55,12 @@ class Mesh:
         deliver: Takes what the router returns; a `report` must follow.
         warn: For logs. Called with what has happened (for all such lines the same), a broker, and why.
         max_endpoints: Nodes and endpoints that one other broker may have. Others are refused.
+        name: This broker's name for people.
 
     Attributes:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
         sender: Takes frames from the router.
+        queries: What brokers ask each other.
         resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
@@ -72,8 +75,10 @@ class Mesh:
         warn: Callable[[str, int, str], None] = _ignore,
         *,
         max_endpoints: int = 100_000,
+        name: str = "",
     ) -> None:
         self._number = number
+        self._name = name
         self._router = router
         self._out: list[Message] = []
         self._touched: set[str] = set()
@@ -107,8 +112,8 @@ class Mesh:
             publish=self._out.append,
             direct=self._direct,
         )
-        definitions = self._definitions = MeshDefinitions(router, self._exports, self._direct, deliver)
-        router.declarations.request_definition = definitions.request
+        queries = self.queries = MeshQueries(router, self._exports, self._direct, deliver)
+        router.declarations.request_definition = queries.request
         self._receiver = MeshReceiver(
             router,
             self.peer,
@@ -116,7 +121,7 @@ class Mesh:
             calls,
             deliver=deliver,
             direct=self._direct,
-            definitions=definitions,
+            others=queries.handlers,
         )
 
     # What goes out
@@ -138,11 +143,12 @@ class Mesh:
         if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
-        return Snapshot(0 if session is None else session.epoch, version, declarations)
+        epoch = 0 if session is None else session.epoch
+        return Snapshot(epoch, version, declarations, self._name, VERSION)
 
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
-        self._definitions.beat()
+        self.queries.beat()
         if self._sessions:
             sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
             self._out.append(Heartbeat(self._exports.version, sent))
@@ -173,9 +179,14 @@ class Mesh:
 
     # What comes in
 
-    def brokers(self) -> tuple[int, ...]:
-        """Return the numbers of the other brokers that are alive."""
-        return tuple(self._sessions)
+    def names(self) -> dict[int, tuple[str, str]]:
+        """Return the names and versions of the other brokers that are alive, by their numbers."""
+        return {number: (each.name, each.software) for number, each in self._sessions.items()}
+
+    def counts(self) -> dict[str, int]:
+        """Return how often something was lost or not taken, by the names of `MeshStats`."""
+        ignored = self.ignored + self._receiver.unexpected
+        return {"ignored": ignored, "refused": self._imports.refused, "resets": self.resets}
 
     def add_broker(self, broker: int) -> None:
         """Ask a broker that is alive for its endpoints."""
@@ -195,7 +206,7 @@ class Mesh:
         self._rejected.discard(broker)
         if self._sessions.pop(broker, None) is not None:
             self._imports.remove_broker(broker)
-            self._definitions.remove_broker(broker)
+            self.queries.remove_broker(broker)
 
     def reject(self, broker: int, reason: str) -> None:
         """Remove a broker that has broken a rule, and ignore it until its presence ends.
@@ -224,6 +235,7 @@ class Mesh:
         if snapshot is None:
             self._ask(broker, session)
             return
+        session.name, session.software = snapshot.name, snapshot.software
         try:
             self._agree(broker, session, snapshot.epoch)
             if session.asked:
@@ -324,7 +336,7 @@ class Mesh:
         """Forget a broker's endpoints and ask for them again, because messages were lost."""
         self.resets += 1
         self._imports.remove_broker(broker)
-        self._definitions.remove_broker(broker)
+        self.queries.remove_broker(broker)
         self._begin(broker, session, epoch)
         self._ask(broker, session)
         self.beat()

@@ -49,7 +49,7 @@ class Direct(NamedTuple):
     | GRANT | the sender's subscription | |
     | REQUEST, CANCEL | the sender's client | number of the receiver's server |
     | REPLY | the receiver's client | number of the sender's server |
-    | DESCRIBE, DEFINITION | | |
+    | DESCRIBE, DEFINITION, PING, PONG | | |
     """
 
     broker: int
@@ -76,12 +76,15 @@ class Ask(NamedTuple):
 class Snapshot(NamedTuple):
     """The endpoints of a broker after `version` changes, nodes before their endpoints.
 
-    `epoch`: of its exchange with the broker that has asked; 0 for none.
+    `epoch`: of its exchange with the broker that has asked; 0 for none. `name`: the broker's, for people.
+    `software`: its version of callboard.
     """
 
     epoch: int
     version: int
     declarations: tuple[Frame, ...]
+    name: str = ""
+    software: str = ""
 
 
 Message: TypeAlias = "Change | Heartbeat | Publish | Direct | Subscribe | Ask"

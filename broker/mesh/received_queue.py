@@ -96,6 +96,11 @@ class ReceivedQueue:
         except RuntimeError:  # the loop has been closed without `close`
             self._closed = True
 
+    @property
+    def waiting_bytes(self) -> int:
+        """The size of what waits for the event loop."""
+        return self._bytes
+
     def close(self) -> None:
         """Handle nothing any more."""
         with self._space:

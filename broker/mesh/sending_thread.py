@@ -31,7 +31,8 @@ class SendingThread:
         has_space: Called in the thread when there is space again after `full` was true.
 
     Attributes:
-        failed: Messages that could not be sent.
+        sent: Messages that have been queued so far.
+        failed: Those of them that could not be sent.
     """
 
     def __init__(self, has_space: Callable[[], None]) -> None:
@@ -41,7 +42,7 @@ class SendingThread:
         """Written by the event loop only, and by the thread only."""
         self._was_full = False
         self._thread: threading.Thread | None = None
-        self.failed = 0
+        self.sent = self.failed = 0
 
     def start(self, session: zenoh.Session) -> None:
         """Begin to put messages."""
@@ -51,11 +52,22 @@ class SendingThread:
     @property
     def full(self) -> bool:
         """Whether so much waits for the thread that the outbox should keep the rest."""
-        self._was_full = self._queued_bytes - self._sent_bytes > MAX_QUEUED_BYTES
+        self._was_full = self.waiting_bytes > MAX_QUEUED_BYTES
         return self._was_full
+
+    @property
+    def waiting_bytes(self) -> int:
+        """The size of what waits for the thread."""
+        return self._queued_bytes - self._sent_bytes
+
+    @property
+    def bytes_sent(self) -> int:
+        """The size of the messages that have been queued so far."""
+        return self._queued_bytes - OVERHEAD_BYTES * self.sent
 
     def put(self, key: str, payload: Any, attachment: bytes | None = None) -> None:
         """Queue a message."""
+        self.sent += 1
         self._queued_bytes += len(payload) + OVERHEAD_BYTES
         self._queue.put((key, payload, attachment))
 
@@ -80,6 +92,6 @@ class SendingThread:
                 self.failed += 1
                 logger.warning("The mesh could not send to %s: %s", key, error)
             self._sent_bytes += len(payload) + OVERHEAD_BYTES
-            if self._was_full and self._queued_bytes - self._sent_bytes < MAX_QUEUED_BYTES // 2:
+            if self._was_full and self.waiting_bytes < MAX_QUEUED_BYTES // 2:
                 self._was_full = False
                 self._has_space()

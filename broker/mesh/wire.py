@@ -26,12 +26,17 @@ _T = TypeVar("_T")
 _Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 
 
+_Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=63)]
+
+
 class _Snapshot(msgspec.Struct):
     """The payload of a snapshot: a map."""
 
     epoch: _Number
     version: _Number
     declarations: list[bytes]
+    name: _Text = ""
+    software: _Text = ""
 
 
 _heartbeats: Final = msgspec.msgpack.Decoder(tuple[_Number, dict[_Number, tuple[_Number, _Number]]])
@@ -118,7 +123,9 @@ def decode_ask(payload: bytes) -> tuple[int, int]:
 def encode_snapshot(snapshot: Snapshot) -> bytes:
     """Return the payload of a snapshot."""
     declarations = [encode(frame) for frame in snapshot.declarations]
-    return msgspec.msgpack.encode(_Snapshot(snapshot.epoch, snapshot.version, declarations))
+    return msgspec.msgpack.encode(
+        _Snapshot(snapshot.epoch, snapshot.version, declarations, snapshot.name, snapshot.software)
+    )
 
 
 def decode_snapshot(payload: bytes) -> Snapshot:
@@ -128,7 +135,8 @@ def decode_snapshot(payload: bytes) -> Snapshot:
         ProtocolError: It is malformed.
     """
     fields = _structure(_snapshots, payload)
-    return Snapshot(fields.epoch, fields.version, tuple(map(_declaration, fields.declarations)))
+    declarations = tuple(map(_declaration, fields.declarations))
+    return Snapshot(fields.epoch, fields.version, declarations, fields.name, fields.software)
 
 
 def _declaration(raw: bytes) -> frames.Frame:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from broker.mesh import wire
+from broker.mesh.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from broker.mesh.received_queue import ReceivedQueue
 from broker.mesh.sending_thread import SendingThread
@@ -44,18 +45,22 @@ class ZenohEngine:
         self._id = f"{number:08x}"
         self._host = host
         self._config = config
+        config.insert_json5("id", f'"{number:x}"')  # pyright: ignore[reportUnknownMemberType]
         self._loop = asyncio.get_running_loop()
         self._received = ReceivedQueue(self._loop, budget, host.flush)
         self._sending = SendingThread(lambda: self._received.in_loop(host.flush))
         self._declared: list[Any] = []
         """What would be undeclared if it were collected."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
+        self._traffic: dict[int, Traffic] = {}
+        self._open = False
 
     # Engine
 
     async def start(self) -> None:
         """Open the session. It connects, and connects again, in the background."""
         self._session = await asyncio.to_thread(zenoh.open, self._config)
+        self._open = True
         self._sending.start(self._session)
         tokens = self._session.liveliness().declare_subscriber(
             f"{PREFIX}/*/alive/*", self._received.callback(self._token, 0), history=True
@@ -88,6 +93,10 @@ class ZenohEngine:
             elif isinstance(message, Direct):
                 payload, attachment = wire.encode_direct(message)
                 put(f"{base}/brokers/{message.broker:08x}/frames/{self._id}", payload, attachment)
+                traffic = self._traffic.get(message.broker)
+                if traffic is not None:
+                    traffic.sent += 1
+                    traffic.bytes_sent += len(payload)
             elif isinstance(message, Change):
                 payload, attachment = wire.encode_change(message)
                 put(f"{base}/brokers/{self._id}/changes", payload, attachment)
@@ -103,8 +112,28 @@ class ZenohEngine:
             else:
                 self._topics.pop((domain, message.topic)).undeclare()  # type: ignore[no-untyped-call]
 
+    def statistics(self) -> EngineStats:
+        """Return its numbers."""
+        sending, received = self._sending, self._received
+        neighbours: tuple[str, ...] = ()
+        if self._open:
+            info = self._session.info
+            neighbours = tuple(map(str, (*info.routers_zid(), *info.peers_zid())))
+        return EngineStats(
+            traffic=self._traffic,
+            sent=sending.sent,
+            bytes_sent=sending.bytes_sent,
+            sending_bytes=sending.waiting_bytes,
+            unhandled_bytes=received.waiting_bytes,
+            overruns=received.dropped,
+            failed=sending.failed,
+            malformed=received.malformed,
+            neighbours=neighbours,
+        )
+
     async def stop(self) -> None:
         """Send what waits, and close the session."""
+        self._open = False
         self._received.close()
         await asyncio.to_thread(self._close)
 
@@ -123,31 +152,47 @@ class ZenohEngine:
             return
         mesh = self._host.mesh(domain)
         if sample.kind == zenoh.SampleKind.PUT:
+            self._traffic.setdefault(broker, Traffic())
             mesh.add_broker(broker)
         else:
+            self._traffic.pop(broker, None)
             mesh.remove_broker(broker)
 
     def _changed(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
-                mesh.receive(broker, wire.decode_change(sample.payload.to_bytes(), _attachment(sample)))
+                mesh.receive(broker, wire.decode_change(self._payload(broker, sample), _attachment(sample)))
 
     def _beaten(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
-                mesh.take_heartbeat(broker, wire.decode_heartbeat(sample.payload.to_bytes()))
+                mesh.take_heartbeat(broker, wire.decode_heartbeat(self._payload(broker, sample)))
 
     def _direct(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 6)
         with self._from(domain, broker) as mesh:
-            payload, attachment = sample.payload.to_bytes(), _attachment(sample)
+            payload, attachment = self._payload(broker, sample), _attachment(sample)
             mesh.receive(broker, wire.decode_direct(self._number, payload, attachment))
 
     def _published(self, domain: int, sample: zenoh.Sample) -> None:
-        frame = wire.decode_published(sample.payload.to_bytes())
-        self._host.mesh(domain).receive(frame.publisher >> 32, frame)
+        payload = sample.payload.to_bytes()
+        frame = wire.decode_published(payload)
+        broker = frame.publisher >> 32
+        self._count(broker, payload)
+        self._host.mesh(domain).receive(broker, frame)
+
+    def _payload(self, broker: int, sample: zenoh.Sample) -> bytes:
+        payload = sample.payload.to_bytes()
+        self._count(broker, payload)
+        return payload
+
+    def _count(self, broker: int, payload: bytes) -> None:
+        traffic = self._traffic.get(broker)
+        if traffic is not None:
+            traffic.received += 1
+            traffic.bytes_received += len(payload)
 
     @contextmanager
     def _from(self, domain: int, broker: int) -> Generator[Mesh]:

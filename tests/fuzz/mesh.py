@@ -71,7 +71,7 @@ def check(data: bytes) -> None:
 def step(broker: MeshBroker, node: int, source: Source) -> None:
     """Let a broker or the node do one thing; mostly they keep to the rules."""
     mesh, other = broker.mesh, BROKERS[source.below(len(BROKERS))]
-    if other not in mesh.brokers():
+    if other not in mesh.names():
         mesh.remove_broker(other)
         mesh.add_broker(other)
         mesh.take_snapshot(other, Snapshot(1, 0, GOOD))

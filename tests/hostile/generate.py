@@ -159,6 +159,7 @@ PLAIN: Final[dict[str, Any]] = {
     "graph": [],
     "topics": [],
     "links": [],
+    "brokers": [],
 }
 """Valid values; integers depend on their place, and what may be nil is nil."""
 

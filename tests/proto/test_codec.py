@@ -18,7 +18,7 @@ from proto.codec import Decoder, array_head, decode, encode, ends_from_bytes, en
 from proto.codes import Op
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, ReplyEntry, RequestEntry
-from proto.stats import LinkStats, TopicStats
+from proto.stats import LinkStats, MeshBrokerStats, TopicStats
 from tests.allocations import peak_bytes
 
 if TYPE_CHECKING:
@@ -61,6 +61,9 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
         st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 9),
         max_size=3,
     ).map(tuple),
+    "brokers": st.lists(
+        st.builds(MeshBrokerStats, U64, TEXT, TEXT, st.booleans(), *[U64] * 5), max_size=3
+    ).map(tuple),
 }
 GOOD: dict[str, object] = {
     "u32": 7,
@@ -83,10 +86,11 @@ GOOD: dict[str, object] = {
     "graph": ((1, 0, "/n", "", "", "", {}),),
     "topics": ((0, "/t", *range(11)),),
     "links": ((0, 1, "test", ("/n",), 2, False, *range(9)),),
+    "brokers": ((1, "robot", "0.1.0", True, *range(5)),),
 }
 ANYTHING: tuple[object, ...] = (
     ((0, "/t", *range(9)),), ((0, "/t", *range(9), -1),), ((0, 1, "test", (1,), 2, False, *range(9)),),
-    ((0, 1, "test", ("/n",), 2, 0, *range(9)),),
+    ((0, 1, "test", ("/n",), 2, 0, *range(9)),), ((1, "robot", "0.1.0", 1, *range(5)),),
     None, True, -1, 2**32, 2**64 - 1, 0.5, float("nan"), "", "x", b"", b"x", bytes(16), (), (None,), {},
     {"k": {}}, {b"k": 1}, {"k": (1,)}, msgpack.ExtType(5, b""),
     ((1, None, None, "text"),), ((1, 0, True, None, b""),),

@@ -53,6 +53,7 @@ KIND_TEXTS = {
     "graph": "array of [key: u64, kind: u32, node: str, name: str, type name: str, type hash: str, qos: map]",
     "topics": "array of the entries of §5.6.3",
     "links": "array of the entries of §5.6.4",
+    "brokers": "array of the entries of §5.6.5",
 }
 SENDERS = {
     (True, True): "client and broker",

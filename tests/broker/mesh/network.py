@@ -35,6 +35,7 @@ class MeshBroker(Switch):
             self._carry,
             lambda what, broker, text: self.warnings.append((what, broker, text)),
             max_endpoints=max_endpoints,
+            name=f"broker{number}",
         )
         self.add(self.mesh.peer)
         self.topics: set[str] = set()

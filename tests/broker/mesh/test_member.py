@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import AddressInUseError, Broker, BrokerOptions
+from broker.mesh.engine import EngineStats
 
 if TYPE_CHECKING:
     from broker.mesh.engine import Host
@@ -32,6 +33,10 @@ class RecordingEngine:
 
     def send(self, domain: int, messages: list[Message]) -> None:
         """Engine."""
+
+    def statistics(self) -> EngineStats:
+        """Engine."""
+        return EngineStats({})
 
     async def stop(self) -> None:
         """Engine."""

@@ -1,19 +1,19 @@
-"""Definitions of types that no node of this broker has declared: requested from brokers whose nodes have.
+"""What brokers ask each other: definitions of types (DESCRIBE), and for a sign of life (PING).
 
-They are requested when a node asks (DESCRIBE), and not kept.
+A definition that no node of this broker has declared is requested when a node asks, and not kept.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from broker.deliveries import Send
 from proto import frames
 from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
     from broker.deliveries import Delivery
     from broker.mesh.exports import MeshExports
@@ -34,14 +34,22 @@ class _Request:
     peers: dict[int, None] = field(default_factory=dict[int, None])
 
 
-class MeshDefinitions:
-    """The requests of one graph for definitions, and the answers to those of other brokers.
+def _ignore(_broker: int, _token: int) -> None:
+    """Take the answer to a PING, and do nothing."""
+
+
+class MeshQueries:
+    """The queries of one graph, and the answers to those of other brokers.
 
     Args:
         router: The graph's router.
         exports: What other brokers may see of it.
         direct: Sends a frame to a broker.
         deliver: Takes the answers to this broker's nodes.
+
+    Attributes:
+        handlers: What handles a broker's frame, by its type.
+        ponged: Called with a broker and the token of its answer to PING.
     """
 
     def __init__(
@@ -56,6 +64,18 @@ class MeshDefinitions:
         self._direct = direct
         self._deliver = deliver
         self._requests: dict[str, _Request] = {}
+        self.ponged: Callable[[int, int], None] = _ignore
+        self.handlers: Mapping[type[Any], Callable[[int, Any], None]] = {
+            frames.Describe: self._describe,
+            frames.Definition: self._take,
+            frames.Ping: lambda broker, frame: direct(broker, frames.Pong(frame.token)),
+            frames.Pong: lambda broker, frame: self.ponged(broker, frame.token),
+        }
+
+    def ping(self, brokers: Iterable[int], token: int) -> None:
+        """Send PING to brokers."""
+        for broker in brokers:
+            self._direct(broker, frames.Ping(token))
 
     def request(self, peer: int, type_hash: str) -> bool:
         """Request a definition for a peer of the router; return False if no other broker has the type."""
@@ -69,14 +89,14 @@ class MeshDefinitions:
         request.peers[peer] = None
         return True
 
-    def describe(self, broker: int, frame: frames.Describe, _endpoint: int = 0) -> None:
+    def _describe(self, broker: int, frame: frames.Describe) -> None:
         """Answer another broker's request."""
         definition = self._router.declarations.definitions.get(frame.type_hash)
         if definition is not None and not self._exports.has_type(frame.type_hash):
             definition = None
         self._direct(broker, frames.Definition(frame.type_hash, definition))
 
-    def take(self, broker: int, frame: frames.Definition, _endpoint: int = 0) -> None:
+    def _take(self, broker: int, frame: frames.Definition) -> None:
         """Take another broker's answer; one that has not been asked is ignored."""
         request = self._requests.get(frame.type_hash)
         if request is None or request.broker != broker:

@@ -1,11 +1,13 @@
-"""Definitions of types that only other brokers know."""
+"""What brokers ask each other: definitions of types, and signs of life."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from broker.mesh.messages import Direct
+from broker.mesh.round_trips import PAUSE_US, VALID_US, RoundTrips
 from proto import frames
+from proto.identity import VERSION
 from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
@@ -84,3 +86,38 @@ def test_no_question_waits_for_ever() -> None:
     for _ in range(3):
         b.mesh.beat()
     assert described(b, reader) == [None]
+
+
+def test_brokers_know_each_others_names_and_versions() -> None:
+    """They come with the snapshots; of a broker that is gone nothing is known."""
+    network = Network(3)
+    a, *_ = network
+    assert a.mesh.names() == {2: ("broker2", VERSION), 3: ("broker3", VERSION)}
+    network.partition(2)
+    assert a.mesh.names() == {3: ("broker3", VERSION)}
+
+
+def test_every_other_broker_answers_a_ping() -> None:
+    """With its token."""
+    network = Network(3)
+    a, *_ = network
+    answers: list[tuple[int, int]] = []
+    a.mesh.queries.ponged = lambda *answer: answers.append(answer)
+    a.mesh.queries.ping(a.mesh.names(), 77)
+    network.settle()
+    assert sorted(answers) == [(2, 77), (3, 77)]
+
+
+def test_round_trips_are_measured_again_after_a_pause_and_forgotten_later() -> None:
+    """Answers to an earlier PING do not count."""
+    trips = RoundTrips()
+    now = 5 * PAUSE_US
+    assert trips.begin(now)
+    trips.take(2, now, now + 300)
+    trips.take(3, now - 1, now + 300)
+    assert trips.by_broker == {2: 300}
+    assert not trips.begin(now + PAUSE_US - 1)
+    assert trips.begin(now + PAUSE_US)
+    assert trips.by_broker == {2: 300}
+    assert trips.begin(now + PAUSE_US + VALID_US + 1)
+    assert trips.by_broker == {}
