@@ -1,4 +1,4 @@
-"""What one graph's mesh keeps about its exchange with one other broker, pure.
+"""What one graph's mesh keeps about its exchange with other brokers.
 
 Messages between brokers may be lost when their route changes. Lost changes show by their version: the
 broker's snapshot replaces them. Lost direct messages show by their number: both brokers forget what they know
@@ -11,10 +11,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from broker.mesh.messages import Direct, Heartbeat
 from proto import frames
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from broker.mesh.messages import Received
+    from proto.frames import Frame
+
+MAX_BROKERS: Final = 1000
+"""Other brokers. Further ones are ignored."""
+
+MAX_EPOCHS: Final = 10_000
+"""Brokers, gone ones included, whose last epoch is remembered."""
 
 MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
@@ -61,6 +71,75 @@ class BrokerSession:
         waiting, self.waiting = self.waiting, []
         self.waiting_bytes = 0
         return waiting
+
+
+class BrokerSessions:
+    """The exchanges with all brokers that are alive.
+
+    Args:
+        emit: Takes each direct message.
+    """
+
+    def __init__(self, emit: Callable[[Direct], None]) -> None:
+        self._emit = emit
+        self._sessions: dict[int, BrokerSession] = {}
+        self._epochs: dict[int, int] = {}
+        """By broker, the epoch of the last exchange with it, also if it is gone."""
+
+    def __contains__(self, broker: int) -> bool:
+        return broker in self._sessions
+
+    @property
+    def full(self) -> bool:
+        """Whether there are as many as there may be."""
+        return len(self._sessions) >= MAX_BROKERS
+
+    def get(self, broker: int) -> BrokerSession | None:
+        """Return the exchange with a broker; None if it is not alive."""
+        return self._sessions.get(broker)
+
+    def names(self) -> dict[int, tuple[str, str]]:
+        """Return the names and versions of the brokers by their numbers."""
+        return {number: (each.name, each.software) for number, each in self._sessions.items()}
+
+    def add(self, broker: int) -> BrokerSession:
+        """Begin an exchange with a broker."""
+        session = self._sessions[broker] = BrokerSession(0)
+        self.begin(broker, session, self._epochs.pop(broker, 0) + 1)
+        if len(self._epochs) > MAX_EPOCHS:
+            del self._epochs[next(iter(self._epochs))]
+        return session
+
+    def remove(self, broker: int) -> bool:
+        """End the exchange with a broker; return whether there was one."""
+        return self._sessions.pop(broker, None) is not None
+
+    def begin(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        """Begin an epoch."""
+        session.begin(epoch)
+        self._epochs[broker] = epoch
+
+    def rename(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        """Give an epoch in which nothing has been sent another number."""
+        session.epoch = self._epochs[broker] = epoch
+
+    def direct(self, broker: int, frame: Frame, endpoint: int = 0) -> None:
+        """Send a frame to a broker, if it is alive.
+
+        Args:
+            broker: The broker.
+            frame: The frame.
+            endpoint: As in `Direct`.
+        """
+        session = self._sessions.get(broker)
+        if session is not None:
+            session.sent += 1
+            self._emit(Direct(broker, session.epoch, session.sent, endpoint, frame))
+
+    def heartbeat(self, version: int) -> Heartbeat | None:
+        """Return a heartbeat with the version of this broker's changes; None if there is no other broker."""
+        sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
+        return Heartbeat(version, sent) if sent else None
 
 
 def _size(message: Received) -> int:

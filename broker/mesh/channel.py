@@ -65,7 +65,7 @@ class MeshChannel:
             self.mesh.sender.send(frame)
             self._pass_on()
         outbox.trim()
-        self.mesh.update_wanted()
+        self.mesh.wanted.update()
         self._pass_on()
 
     def _pass_on(self) -> None:

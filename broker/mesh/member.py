@@ -96,7 +96,7 @@ class MeshMember:
 
     def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:
         """Return the brokers in a domain, this one first; measure the round trips to them again."""
-        names, now = self._meshes[domain].names(), self._now_us()
+        names, now = self._meshes[domain].sessions.names(), self._now_us()
         if self._round_trips.begin(now):
             self._meshes[domain].queries.ping(names, now)
         engine = self._engine.statistics()

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from broker.mesh.broker_session import BrokerSession
+from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
-from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Snapshot, Subscribe
+from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
 from broker.mesh.outgoing import MeshSender
 from broker.mesh.queries import MeshQueries
+from broker.mesh.wanted_topics import WantedTopics
 from proto.errors import ErrorCode, ProtocolError
 from proto.identity import VERSION
 from proto.limits import MAX_U32
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
-    from broker.mesh.messages import Received
+    from broker.mesh.broker_session import BrokerSession
+    from broker.mesh.messages import Heartbeat, Received
     from broker.router import Router
-    from proto.frames import Frame
 
 
 def _ignore(*_: object) -> None:
@@ -35,12 +36,6 @@ def _ignore(*_: object) -> None:
 
 MAX_EPOCH: Final = 2**63
 """Epochs that brokers reach are far smaller."""
-
-MAX_BROKERS: Final = 1000
-"""Other brokers. Further ones are ignored."""
-
-MAX_EPOCHS: Final = 10_000
-"""Brokers, gone ones included, whose last epoch is remembered."""
 
 
 class Mesh:
@@ -61,6 +56,8 @@ class Mesh:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
         sender: Takes frames from the router.
         queries: What brokers ask each other.
+        sessions: The exchanges with the brokers that are alive.
+        wanted: The topics whose messages are wanted of them.
         resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
@@ -81,48 +78,31 @@ class Mesh:
         self._name = name
         self._router = router
         self._out: list[Message] = []
-        self._touched: set[str] = set()
-        """Topics whose subscriptions have changed."""
-        self._wanted: set[str] = set()
-        """The topics whose messages are wanted of other brokers."""
-        self._sessions: dict[int, BrokerSession] = {}
+        self.wanted = WantedTopics(router, self._out.append)
+        self.sessions = BrokerSessions(self._out.append)
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
-        self._epochs: dict[int, int] = {}
-        """By broker, the epoch of the last exchange with it, also if it is gone."""
         self._warn = warn
         self.resets = self.ignored = self.rejected = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._calls = calls = MeshCalls()
-        self._exports = router.declarations.exports = MeshExports(self._change, self._touched.add, self.peer)
-        self._imports = MeshImports(
-            router,
-            self.peer,
-            calls,
-            deliver,
-            lambda broker, text: warn("refused endpoints of brokers", broker, text),
-            max_endpoints=max_endpoints,
+        publish, direct = self._out.append, self.sessions.direct
+        exports = self._exports = MeshExports(self._change, self.wanted.touch, self.peer)
+        imports = self._imports = MeshImports(
+            router, self.peer, calls, deliver, self._report_refusal, max_endpoints=max_endpoints
         )
         self.sender = MeshSender(
-            router,
-            self._exports,
-            self._imports,
-            calls,
-            peer=self.peer,
-            publish=self._out.append,
-            direct=self._direct,
+            router, exports, imports, calls, peer=self.peer, publish=publish, direct=direct
         )
-        queries = self.queries = MeshQueries(router, self._exports, self._direct, deliver)
-        router.declarations.request_definition = queries.request
+        queries = self.queries = MeshQueries(router, exports, direct, deliver)
         self._receiver = MeshReceiver(
-            router,
-            self.peer,
-            self._imports,
-            calls,
-            deliver=deliver,
-            direct=self._direct,
-            others=queries.handlers,
+            router, self.peer, imports, calls, deliver=deliver, direct=direct, others=queries.handlers
         )
+        router.declarations.exports = exports
+        router.declarations.request_definition = queries.request
+
+    def _report_refusal(self, broker: int, text: str) -> None:
+        self._warn("refused endpoints of brokers", broker, text)
 
     # What goes out
 
@@ -139,7 +119,7 @@ class Mesh:
             broker: Who has asked; 0 for a program that is none.
             epoch: As in its request.
         """
-        session = self._sessions.get(broker)
+        session = self.sessions.get(broker)
         if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
@@ -149,39 +129,15 @@ class Mesh:
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
         self.queries.beat()
-        if self._sessions:
-            sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
-            self._out.append(Heartbeat(self._exports.version, sent))
-
-    def update_wanted(self) -> None:
-        """Subscribe to the topics to which this broker's nodes subscribe.
-
-        Whether there are publishers elsewhere makes no difference: a publisher that is told of a subscription
-        may send at once.
-        """
-        for topic in self._touched:
-            record = self._router.topics.by_name.get(topic)
-            wanted = record is not None and not all(each.peer.mesh for each in record.subscriptions.values())
-            if wanted != (topic in self._wanted):
-                (self._wanted.add if wanted else self._wanted.discard)(topic)
-                self._out.append(Subscribe(topic, wanted=wanted))
-        self._touched.clear()
+        heartbeat = self.sessions.heartbeat(self._exports.version)
+        if heartbeat is not None:
+            self._out.append(heartbeat)
 
     def _change(self, change: Change) -> None:
-        self.update_wanted()  # before others learn of the subscription
+        self.wanted.update()  # before others learn of the subscription
         self._out.append(change)
 
-    def _direct(self, broker: int, frame: Frame, endpoint: int = 0) -> None:
-        session = self._sessions.get(broker)
-        if session is not None:
-            session.sent += 1
-            self._out.append(Direct(broker, session.epoch, session.sent, endpoint, frame))
-
     # What comes in
-
-    def names(self) -> dict[int, tuple[str, str]]:
-        """Return the names and versions of the other brokers that are alive, by their numbers."""
-        return {number: (each.name, each.software) for number, each in self._sessions.items()}
 
     def counts(self) -> dict[str, int]:
         """Return how often something was lost or not taken, by the names of `MeshStats`."""
@@ -190,21 +146,17 @@ class Mesh:
 
     def add_broker(self, broker: int) -> None:
         """Ask a broker that is alive for its endpoints."""
-        if broker in self._sessions or broker in self._rejected:
+        if broker in self.sessions or broker in self._rejected:
             return
-        if not 0 < broker <= MAX_U32 or broker == self._number or len(self._sessions) >= MAX_BROKERS:
+        if not 0 < broker <= MAX_U32 or broker == self._number or self.sessions.full:
             self._warn("ignored brokers", broker, f"no valid number, or more than {MAX_BROKERS} brokers")
             return
-        session = self._sessions[broker] = BrokerSession(0)
-        self._begin(broker, session, self._epochs.pop(broker, 0) + 1)
-        if len(self._epochs) > MAX_EPOCHS:
-            del self._epochs[next(iter(self._epochs))]
-        self._ask(broker, session)
+        self._ask(broker, self.sessions.add(broker))
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
         self._rejected.discard(broker)
-        if self._sessions.pop(broker, None) is not None:
+        if self.sessions.remove(broker):
             self._imports.remove_broker(broker)
             self.queries.remove_broker(broker)
 
@@ -215,7 +167,7 @@ class Mesh:
             broker: The broker.
             reason: What it has done, for the log.
         """
-        if broker in self._sessions:
+        if broker in self.sessions:
             self.remove_broker(broker)
             self._rejected.add(broker)
             self.rejected += 1
@@ -228,7 +180,7 @@ class Mesh:
             broker: The broker.
             snapshot: Its answer; None if there was none.
         """
-        session = self._sessions.get(broker)
+        session = self.sessions.get(broker)
         if session is None or not session.asked:
             return
         session.asked = False
@@ -252,7 +204,7 @@ class Mesh:
 
     def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
         """Begin anew if messages have been lost."""
-        session = self._sessions.get(broker)
+        session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
             return
@@ -276,7 +228,7 @@ class Mesh:
             broker: The sender.
             message: What it has sent to this broker or to all, in its order.
         """
-        session = self._sessions.get(broker)
+        session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
             return
@@ -330,17 +282,13 @@ class Mesh:
             if session.sent or session.received:
                 self._reset(broker, session, epoch)
             else:
-                session.epoch = self._epochs[broker] = epoch
+                self.sessions.rename(broker, session, epoch)
 
     def _reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
         """Forget a broker's endpoints and ask for them again, because messages were lost."""
         self.resets += 1
         self._imports.remove_broker(broker)
         self.queries.remove_broker(broker)
-        self._begin(broker, session, epoch)
+        self.sessions.begin(broker, session, epoch)
         self._ask(broker, session)
         self.beat()
-
-    def _begin(self, broker: int, session: BrokerSession, epoch: int) -> None:
-        session.begin(epoch)
-        self._epochs[broker] = epoch

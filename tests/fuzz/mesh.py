@@ -19,6 +19,7 @@ from tests.fuzz.source import Source
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from broker.mesh.broker_session import BrokerSession
     from broker.mesh.mesh import Mesh
 
 MAX_STEPS: Final = 200
@@ -71,12 +72,12 @@ def check(data: bytes) -> None:
 def step(broker: MeshBroker, node: int, source: Source) -> None:
     """Let a broker or the node do one thing; mostly they keep to the rules."""
     mesh, other = broker.mesh, BROKERS[source.below(len(BROKERS))]
-    if other not in mesh.names():
+    if other not in mesh.sessions.names():
         mesh.remove_broker(other)
         mesh.add_broker(other)
         mesh.take_snapshot(other, Snapshot(1, 0, GOOD))
         attached = frames.Attached(other << 32 | 2, (1,), make.GID, 0, "/a", {})
-        mesh.receive(other, Direct(1, mesh._sessions[other].epoch, 1, 0, attached))
+        mesh.receive(other, Direct(1, _session(mesh, other).epoch, 1, 0, attached))
     action = source.below(24)
     if action < 6:
         with suppress(ProtocolError):  # the local node's fault
@@ -92,6 +93,12 @@ def step(broker: MeshBroker, node: int, source: Source) -> None:
         _administer(mesh, other, source)
     else:
         _send(mesh, other, source)
+
+
+def _session(mesh: Mesh, broker: int) -> BrokerSession:
+    session = mesh.sessions.get(broker)
+    assert session is not None
+    return session
 
 
 def _administer(mesh: Mesh, other: int, source: Source) -> None:
@@ -119,7 +126,7 @@ def _send(mesh: Mesh, other: int, source: Source) -> None:
     elif action == 1:
         mesh.receive(other, make.batch(_key(source, other), number(source), 1 + source.below(3)))
     else:
-        session = mesh._sessions[other]
+        session = _session(mesh, other)
         epoch, received = session.epoch, session.received
         if not source.below(8):
             epoch, received = _epoch(source), number(source)

@@ -43,7 +43,7 @@ class MeshBroker(Switch):
     def forward(self) -> None:
         """Let the mesh take what the router has for it."""
         self.report()
-        self.mesh.update_wanted()
+        self.mesh.wanted.update()
         for frame in self.read_all(self.mesh.peer):
             self.mesh.sender.send(frame)
 

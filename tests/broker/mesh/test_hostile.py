@@ -83,7 +83,7 @@ class Attack:
         """Broker 2 has left no trace, the reason is logged, and the others work as before."""
         assert [broker for what, broker, _ in self.warnings if what == "rejected brokers"] == [THERE]
         assert self.mesh.rejected == 1
-        assert tuple(self.mesh.names()) == (OTHER,)
+        assert tuple(self.mesh.sessions.names()) == (OTHER,)
         keys = {endpoint.key >> 32 for endpoint in self.broker.router.graph._entries.values()}
         assert keys == {HERE, OTHER}
         self.settle()
@@ -134,7 +134,7 @@ ATTACKS: dict[str, Callable[[Attack], None]] = {
     "others-reply": _answer_for_another,
     "call-twice": lambda attack: attack.direct(make.request(4, 5, 5), 3),
     "call-again": _call_twice,
-    "wrong-kind": lambda attack: attack.direct(frames.Ping(1)),
+    "wrong-kind": lambda attack: attack.direct(frames.Undeclare(1)),
     "epoch": lambda attack: attack.mesh.receive(THERE, Direct(HERE, MAX_U64, 1, 0, attack.attached())),
     "heartbeat-epoch": lambda attack: attack.mesh.take_heartbeat(THERE, Heartbeat(0, {HERE: (MAX_U64, 0)})),
 }
@@ -188,7 +188,7 @@ def test_what_can_be_ignored_changes_nothing(attack: Callable[[Attack], None]) -
     before = set(under.broker.router.graph._entries)
     attack(under)
     assert set(under.broker.router.graph._entries) == before
-    assert tuple(under.mesh.names()) == (THERE, OTHER)
+    assert tuple(under.mesh.sessions.names()) == (THERE, OTHER)
     assert list(of_router(under.broker.router)) == []
     under.mesh.receive(THERE, _batch(PUBLISHER))
     assert len(under.broker.read(under.node, frames.Batch)) == 1
@@ -233,7 +233,7 @@ def test_endpoints_of_one_broker_have_a_limit() -> None:
     attack.change(frames.Node(3, "/fourth"), broker=OTHER)
     keys = {key for key in attack.broker.router.graph._entries if key >> 32 == THERE}
     assert {key & 0xFFFF for key in keys} == {1, 2, 3, 4, 5, 6}
-    assert tuple(attack.mesh.names()) == (THERE, OTHER)
+    assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
     assert {what for what, *_ in attack.warnings} == {"refused endpoints of brokers"}
     assert attack.broker.router.refusals.count == 3
     attack.change(frames.Undeclare(6), make.publisher(10, node=1))
@@ -245,7 +245,7 @@ def test_invalid_numbers_of_brokers_are_ignored() -> None:
     attack = Attack()
     for number in (0, HERE, 2**32, -1):
         attack.mesh.add_broker(number)
-    assert tuple(attack.mesh.names()) == (THERE, OTHER)
+    assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
 
 
 @settings(deadline=None)

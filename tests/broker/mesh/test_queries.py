@@ -92,9 +92,9 @@ def test_brokers_know_each_others_names_and_versions() -> None:
     """They come with the snapshots; of a broker that is gone nothing is known."""
     network = Network(3)
     a, *_ = network
-    assert a.mesh.names() == {2: ("broker2", VERSION), 3: ("broker3", VERSION)}
+    assert a.mesh.sessions.names() == {2: ("broker2", VERSION), 3: ("broker3", VERSION)}
     network.partition(2)
-    assert a.mesh.names() == {3: ("broker3", VERSION)}
+    assert a.mesh.sessions.names() == {3: ("broker3", VERSION)}
 
 
 def test_every_other_broker_answers_a_ping() -> None:
@@ -103,7 +103,7 @@ def test_every_other_broker_answers_a_ping() -> None:
     a, *_ = network
     answers: list[tuple[int, int]] = []
     a.mesh.queries.ponged = lambda *answer: answers.append(answer)
-    a.mesh.queries.ping(a.mesh.names(), 77)
+    a.mesh.queries.ping(a.mesh.sessions.names(), 77)
     network.settle()
     assert sorted(answers) == [(2, 77), (3, 77)]
 
