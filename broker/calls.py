@@ -148,7 +148,7 @@ class Calls:
         queued = server.peer.queued_calls
         if queued is None:
             queued = server.peer.queued_calls = QueuedCalls(*self._max_queued)
-        return queued.share(client.peer.id)
+        return queued.share(client.broker << 32 | client.peer.id)  # all other brokers are one peer
 
     def _take_back(
         self,

@@ -132,6 +132,7 @@ class Declarations:
         self._emit = emit
         self._max_endpoints = limits.max_endpoints
         self._max_matches = limits.max_matches
+        self._max_mesh_matches = limits.max_mesh_matches
         self._topics = topics
         self._services = services
         self._graph = graph
@@ -187,7 +188,10 @@ class Declarations:
         Raises:
             ProtocolError, Refusal, InvalidNameError: The other broker should not have accepted it.
         """
-        endpoint = self._make(peer, frame.declaration, frame.key)
+        endpoint = self._make(peer.of_broker(frame.key >> 32), frame.declaration, frame.key)
+        if not self.fits(endpoint):
+            text = f"the endpoints of one broker may have {self._max_mesh_matches} matches"
+            raise Refusal(ErrorCode.LIMIT, f"{text} (--max-mesh-matches)")
         if isinstance(endpoint, PublisherRecord):
             endpoint.opened = False
         self._add(peer, endpoint)
@@ -277,10 +281,11 @@ class Declarations:
 
     def fits(self, endpoint: Endpoint) -> bool:
         """Return whether an endpoint that has not joined leaves its peer within the limit of matches."""
+        most = self._max_mesh_matches if endpoint.peer.mesh else self._max_matches
         if isinstance(endpoint, _ON_TOPIC):
-            return not self._topics.exceeds(endpoint, self._max_matches)
+            return not self._topics.exceeds(endpoint, most)
         if isinstance(endpoint, _OF_SERVICE):
-            return not self._services.exceeds(endpoint, self._max_matches)
+            return not self._services.exceeds(endpoint, most)
         return True
 
     def join(self, endpoint: Endpoint) -> None:

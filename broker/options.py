@@ -128,6 +128,12 @@ class BrokerOptions:
         1,
         100_000_000,
     )
+    max_mesh_matches: int = _option(
+        2_000_000,
+        "the same for another broker of the mesh, with all its nodes, in one domain",
+        1,
+        100_000_000,
+    )
     max_watches: int = _option(1000, "watches of the graph that all connections keep together", 0, 1_000_000)
     max_pending_calls: int = _option(200_000, "unanswered calls of one connection", 1, 100_000_000)
     max_definitions: int = _option(2000, "types that one connection may define", 0, 1_000_000)

@@ -74,6 +74,8 @@ class Peer:
     """Whose it is; None if there are no access rules."""
     mesh: bool = False
     """Whether its endpoints are those of other brokers: they are not matched with each other."""
+    brokers: dict[int, Peer] = field(default_factory=_new_dict)
+    """By number, the other brokers of a mesh: each is this peer, with counts of its own."""
     revoked: set[int] = field(default_factory=set[int])
     """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
 
@@ -81,6 +83,20 @@ class Peer:
     def rights(self) -> Rights | None:
         """What it may do; None for everything."""
         return None if self.principal is None else self.principal.rights
+
+    def of_broker(self, broker: int) -> Peer:
+        """Return the peer of another broker's endpoints, for a peer that stands for a mesh."""
+        peer = self.brokers.get(broker)
+        if peer is None:
+            peer = self.brokers[broker] = Peer(
+                self.id,
+                endpoints=self.endpoints,
+                relied_on=self.relied_on,
+                principal=self.principal,
+                all_latched=self.all_latched,
+                mesh=True,
+            )
+        return peer
 
     def node_names(self) -> list[str]:
         """Return the full names of its nodes."""

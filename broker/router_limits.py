@@ -18,6 +18,8 @@ class RouterLimits:
     """Nodes and endpoints that one peer may declare."""
     max_matches: int = 200_000
     """Counterparts that all endpoints of one peer may have together."""
+    max_mesh_matches: int = 2_000_000
+    """Counterparts that all endpoints of one other broker of a mesh may have together."""
     max_pending_calls: int = 200_000
     """Unanswered calls of one peer."""
     max_definitions: int = 2000

@@ -77,7 +77,7 @@ class Routes:
             ProtocolError: The peer has none with this id.
         """
         publisher = self.publishers.get(number)
-        if publisher is None or publisher.peer is not peer:
+        if publisher is None or publisher.peer.id != peer.id:
             text = f"this link has no publisher with the id {number}"
             raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
         return publisher

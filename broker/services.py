@@ -65,7 +65,7 @@ class Services:
             return False
         others: list[ClientRecord | ServiceRecord]
         others = [*(group.servers if isinstance(endpoint, ClientRecord) else group.clients).values()]
-        return exceeds(endpoint.peer, others, lambda other: _same_type(endpoint, other), most)
+        return exceeds(endpoint.peer, others, lambda other: _fits(endpoint, other), most)
 
     def join(self, endpoint: ClientRecord | ServiceRecord) -> None:
         """Match a client or server that is new or back."""
@@ -87,12 +87,10 @@ class Services:
             return
         self._notices.begin(endpoint)
         for client, server in pairs:
-            if client.peer.mesh and server.peer.mesh:
-                continue
-            if _same_type(client, server):
+            if _fits(client, server):
                 self._notices.set_count(client, client.peers + 1)
                 self._notices.set_count(server, server.peers + 1)
-            else:
+            elif not (client.peer.mesh and server.peer.mesh):
                 self._notices.report_types(client, "client", server, "server")
         self._notices.end()
 
@@ -126,7 +124,7 @@ class Services:
             _leave_pool(group, endpoint)
             counterparts = group.clients.values()
         for other in counterparts:
-            if _same_type(endpoint, other) and not (endpoint.peer.mesh and other.peer.mesh):
+            if _fits(endpoint, other):
                 self._notices.set_count(other, other.peers - 1)
         self._notices.set_count(endpoint, 0)
         if not group.clients and not group.servers:
@@ -144,6 +142,10 @@ def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
         pool.remove(server)
         if not pool:
             del group.pools[server.type_name, server.type_hash, server.peer.mesh]
+
+
+def _fits(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
+    return _same_type(one, other) and not (one.peer.mesh and other.peer.mesh)
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

@@ -338,6 +338,8 @@ def _is_strict(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
 
 def _fits(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
     """Return whether a publisher and a subscription match."""
+    if publisher.peer.mesh and subscription.peer.mesh:
+        return False
     return _same_type(publisher, subscription) and not (
         _is_strict(publisher, subscription) and incompatible_policy(publisher.wants, subscription.wants)
     )

@@ -143,6 +143,9 @@ class MeshImports:
             for number in tuple(reversed(known.ids)):  # nodes after their endpoints
                 self._remove(broker, number)
             del self._brokers[broker]
+            mesh = self._router.peer(self._mesh)
+            if mesh is not None:
+                mesh.brokers.pop(broker, None)
 
     def _undeclare(self, broker: int, known: _Broker, number: int) -> None:
         record = self._router.endpoint(self._mesh, known.ids.get(number, 0))

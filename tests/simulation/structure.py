@@ -74,8 +74,8 @@ def of_router(router: Router) -> Wrongs:
         yield f"{len(there)} endpoints are there, and the graph has {len(router.graph)}"
     for endpoint in endpoints:
         yield from _of_endpoint(endpoint)
-    for peer in peers:
-        yield from _of_peer(peer)
+    for each in [*peers, *(broker for peer in peers for broker in peer.brokers.values())]:
+        yield from _of_peer(each)
     yield from _of_calls(router, endpoints)
     for queue, *_ in router.routes.peer_queues():
         yield from of_queue(queue)
@@ -103,7 +103,7 @@ def _of_endpoint(endpoint: Endpoint) -> Wrongs:
 
 
 def _of_peer(peer: Peer) -> Wrongs:
-    endpoints = peer.endpoints.values()
+    endpoints = [endpoint for endpoint in peer.endpoints.values() if endpoint.peer is peer]
     latched = sum(each.latched_bytes for each in endpoints if isinstance(each, PublisherRecord))
     if latched != peer.latched_bytes:
         yield f"peer {peer.id} has latched {peer.latched_bytes} bytes, its publishers {latched}"

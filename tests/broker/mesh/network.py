@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from broker.mesh.mesh import Mesh
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Publish, Subscribe
 from broker.router import Router
+from broker.router_limits import RouterLimits
 from proto import frames
 from proto.codec import decode
 from tests.broker.switch import Switch
@@ -25,8 +26,8 @@ class MeshBroker(Switch):
         warnings: What it would log of other brokers.
     """
 
-    def __init__(self, number: int, *, max_endpoints: int = 1000) -> None:
-        super().__init__(Router(key_base=number << 32))
+    def __init__(self, number: int, *, max_endpoints: int = 1000, **limits: int) -> None:
+        super().__init__(Router(key_base=number << 32, limits=RouterLimits(**limits)))
         self.number = number
         self.warnings: list[tuple[str, int, str]] = []
         self.mesh = Mesh(
