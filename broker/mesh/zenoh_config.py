@@ -16,7 +16,8 @@ def config_for(listen: str | None, connect: str | None) -> zenoh.Config:
         "scouting/delay": 0,  # how long `zenoh.open` waits for what scouting finds
         "scouting/gossip/enabled": False,
         "listen/endpoints": [listen] if listen else [],
-        "connect/endpoints": [connect] if connect else [],
+        "connect/endpoints": connect.split(",") if connect else [],
+        "transport/link/tx/lease": 3000,
     }
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]

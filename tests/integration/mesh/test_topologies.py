@@ -1,0 +1,126 @@
+"""Brokers in any topology are one graph, in which each message arrives once."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.integration.conftest import free_port
+from tests.integration.mesh.stations import (
+    MeshBroker,
+    Station,
+    check_again,
+    check_traffic,
+    wait_until_joined,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from tests.integration.conftest import System
+
+LINE = ((), (0,), (1,), (2,))
+RING = ((), (0,), (1,), (2, 0))
+STAR = ((), (0,), (0,), (0,))
+"""By broker, those to which it connects."""
+
+ZENOH_ROUTER = """
+import json, sys, threading, zenoh
+config = zenoh.Config()
+config.insert_json5("mode", json.dumps("router"))
+config.insert_json5("scouting/multicast/enabled", "false")
+config.insert_json5("listen/endpoints", json.dumps([sys.argv[1]]))
+with zenoh.open(config):
+    print("open", flush=True)
+    threading.Event().wait()
+"""
+
+
+@pytest.fixture
+async def stack() -> AsyncIterator[AsyncExitStack]:
+    """Leaves stations at the end, before their brokers are killed."""
+    async with AsyncExitStack() as entered:
+        yield entered
+
+
+def make_brokers(system: System, topology: tuple[tuple[int, ...], ...]) -> list[MeshBroker]:
+    """Return the brokers of a topology; none runs yet."""
+    brokers: list[MeshBroker] = []
+    for connect in topology:
+        brokers.append(MeshBroker(system, [brokers[each] for each in connect]))
+    return brokers
+
+
+async def start(brokers: list[MeshBroker], stack: AsyncExitStack) -> list[Station]:
+    """Start brokers together, with a station at each, and wait until all see all."""
+    await asyncio.gather(*(each.start() for each in brokers))
+    stations = [
+        await stack.enter_async_context(Station(f"station_{i}", each.url)) for i, each in enumerate(brokers)
+    ]
+    await wait_until_joined(*stations)
+    return stations
+
+
+@pytest.mark.parametrize("topology", [LINE, STAR], ids=["line", "star"])
+async def test_each_message_arrives_once_everywhere(
+    system: System, stack: AsyncExitStack, topology: tuple[tuple[int, ...], ...]
+) -> None:
+    """Four brokers in a line or a star: all nodes hear and call each other."""
+    await check_traffic(*await start(make_brokers(system, topology), stack))
+
+
+async def test_a_ring_survives_the_loss_of_a_broker(system: System, stack: AsyncExitStack) -> None:
+    """Each message arrives once in a ring of four brokers; when one is killed, the others go on."""
+    brokers = make_brokers(system, RING)
+    stations = await start(brokers, stack)
+    await check_traffic(*stations)
+    await brokers[1].kill()
+    left = [stations[0], *stations[2:]]
+    await wait_until_joined(*left)
+    await check_again(*left)
+
+
+async def test_a_zenoh_router_connects_brokers(system: System, stack: AsyncExitStack) -> None:
+    """Two brokers that only know a plain Zenoh router between them are one graph."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    router = await system.python("-c", ZENOH_ROUTER, endpoint)
+    await router.wait_for_line("open")
+    brokers = [MeshBroker(system, [endpoint]) for _ in range(2)]
+    await check_traffic(*await start(brokers, stack))
+
+
+async def test_brokers_join_in_any_order(system: System, stack: AsyncExitStack) -> None:
+    """A broker joins when the one to which it connects starts, and again when that has been restarted."""
+    last, first = make_brokers(system, ((), (0,)))
+    await first.start()
+    near = await stack.enter_async_context(Station("near", first.url))
+    await near.call(near)
+    await last.start()
+    far = await stack.enter_async_context(Station("far", last.url))
+    await wait_until_joined(near, far)
+    last.stop()
+    await near.wait_until_alone(1)
+    await last.start()
+    await wait_until_joined(near, far)
+    await check_traffic(near, far)
+
+
+async def test_domains_of_a_mesh_are_apart(system: System, stack: AsyncExitStack) -> None:
+    """Nodes with the same names in two domains at two brokers do not meet those of the other domain."""
+    brokers = make_brokers(system, ((), (0,)))
+    await asyncio.gather(*(each.start() for each in brokers))
+    pairs = [
+        [
+            await stack.enter_async_context(Station(name, each.url, domain=domain))
+            for name, each in zip(("near", "far"), brokers, strict=True)
+        ]
+        for domain in (0, 7)
+    ]
+    for pair in pairs:
+        await wait_until_joined(*pair)
+    await check_traffic(*pairs[0])
+    assert not any(each.heard for each in pairs[1])
+    await check_traffic(*pairs[1])
