@@ -327,6 +327,11 @@ class Dispatcher:
         if self.on_progress is not None:
             self.on_progress()
 
+    @property
+    def mesh_has_unsent(self) -> bool:
+        """Whether anything waits for other brokers."""
+        return any(each.has_unsent for each in self._mesh_channels.values())
+
     def descriptors(self) -> Iterator[int]:
         """DescriptorOwner: the descriptors of all links."""
         for link in tuple(self.links):

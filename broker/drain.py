@@ -56,7 +56,8 @@ class Drain:
         await self._until(self._caught_up, min(deadline, loop.time() + dispatcher.options.keepalive_sec))
         if not await self._until(self._delivered, deadline):
             unread = sum(link.has_unsent for link in dispatcher.links)
-            logger.warning("%d links did not read what waits for them in time", unread)
+            mesh = " and the mesh" if dispatcher.mesh_has_unsent else ""
+            logger.warning("%d links%s did not read what waits for them in time", unread, mesh)
         dispatcher.reports.report()
         for link in tuple(dispatcher.links):
             link.send_goodbye()
@@ -84,7 +85,8 @@ class Drain:
         return not any(link.behind and link.channel.connected and link.suspended_at is None for link in links)
 
     def _delivered(self) -> bool:
-        return not any(link.has_unsent for link in self._dispatcher.links)
+        dispatcher = self._dispatcher
+        return not dispatcher.mesh_has_unsent and not any(link.has_unsent for link in dispatcher.links)
 
     def _closed(self) -> bool:
         return all(link.suspended_at is not None for link in self._dispatcher.links)

@@ -37,6 +37,12 @@ class MeshChannel:
         self._decoder = Decoder()
         self._reassembler = Reassembler()
 
+    @property
+    def has_unsent(self) -> bool:
+        """Whether anything waits for the engine."""
+        outbox = self.outbox
+        return outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0 or outbox.has_more
+
     def send(self, frame: Frame) -> None:
         """Queue a control frame."""
         self.outbox.put_control(encode(frame))

@@ -15,6 +15,7 @@ from tests.integration.conftest import DEADLINE_SEC, free_port
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from contextlib import AsyncExitStack
     from types import TracebackType
 
     from tests.integration.conftest import Program, System
@@ -62,9 +63,14 @@ class MeshBroker:
         return self
 
     async def kill(self) -> None:
-        """Send SIGKILL."""
+        """Send SIGKILL and wait for the end."""
         assert self.program is not None
         await self.program.kill()
+
+    def kill_now(self) -> None:
+        """Send SIGKILL."""
+        assert self.program is not None
+        self.program.send_signal(signal.SIGKILL)
 
     def stop(self) -> None:
         """Send SIGTERM."""
@@ -186,6 +192,24 @@ class Station:
         except TimeoutError:
             found = self.publisher.get_subscription_count()
             raise AssertionError(f"{self.name} has {found} subscriptions, not {count}") from None
+
+
+def make_brokers(system: System, topology: tuple[tuple[int, ...], ...]) -> list[MeshBroker]:
+    """Return the brokers of a topology, which has the brokers to which each connects; none runs yet."""
+    brokers: list[MeshBroker] = []
+    for connect in topology:
+        brokers.append(MeshBroker(system, [brokers[each] for each in connect]))
+    return brokers
+
+
+async def start_all(brokers: list[MeshBroker], stack: AsyncExitStack) -> list[Station]:
+    """Start brokers together, with a station at each, and wait until all see all."""
+    await asyncio.gather(*(each.start() for each in brokers))
+    stations = [
+        await stack.enter_async_context(Station(f"station_{i}", each.url)) for i, each in enumerate(brokers)
+    ]
+    await wait_until_joined(*stations)
+    return stations
 
 
 async def wait_until_joined(*stations: Station) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
@@ -14,11 +13,13 @@ from tests.integration.mesh.stations import (
     Station,
     check_again,
     check_traffic,
+    make_brokers,
+    start_all,
     wait_until_joined,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from contextlib import AsyncExitStack
 
     from tests.integration.conftest import System
 
@@ -39,43 +40,18 @@ with zenoh.open(config):
 """
 
 
-@pytest.fixture
-async def stack() -> AsyncIterator[AsyncExitStack]:
-    """Leaves stations at the end, before their brokers are killed."""
-    async with AsyncExitStack() as entered:
-        yield entered
-
-
-def make_brokers(system: System, topology: tuple[tuple[int, ...], ...]) -> list[MeshBroker]:
-    """Return the brokers of a topology; none runs yet."""
-    brokers: list[MeshBroker] = []
-    for connect in topology:
-        brokers.append(MeshBroker(system, [brokers[each] for each in connect]))
-    return brokers
-
-
-async def start(brokers: list[MeshBroker], stack: AsyncExitStack) -> list[Station]:
-    """Start brokers together, with a station at each, and wait until all see all."""
-    await asyncio.gather(*(each.start() for each in brokers))
-    stations = [
-        await stack.enter_async_context(Station(f"station_{i}", each.url)) for i, each in enumerate(brokers)
-    ]
-    await wait_until_joined(*stations)
-    return stations
-
-
 @pytest.mark.parametrize("topology", [LINE, STAR], ids=["line", "star"])
 async def test_each_message_arrives_once_everywhere(
     system: System, stack: AsyncExitStack, topology: tuple[tuple[int, ...], ...]
 ) -> None:
     """Four brokers in a line or a star: all nodes hear and call each other."""
-    await check_traffic(*await start(make_brokers(system, topology), stack))
+    await check_traffic(*await start_all(make_brokers(system, topology), stack))
 
 
 async def test_a_ring_survives_the_loss_of_a_broker(system: System, stack: AsyncExitStack) -> None:
     """Each message arrives once in a ring of four brokers; when one is killed, the others go on."""
     brokers = make_brokers(system, RING)
-    stations = await start(brokers, stack)
+    stations = await start_all(brokers, stack)
     await check_traffic(*stations)
     await brokers[1].kill()
     left = [stations[0], *stations[2:]]
@@ -89,7 +65,7 @@ async def test_a_zenoh_router_connects_brokers(system: System, stack: AsyncExitS
     router = await system.python("-c", ZENOH_ROUTER, endpoint)
     await router.wait_for_line("open")
     brokers = [MeshBroker(system, [endpoint]) for _ in range(2)]
-    await check_traffic(*await start(brokers, stack))
+    await check_traffic(*await start_all(brokers, stack))
 
 
 async def test_brokers_join_in_any_order(system: System, stack: AsyncExitStack) -> None:
