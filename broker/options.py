@@ -54,7 +54,20 @@ class BrokerOptions:
         None, "let other brokers join this one's mesh there: a Zenoh endpoint such as tcp/0.0.0.0:7447"
     )
     mesh: str | None = _option(
-        None, "join the mesh of the broker that listens there: a Zenoh endpoint such as tcp/robot:7447"
+        None,
+        "join the mesh of the broker that listens there: a Zenoh endpoint such as tcp/robot:7447, or several,"
+        " separated by commas",
+    )
+    mesh_auth: Path | None = _option(
+        None,
+        "file with lines user:password: the first is what this broker joins others with, all of them may"
+        " join it",
+    )
+    mesh_config: Path | None = _option(
+        None, "join an existing Zenoh network: a configuration of Zenoh (JSON5), with TLS, scouting and so on"
+    )
+    mesh_lease_sec: float = _option(
+        3.0, "seconds of silence after which another broker of the mesh counts as gone", 0.1, 3600
     )
     mesh_name: str | None = _option(
         None,
@@ -203,12 +216,19 @@ class BrokerOptions:
         if self.mesh_name is not None and not re.fullmatch(BROKER_NAME, self.mesh_name):
             text = "mesh_name must have 1 to 63 letters, digits and -_. and begin with a letter or digit"
             raise InvalidOptionError(f"{text}, got {self.mesh_name!r}")
+        if self.mesh_auth is not None and not self.joins_mesh:
+            raise InvalidOptionError("mesh_auth needs mesh_listen, mesh or mesh_config")
         if (self.tls_cert is None) != (self.tls_key is None):
             raise InvalidOptionError("tls_cert and tls_key belong together: give both")
         if self.tls_client_ca is not None and self.tls_cert is None:
             raise InvalidOptionError("tls_client_ca needs tls_cert and tls_key")
         if self.unix is not None and self.tls_cert is not None:
             raise InvalidOptionError("a unix socket has no TLS: leave out tls_cert or unix")
+
+    @property
+    def joins_mesh(self) -> bool:
+        """Whether the broker is one of a mesh."""
+        return any((self.mesh_listen, self.mesh, self.mesh_config))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

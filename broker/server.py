@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import re
 import secrets
-import socket
 import time
 from dataclasses import fields, replace
 from itertools import count
@@ -168,6 +166,7 @@ class Broker:
             AddressInUseError: Something else listens there.
             UnprotectedError: Other machines could connect, and there are neither rules, nor authorities of
                 client certificates, nor `insecure`.
+            ConfigurationError: It cannot join the mesh as its options say.
             ListenError: It cannot listen there for another reason.
             RuntimeError: It is running already.
             TlsFileError: A certificate, key or authority cannot be used.
@@ -201,38 +200,20 @@ class Broker:
 
             return TlsTransport(channel, self._tls, loop=loop, budget=budget, received=dispatcher.received)
 
-        if self.options.mesh_listen or self.options.mesh or self._make_engine is not None:
-            await self._join_mesh(budget)
+        if self.options.joins_mesh or self._make_engine is not None:
+            from broker.mesh.joining import join_mesh  # noqa: PLC0415 - few brokers join one
+
+            self._mesh = await join_mesh(dispatcher, self.options, budget, self._make_engine)
         statistics.started_at = loop.time()
         self._listener = await listen(self.options, connect, backlog=dispatcher.capacity.backlog)
         check = PeriodicCheck(dispatcher, statistics.lag)
         self._check = loop.create_task(keep_running("The broker's periodic check", check.run))
         return self
 
-    async def _join_mesh(self, budget: ReadBudget) -> None:
-        """Join a mesh; import what that takes only now."""
-        from broker.mesh.member import MeshMember  # noqa: PLC0415 - few brokers join one
-        from broker.mesh.zenoh_config import config_for  # noqa: PLC0415 - an extra
-        from broker.mesh.zenoh_engine import ZenohEngine  # noqa: PLC0415 - an extra
-
-        options, number = self.options, 1 + secrets.randbelow(2**31 - 1)
-
-        def make_engine(number: int, host: Host) -> Engine:
-            return ZenohEngine(number, host, budget, config_for(options.mesh_listen, options.mesh))
-
-        make = self._make_engine or make_engine
-        mesh = self._dispatcher.mesh = MeshMember(number, self._dispatcher, make, self._mesh_name())
-        await mesh.start()
-        self._mesh = mesh
-
     async def _leave_mesh(self) -> None:
         mesh, self._mesh = self._mesh, None
         if mesh is not None:
             await mesh.stop()
-
-    def _mesh_name(self) -> str:
-        name = re.sub(r"[^A-Za-z0-9._-]", "-", socket.gethostname())
-        return self.options.mesh_name or name.lstrip("._-")[:63] or "broker"
 
     async def __aexit__(
         self,

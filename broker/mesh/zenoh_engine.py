@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from broker.errors import ListenError
 from broker.mesh import wire
 from broker.mesh.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
+from broker.mesh.neighbours import watch
 from broker.mesh.received_queue import ReceivedQueue
 from broker.mesh.sending_thread import SendingThread
+from broker.mesh.zenoh_config import connect_endpoints, plain_text
+from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import ProtocolError
 from proto.limits import MAX_DOMAIN
 
@@ -24,7 +29,12 @@ if TYPE_CHECKING:
     from broker.mesh.messages import Message
     from proto.aio.read_budget import ReadBudget
 
-PREFIX: Final = "callboard/1"
+logger: Final = logging.getLogger("callboard.broker")
+
+VERSION: Final = "1"
+"""Of the keys and of what travels under them."""
+
+PREFIX: Final = f"callboard/{VERSION}"
 
 ASK_TIMEOUT_SEC: Final = 5.0
 ASK_AGAIN_SEC: Final = 1.0
@@ -54,18 +64,30 @@ class ZenohEngine:
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
         self._traffic: dict[int, Traffic] = {}
         self._open = False
+        self._endpoints = connect_endpoints(config)
+        self._watch: asyncio.Task[None] | None = None
 
     # Engine
 
     async def start(self) -> None:
         """Open the session. It connects, and connects again, in the background."""
-        self._session = await asyncio.to_thread(zenoh.open, self._config)
+        try:
+            self._session = await asyncio.to_thread(zenoh.open, self._config)
+        except zenoh.ZError as error:
+            raise ListenError(f"Cannot join the mesh: {plain_text(error)}") from None
         self._open = True
         self._sending.start(self._session)
         tokens = self._session.liveliness().declare_subscriber(
-            f"{PREFIX}/*/alive/*", self._received.callback(self._token, 0), history=True
+            "callboard/*/*/alive/*", self._received.callback(self._token, 0), history=True
         )
         self._declared.append(tokens)
+        if self._endpoints:
+            watching = keep_running("The mesh's watch", lambda: watch(self._neighbours, self._endpoints))
+            self._watch = self._loop.create_task(watching)
+
+    def _neighbours(self) -> list[str]:
+        info = self._session.info
+        return [str(each) for each in (*info.routers_zid(), *info.peers_zid())]
 
     def join(self, domain: int) -> None:
         """Take part in the graph of a domain."""
@@ -117,8 +139,7 @@ class ZenohEngine:
         sending, received = self._sending, self._received
         neighbours: tuple[str, ...] = ()
         if self._open:
-            info = self._session.info
-            neighbours = tuple(map(str, (*info.routers_zid(), *info.peers_zid())))
+            neighbours = tuple(self._neighbours())
         return EngineStats(
             traffic=self._traffic,
             sent=sending.sent,
@@ -134,6 +155,8 @@ class ZenohEngine:
     async def stop(self) -> None:
         """Send what waits, and close the session."""
         self._open = False
+        if self._watch is not None:
+            await cancel_and_wait(self._watch)
         self._received.close()
         await asyncio.to_thread(self._close)
 
@@ -146,6 +169,11 @@ class ZenohEngine:
     def _token(self, _domain: int, sample: zenoh.Sample) -> None:
         parts = str(sample.key_expr).split("/")
         domain, broker = int(parts[2]), int(parts[4], 16)
+        if parts[1] != VERSION:
+            if sample.kind == zenoh.SampleKind.PUT:
+                text = "Mesh: the broker %s speaks version %s of the mesh, this one %s; update the older one"
+                logger.warning(text, parts[4], parts[1], VERSION)
+            return
         if domain > MAX_DOMAIN:
             raise ValueError(f"there is no domain {domain}")
         if broker == self._number:
