@@ -1,0 +1,121 @@
+"""What a broker's options make of its Zenoh session, and which of them are refused."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from broker import BrokerOptions, InvalidOptionError, UnprotectedError
+from broker.errors import ConfigurationError
+from broker.mesh.zenoh_config import connect_endpoints, make_config
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def value(options: BrokerOptions, key: str) -> Any:
+    """Return what the configuration has under a key."""
+    return json.loads(make_config(options).get_json(key))
+
+
+def test_a_broker_is_a_router_that_searches_for_nobody() -> None:
+    """It listens and connects where its options say, and nowhere else."""
+    options = BrokerOptions(mesh="tcp/127.0.0.1:1, tcp/[::1]:2", mesh_lease_sec=1.5)
+    assert value(options, "mode") == "router"
+    assert value(options, "listen/endpoints") == []
+    assert connect_endpoints(make_config(options)) == ["tcp/127.0.0.1:1", "tcp/[::1]:2"]
+    assert value(options, "scouting/multicast/enabled") is False
+    assert value(options, "scouting/gossip/enabled") is False
+    assert value(options, "transport/link/tx/lease") == 1500
+
+
+def test_a_file_of_zenoh_takes_precedence_over_the_defaults(tmp_path: Path) -> None:
+    """What it does not say is as without it."""
+    path = tmp_path / "zenoh.json5"
+    path.write_text("{scouting: {multicast: {enabled: true}}, connect: {endpoints: ['tcp/127.0.0.1:9']}}")
+    options = BrokerOptions(mesh_config=path)
+    assert value(options, "scouting/multicast/enabled") is True
+    assert value(options, "scouting/gossip/enabled") is False
+    assert connect_endpoints(make_config(options)) == ["tcp/127.0.0.1:9"]
+    assert value(options, "listen/endpoints") == []
+
+
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/0.0.0.0:7447", "tcp/robot:7447", "tls/[::]:7447", "udp/192.168.0.2:7447?rel=0"]
+)
+def test_others_must_have_a_password_beyond_loopback(endpoint: str, tmp_path: Path) -> None:
+    """Whether the broker listens there or connects; --insecure and --mesh-auth are the ways out."""
+    for options in (BrokerOptions(mesh_listen=endpoint), BrokerOptions(mesh=endpoint)):
+        with pytest.raises(UnprotectedError, match=r"--mesh-auth FILE .* --insecure"):
+            make_config(options)
+        make_config(replace(options, insecure=True))
+        make_config(replace(options, mesh_auth=auth_file(tmp_path, "a:b\n")))
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:7447", "tcp/localhost:7447", "tcp/[::1]:7447"])
+def test_loopback_needs_no_password(endpoint: str) -> None:
+    """Other machines cannot connect there."""
+    make_config(BrokerOptions(mesh_listen=endpoint))
+
+
+def auth_file(folder: Path, text: str, mode: int = 0o600) -> Path:
+    """Write a file of users and passwords."""
+    path = folder / "auth"
+    path.write_text(text)
+    path.chmod(mode)
+    return path
+
+
+def test_the_first_user_is_what_a_broker_joins_with(tmp_path: Path) -> None:
+    """A password may have colons. All lines may join this broker."""
+    path = auth_file(tmp_path, "robot:se:cret\nguest:word\n")
+    options = BrokerOptions(mesh_listen="tcp/0.0.0.0:1", mesh_auth=path)
+    expected = {"user": "robot", "password": "se:cret", "dictionary_file": str(path)}
+    assert value(options, "transport/auth/usrpwd") == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "mode", "fault"),
+    [
+        ("", 0o600, "it is empty"),
+        ("a:b\nc\n", 0o600, "line 2 is no 'user:password'"),
+        (":b\n", 0o600, "line 1 is no"),
+        ("a:b\n", 0o640, "chmod 600"),
+    ],
+)
+def test_unusable_files_of_passwords_are_refused(text: str, mode: int, fault: str, tmp_path: Path) -> None:
+    """The error names the file and the line."""
+    options = BrokerOptions(mesh="tcp/127.0.0.1:1", mesh_auth=auth_file(tmp_path, text, mode))
+    with pytest.raises(ConfigurationError, match=fault):
+        make_config(options)
+
+
+def test_unusable_options_are_refused(tmp_path: Path) -> None:
+    """A malformed endpoint, a file that is missing or no configuration, a password without a mesh."""
+    with pytest.raises(ConfigurationError, match=r"--mesh .*such as tcp/"):
+        make_config(BrokerOptions(mesh="robot"))
+    with pytest.raises(ConfigurationError, match=r"Cannot use .*missing"):
+        make_config(BrokerOptions(mesh_config=tmp_path / "missing"))
+    (tmp_path / "odd.json5").write_text("{listen: {endpointss: 1}}")
+    with pytest.raises(ConfigurationError, match=r"unknown field `endpointss`") as caught:
+        make_config(BrokerOptions(mesh_config=tmp_path / "odd.json5"))
+    assert ".rs:" not in str(caught.value)
+    with pytest.raises(InvalidOptionError, match="mesh_auth needs"):
+        BrokerOptions(mesh_auth=tmp_path / "odd")
+
+
+def test_a_missing_extra_is_one_clear_line() -> None:
+    """The broker says what to install, and does not start."""
+    code = (
+        "import sys; sys.modules['zenoh'] = None; sys.argv[1:] = ['--port=0', '--mesh=tcp/127.0.0.1:1'];"
+        "import runpy; runpy.run_module('broker', run_name='__main__')"
+    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    assert done.returncode != 0
+    assert done.stderr.splitlines() == ["A mesh of brokers needs Zenoh: pip install 'callboard[zenoh]'"]

@@ -1,0 +1,41 @@
+"""Brokers of a mesh that must have a password."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tests.integration.mesh.stations import MeshBroker, Station, wait_until_joined
+
+if TYPE_CHECKING:
+    from contextlib import AsyncExitStack
+    from pathlib import Path
+
+    from tests.integration.conftest import System
+
+
+def password(folder: Path, text: str) -> Path:
+    """Write a file with a user and a password."""
+    path = folder / text
+    path.write_text(f"robot:{text}\n")
+    path.chmod(0o600)
+    return path
+
+
+async def test_brokers_with_one_password_join(system: System, stack: AsyncExitStack, tmp_path: Path) -> None:
+    """The log of the one that connects says so."""
+    auth = str(password(tmp_path, "right"))
+    first = await MeshBroker(system).start("--mesh-auth", auth)
+    second = await MeshBroker(system, [first]).start("--mesh-auth", auth)
+    stations = [
+        await stack.enter_async_context(Station(f"s{i}", b.url)) for i, b in enumerate((first, second))
+    ]
+    await wait_until_joined(*stations)
+
+
+async def test_a_broker_with_another_password_is_told_so(system: System, tmp_path: Path) -> None:
+    """Its log names the endpoint and the likely reason."""
+    first = await MeshBroker(system).start("--mesh-auth", str(password(tmp_path, "right")))
+    second = await MeshBroker(system, [first]).start("--mesh-auth", str(password(tmp_path, "wrong")))
+    assert second.program is not None
+    line = await second.program.wait_for_line("Mesh: no connection")
+    assert f"with {first.endpoint}: it does not let this broker in (another password" in line
