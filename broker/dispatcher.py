@@ -61,6 +61,8 @@ class Dispatcher:
         on_progress: Called after each delivery, write and end of a link; set while draining.
         budget: Limits the frames that are handled in one loop turn; set before the first link.
         reports: Reports changes of the graphs, once per loop turn.
+        mesh: The broker's part in a mesh; None without one.
+        mesh_channels: By router, what waits for the mesh.
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
     """
 
@@ -100,7 +102,7 @@ class Dispatcher:
         self.reports = Reports(self)
         self.closed_bytes_received = self.closed_bytes_sent = 0
         self.mesh: MeshMember | None = None
-        self._mesh_channels: dict[Router, MeshChannel] = {}
+        self.mesh_channels: dict[Router, MeshChannel] = {}
         self._routers: dict[int, Router] = {}
         self._unflushed: dict[Link, None] = {}
         self._watches = WatchCount(options.max_watches)
@@ -201,7 +203,7 @@ class Dispatcher:
             )
             self.joined[router] = joined
             if self.mesh is not None:
-                self._mesh_channels[router] = self.mesh.add(router)
+                self.mesh_channels[router] = self.mesh.add(router)
         return router
 
     def _warn_of_discarded(self) -> None:
@@ -290,7 +292,7 @@ class Dispatcher:
         for delivery in deliveries:
             link = joined.get(delivery.peer)
             if link is None:
-                to_mesh = self._mesh_channels.get(router)
+                to_mesh = self.mesh_channels.get(router)
                 if to_mesh is not None and to_mesh.mesh.peer == delivery.peer:
                     delivery.deliver(to_mesh)
                 else:
@@ -320,17 +322,21 @@ class Dispatcher:
                     link.fail_if_over_limit()
                 if link.held_bytes or outbox.held_bytes or outbox.urgent_bytes or outbox.ordered_bytes:
                     self.memory.count(link)
-        for to_mesh in self._mesh_channels.values():
+        for to_mesh in self.mesh_channels.values():
             to_mesh.flush()
+            self.memory.count(to_mesh)
         if self.memory.needs_relief:
-            self.memory.relieve(self.links)
+            self.memory.relieve(self.links, self.mesh_channels.values())
+        if self._unflushed:  # what waited for a mesh was too much, and its endpoints have been removed
+            self.flush()
+            return
         if self.on_progress is not None:
             self.on_progress()
 
     @property
     def mesh_has_unsent(self) -> bool:
         """Whether anything waits for other brokers."""
-        return any(each.has_unsent for each in self._mesh_channels.values())
+        return any(each.has_unsent for each in self.mesh_channels.values())
 
     def descriptors(self) -> Iterator[int]:
         """DescriptorOwner: the descriptors of all links."""

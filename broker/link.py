@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from broker.options import BrokerOptions
     from broker.router import Router
     from proto.aio.budgeted_channel import BudgetedChannel
+    from proto.outbox import Outbox
 
 logger: Final = logging.getLogger("callboard.broker")
 
@@ -110,6 +111,11 @@ class Link:
         if self.channel.session.state is State.OPEN:
             self.behind = True
             self.channel.send(frames.Ping(CATCH_UP))
+
+    @property
+    def outbox(self) -> Outbox:
+        """What waits for it."""
+        return self.channel.outbox
 
     @property
     def has_unsent(self) -> bool:

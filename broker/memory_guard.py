@@ -12,18 +12,39 @@ The order, for a limit of `max_bytes`:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from proto.errors import ErrorCode
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Collection, Iterable
 
     from broker.link import Link
     from proto.fragments import ByteTotal, ReassemblyTotal
+    from proto.outbox import Outbox
 
 MUCH_BYTES: Final = 16 * 1024 * 1024
 """When a link that held at least this much ends, freed memory is returned to the system."""
+
+
+class Holder(Protocol):
+    """What holds memory for what waits: a link, or a mesh."""
+
+    held_bytes: int
+    """As counted last."""
+
+    @property
+    def outbox(self) -> Outbox:
+        """What waits."""
+        ...
+
+
+class MeshHolder(Holder, Protocol):
+    """A mesh."""
+
+    def drop_all(self, reason: str) -> None:
+        """Drop all that waits."""
+        ...
 
 
 class MemoryGuard:
@@ -75,12 +96,12 @@ class MemoryGuard:
         held = self.queued_bytes + self._reassembly.bytes + self._latched.bytes + self._received.bytes
         return held > self._check_above or self.full
 
-    def count(self, link: Link) -> None:
-        """Note what waits for a link now."""
-        outbox = link.channel.outbox
+    def count(self, holder: Holder) -> None:
+        """Note what waits for a link, or for a mesh, now."""
+        outbox = holder.outbox
         held = outbox.held_bytes + outbox.urgent_bytes + outbox.ordered_bytes
-        self.queued_bytes += held - link.held_bytes
-        link.held_bytes = held
+        self.queued_bytes += held - holder.held_bytes
+        holder.held_bytes = held
 
     def end(self, link: Link) -> None:
         """Note that a link ends, before it leaves its graph."""
@@ -88,8 +109,13 @@ class MemoryGuard:
         if _memory(link) >= MUCH_BYTES:
             self.freed = True
 
-    def relieve(self, links: Iterable[Link]) -> None:
-        """Free memory in the stated order, if the process really uses too much."""
+    def relieve(self, links: Iterable[Link], meshes: Collection[MeshHolder] = ()) -> None:
+        """Free memory in the stated order, if the process really uses too much.
+
+        Args:
+            links: All links.
+            meshes: The graphs' meshes, which count like links; all that waits for one is dropped at worst.
+        """
         held = self.held_bytes
         resident = self._resident() if held > self._enough else 0
         self.full = held > self._enough and (resident is None or resident > self._enough)
@@ -99,22 +125,26 @@ class MemoryGuard:
         # If messages are only counted several times, look again when there are considerably more.
         self._check_above = self._enough if self.full else max(self._enough, held + self.max_bytes // 16)
         if self.full and held > self.max_bytes:
-            self._drop(links)
+            self._drop([*links, *meshes])
             if self.held_bytes > self.max_bytes:
-                self._close(links)
+                self._close(links, meshes)
 
-    def _drop(self, links: Iterable[Link]) -> None:
-        for link in sorted(links, key=lambda link: link.channel.outbox.held_bytes, reverse=True):
+    def _drop(self, holders: Iterable[Holder]) -> None:
+        for holder in sorted(holders, key=lambda holder: holder.outbox.held_bytes, reverse=True):
             if self.held_bytes <= self._enough:
                 break
-            outbox = link.channel.outbox
-            outbox.drop_from_fullest(outbox.held_bytes // 2)
-            self.count(link)
+            holder.outbox.drop_from_fullest(holder.outbox.held_bytes // 2)
+            self.count(holder)
 
-    def _close(self, links: Iterable[Link]) -> None:
+    def _close(self, links: Iterable[Link], meshes: Collection[MeshHolder]) -> None:
         if self._closing is not None and self._closing.router is not None:
             return  # what it holds is about to be freed
         most = max((link for link in links if link.channel.connected), key=_memory, default=None)
+        mesh = max(meshes, key=lambda mesh: mesh.held_bytes, default=None)
+        if mesh is not None and (most is None or mesh.held_bytes > _memory(most)):
+            mesh.drop_all(f"the broker holds {self.held_bytes} bytes (--max-broker-bytes)")
+            self.count(mesh)
+            return
         if most is None:
             return
         self._closing = most

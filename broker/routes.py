@@ -46,6 +46,7 @@ class Routes:
         unmatched: Messages without a subscription.
         stale: Messages discarded because their sequence numbers had been received before.
         latched_dropped: Latched messages dropped because too many bytes were latched.
+        report_mesh: Called with another broker of the mesh that has not kept to flow control, and why.
     """
 
     def __init__(self, emit: Callable[[Delivery], None], *, max_keep_all_queue_bytes: int) -> None:
@@ -56,6 +57,7 @@ class Routes:
         self.latched_expiry = LatchedExpiry()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)
+        self.report_mesh: Callable[[int, str], None] = _ignore
         self.routed = self.copies = self.unmatched = self.stale = self.latched_dropped = 0
 
     # Publishers
@@ -253,12 +255,18 @@ class Routes:
 
     def _overflow(self, publisher: PublisherRecord, route: Route) -> None:
         """Close the link that ignores flow control, which should have prevented this."""
-        if publisher.credit.unconfirmed:
+        if publisher.peer.mesh and publisher.credit.exceeded(publisher.next_sequence):
+            text = f"the publisher on '{publisher.name}' sends without credit"
+            self.report_mesh(publisher.broker, text)
+        elif publisher.credit.unconfirmed and not publisher.peer.mesh:
             text = f"the publisher on '{publisher.name}' does not confirm its credit"
             self._emit(Close(publisher.peer.id, ErrorCode.CREDIT, text))
         else:
             text = f"a subscription to '{publisher.name}' grants credit without reading"
-            self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
+            for broker in {each.broker for each in route.subscriptions.values() if each.peer.mesh}:
+                self.report_mesh(broker, text)
+            if not route.peer.mesh:
+                self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
 
     # Statistics
 
@@ -274,6 +282,10 @@ class Routes:
         for publisher in self.publishers.values():
             for route in publisher.routes.values():
                 yield PeerQueue(route.queue, route.topic, route.peer.id, publisher.peer)
+
+
+def _ignore(*_: object) -> None:
+    """Take a report, and do nothing."""
 
 
 def leaving_reason(publisher: PublisherRecord) -> DetachReason:

@@ -58,6 +58,7 @@ class Statistics:
         dispatcher = self._dispatcher
         channels = [link.channel for link in dispatcher.links]
         outboxes = [channel.outbox for channel in channels]
+        outboxes += [channel.outbox for channel in dispatcher.mesh_channels.values()]
         return replace(
             collect(len(channels), dispatcher.joined),
             broker=self._broker,

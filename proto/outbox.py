@@ -174,6 +174,17 @@ class Outbox:
             queue.share.remove(size)
             self.shared_bytes -= size
 
+    def large_calls(self) -> dict[tuple[int, int], int]:
+        """Return the sizes of the large calls that count as `bulk_bytes`, by endpoint and call id."""
+        return {key: each.control_bytes for key, each in self._large_calls.items() if each.share is None}
+
+    def discard_urgent(self) -> None:
+        """Drop all control frames and calls; some ABORTs for what was partly sent are left."""
+        while self._control or self._calls:
+            self.take(1)
+        for key in tuple(self._large_calls):
+            self.drop_call(key)
+
     def cancel_calls(self, endpoint: int, calls: Sequence[int], share: CallShare | None = None) -> None:
         """Remove those of these calls that are still queued as large frames; send CANCEL for the others.
 

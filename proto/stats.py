@@ -240,6 +240,10 @@ class MeshStats:
     """Endpoints of other brokers that this one does not take."""
     resets: int = 0
     """How often messages to or from a broker were lost, so that the exchange with it has begun anew."""
+    rejected: int = 0
+    """Brokers that have broken a rule, so that this one has removed and ignored them."""
+    overflows: int = 0
+    """How often too much waited for brokers, so that the exchange with them has begun anew."""
     neighbours: str = ""
     """The ids of the routers and peers that Zenoh is connected with, separated by spaces."""
 

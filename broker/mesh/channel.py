@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from proto import frames
@@ -10,8 +11,12 @@ from proto.fragments import Reassembler
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from broker.mesh.engine import Engine
     from broker.mesh.mesh import Mesh
+    from broker.options import BrokerOptions
+    from broker.router import Router
     from proto.errors import ProtocolError
     from proto.frames import Frame
 
@@ -21,19 +26,24 @@ class MeshChannel:
 
     Args:
         mesh: Turns frames into messages.
+        router: The graph's router.
         engine: Sends them.
-        domain: The graph's number.
+        options: Returns the broker's options.
 
     Attributes:
         mesh: As given.
         outbox: What waits.
     """
 
-    def __init__(self, mesh: Mesh, engine: Engine, domain: int) -> None:
+    def __init__(
+        self, mesh: Mesh, router: Router, engine: Engine, options: Callable[[], BrokerOptions]
+    ) -> None:
         self.mesh = mesh
         self.outbox = Outbox()
+        self.held_bytes = 0
         self._engine = engine
-        self._domain = domain
+        self._router = router
+        self._options = options
         self._decoder = Decoder()
         self._reassembler = Reassembler()
 
@@ -48,12 +58,14 @@ class MeshChannel:
         self.outbox.put_control(encode(frame))
 
     def fail(self, error: ProtocolError) -> None:
-        """Ignore an error that would close a node's link: the mesh stays."""
-        del error
+        """Raise the error: the router reports brokers that are at fault, and never closes the mesh."""
+        raise error
 
     def flush(self) -> None:
-        """Send what waits until the engine is full, then trim the publisher queues."""
+        """Send what waits until the engine is full, then trim the publisher queues and apply the limits."""
         outbox, engine = self.outbox, self._engine
+        outbox.max_held_bytes = self._options().max_link_bytes
+        self.mesh.reset_overflowing()
         while not engine.full:
             parts, _ = outbox.take(1)
             if not parts:
@@ -71,9 +83,45 @@ class MeshChannel:
             self.mesh.sender.send(frame)
             self._pass_on()
         outbox.trim()
+        if outbox.urgent_bytes or outbox.ordered_bytes or outbox.held_bytes:
+            self._limit()
         self.mesh.wanted.update()
         self._pass_on()
 
+    def _limit(self) -> None:
+        """Begin anew with the broker, or with all, for which more waits than may, as a link would end.
+
+        All share the engine: if it takes nothing, for whom what waits is unknown, large replies excepted.
+        """
+        outbox, options, mesh = self.outbox, self._options(), self.mesh
+        if outbox.bulk_bytes > options.max_bulk_bytes:
+            waiting: Counter[int] = Counter()
+            calls = outbox.large_calls()
+            for (endpoint, _), size in calls.items():
+                waiting[mesh.broker_of(endpoint)] += size
+            ((broker, size),) = waiting.most_common(1)
+            for key in calls:
+                if mesh.broker_of(key[0]) == broker:
+                    outbox.drop_call(key)
+            mesh.begin_anew((broker,), f"{size} bytes of large replies wait for it (--max-bulk-bytes)")
+        if outbox.undroppable_bytes > options.max_queue_bytes:
+            self.drop_all(f"{outbox.undroppable_bytes} bytes of replies wait (--max-queue-bytes)")
+        elif outbox.held_bytes > options.max_link_bytes:
+            self.drop_all(f"{outbox.held_bytes} bytes of messages wait (--max-link-bytes)")
+
+    def drop_all(self, reason: str) -> None:
+        """Drop all that waits, and begin anew with all brokers.
+
+        Args:
+            reason: For the log.
+        """
+        outbox, mesh = self.outbox, self.mesh
+        outbox.discard_urgent()
+        for each in tuple(self._router.routes.departed.all()):
+            if each.peer == mesh.peer:
+                outbox.discard_queue(each.queue, shed=True)
+        mesh.lost_all(f"{reason}, and the mesh takes nothing")
+
     def _pass_on(self) -> None:
         if messages := self.mesh.take():
-            self._engine.send(self._domain, messages)
+            self._engine.send(self._router.domain, messages)

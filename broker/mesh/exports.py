@@ -102,6 +102,12 @@ class MeshExports:
         if endpoint is not None:
             self._undeclare(endpoint)
 
+    def lost_all(self) -> None:
+        """Note that the last messages of publishers that are gone may never be sent."""
+        for endpoint in tuple(self._leaving.values()):
+            if isinstance(endpoint, PublisherRecord):
+                self._undeclare(endpoint)
+
     def _undeclare(self, endpoint: Endpoint) -> None:
         self._leaving.pop(endpoint.key, None)
         self._declarations.pop(endpoint.number, None)

@@ -91,7 +91,9 @@ class MeshMember:
 
         mesh.queries.ponged = ponged
         self._engine.join(domain)
-        channel = self._channels[domain] = MeshChannel(mesh, self._engine, domain)
+        channel = self._channels[domain] = MeshChannel(
+            mesh, router, self._engine, lambda: self._dispatcher.options
+        )
         return channel
 
     def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:

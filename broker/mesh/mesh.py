@@ -22,7 +22,7 @@ from proto.identity import VERSION
 from proto.limits import MAX_U32
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from broker.deliveries import Delivery
     from broker.mesh.broker_session import BrokerSession
@@ -62,6 +62,7 @@ class Mesh:
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
         rejected: How many brokers were rejected.
+        overflows: How often too much waited for brokers, so that the exchange with them has begun anew.
     """
 
     def __init__(
@@ -83,7 +84,10 @@ class Mesh:
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
         self._warn = warn
-        self.resets = self.ignored = self.rejected = 0
+        self.resets = self.ignored = self.rejected = self.overflows = 0
+        self._overflowing: dict[int, str] = {}
+        """Brokers that have not kept to flow control, and what they have done."""
+        router.routes.report_mesh = self._overflowing.__setitem__
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._calls = calls = MeshCalls()
         publish, direct = self._out.append, self.sessions.direct
@@ -137,12 +141,54 @@ class Mesh:
         self.wanted.update()  # before others learn of the subscription
         self._out.append(change)
 
+    # Limits
+
+    def broker_of(self, endpoint: int) -> int:
+        """Return whose endpoint has an id at the router; 0 if it has gone."""
+        remote = self._imports.remote(endpoint)
+        return 0 if remote is None else remote.broker
+
+    def reset_overflowing(self) -> None:
+        """Begin anew with brokers for which too much waits because they have not kept to flow control."""
+        while self._overflowing:
+            broker, text = self._overflowing.popitem()
+            self.begin_anew((broker,), text)
+
+    def begin_anew(self, brokers: Iterable[int], text: str) -> None:
+        """Forget the endpoints of brokers for which too much waits, and ask for them again.
+
+        Args:
+            brokers: The brokers.
+            text: Why, for the log.
+        """
+        self.overflows += 1
+        for broker in brokers:
+            session = self.sessions.get(broker)
+            if session is not None:
+                self._warn("brokers begun anew with", broker, text)
+                self._reset(broker, session, session.epoch + 1)
+
+    def lost_all(self, text: str) -> None:
+        """Note that what waited has been dropped, and begin anew with all brokers.
+
+        Args:
+            text: Why, for the log.
+        """
+        self._exports.lost_all()
+        self.begin_anew(self.sessions.names(), text)
+
     # What comes in
 
     def counts(self) -> dict[str, int]:
         """Return how often something was lost or not taken, by the names of `MeshStats`."""
         ignored = self.ignored + self._receiver.unexpected
-        return {"ignored": ignored, "refused": self._imports.refused, "resets": self.resets}
+        return {
+            "ignored": ignored,
+            "refused": self._imports.refused,
+            "resets": self.resets,
+            "rejected": self.rejected,
+            "overflows": self.overflows,
+        }
 
     def add_broker(self, broker: int) -> None:
         """Ask a broker that is alive for its endpoints."""
