@@ -86,6 +86,9 @@ class BrokerSessions:
         self._epochs: dict[int, int] = {}
         """By broker, the epoch of the last exchange with it, also if it is gone."""
 
+    def __len__(self) -> int:
+        return len(self._sessions)
+
     def __contains__(self, broker: int) -> bool:
         return broker in self._sessions
 
@@ -136,10 +139,10 @@ class BrokerSessions:
             session.sent += 1
             self._emit(Direct(broker, session.epoch, session.sent, endpoint, frame))
 
-    def heartbeat(self, version: int) -> Heartbeat | None:
-        """Return a heartbeat with the version of this broker's changes; None if there is no other broker."""
+    def heartbeat(self, version: int) -> Heartbeat:
+        """Return a heartbeat with the version of this broker's changes."""
         sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
-        return Heartbeat(version, sent) if sent else None
+        return Heartbeat(version, sent)
 
 
 def _size(message: Received) -> int:

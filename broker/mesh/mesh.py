@@ -123,6 +123,8 @@ class Mesh:
             broker: Who has asked; 0 for a program that is none.
             epoch: As in its request.
         """
+        if broker in self._rejected:
+            return Snapshot(0, 0, (), self._name, VERSION)
         session = self.sessions.get(broker)
         if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
@@ -133,9 +135,8 @@ class Mesh:
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
         self.queries.beat()
-        heartbeat = self.sessions.heartbeat(self._exports.version)
-        if heartbeat is not None:
-            self._out.append(heartbeat)
+        if self.sessions or self._rejected:
+            self._out.append(self.sessions.heartbeat(self._exports.version))
 
     def _change(self, change: Change) -> None:
         self.wanted.update()  # before others learn of the subscription
@@ -243,10 +244,13 @@ class Mesh:
             self.reject(broker, str(error))
             return
         session.ready = True
+        epoch = session.epoch
         session.asked = True  # if changes are missing again, the next heartbeat has it asked
         for message in session.take_waiting():
             self.receive(broker, message)
         session.asked = False
+        if session.epoch != epoch:
+            self._ask(broker, session)
 
     def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
         """Begin anew if messages have been lost."""
@@ -262,6 +266,8 @@ class Mesh:
             return
         if not session.ready:
             self._ask(broker, session)
+        elif session.sent and self._number not in heartbeat.sent:
+            self._reset(broker, session, session.epoch + 1)  # it does not take messages of this broker
         elif epoch == session.epoch and sent > session.received:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):

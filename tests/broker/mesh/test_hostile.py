@@ -14,6 +14,7 @@ from proto.codes import Status
 from proto.limits import MAX_U64
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import HERE, NODE, OTHER, THERE, Attack
+from tests.broker.mesh.network import Network
 from tests.fuzz.mesh import check
 from tests.simulation.structure import of_router
 
@@ -89,6 +90,27 @@ def test_a_rejected_broker_may_come_again_when_its_presence_has_ended() -> None:
     attack.mesh.add_broker(THERE)
     (ask,) = (message for message in attack.settle() if isinstance(message, Ask))
     assert (ask.broker, ask.epoch) == (THERE, 2)
+
+
+def test_a_rejected_broker_notices_that_it_is_ignored() -> None:
+    """Calls of its nodes fail with the next heartbeat, and it sees nothing of the broker that ignores it."""
+    network = Network()
+    a, b = network
+    caller, server = a.join("/caller"), b.join("/server")
+    a.send(caller, make.client(1))
+    b.send(server, make.service(7))
+    network.settle()
+    a.send(caller, make.request(1, 5))
+    network.settle()
+    b.mesh.reject(1, "test")
+    network.settle()
+    assert len(b.read(server, frames.Cancel)) == 1
+    for _ in range(3):
+        network.beat()
+    (reply,) = a.read(caller, frames.Reply)
+    assert reply.entries[0].status == Status.UNAVAILABLE
+    assert {key >> 32 for key in a.router.graph._entries} == {1}
+    assert a.mesh.resets == 1
 
 
 HARMLESS: dict[str, Callable[[Attack], None]] = {

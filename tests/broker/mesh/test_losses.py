@@ -111,3 +111,20 @@ def test_heartbeats_of_brokers_that_are_gone_are_ignored() -> None:
     a.mesh.take_heartbeat(2, Heartbeat(9, {1: (9, 9)}))
     assert a.mesh.take() == []
     assert a.mesh.ignored == 1
+
+
+def test_what_is_lost_before_a_snapshot_is_noticed_with_it() -> None:
+    """A direct message that waits for the snapshot shows that an earlier one is missing: both begin anew."""
+    network = Network()
+    a, b = network
+    a.mesh.take_heartbeat(2, Heartbeat(9, {}))
+    a.mesh.receive(2, Direct(1, 1, 5, 0, frames.Grant(1, 1, 1, 1)))
+    network.settle()
+    assert (a.mesh.resets, b.mesh.resets) == (1, 0)
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1))
+    b.send(listener, make.subscription(1))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0))
+    network.settle()
+    assert len(b.read(listener, frames.Batch)) == 1
