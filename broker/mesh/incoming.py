@@ -83,7 +83,7 @@ class MeshReceiver:
         """
         record = self._publisher(broker, frame.publisher)
         if record is None or not record.opened:
-            self.unexpected += isinstance(frame, frames.Batch)
+            self.unexpected += frame.length if isinstance(frame, frames.Batch) else 0
             return
         self._handle(frame)
 
