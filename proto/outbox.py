@@ -37,7 +37,7 @@ REPLAY_AHEAD_BYTES: Final = 1024 * 1024
 """Latched messages that wait in the publisher queues of a link; the others are taken when these are sent."""
 
 
-class _LargeCall(PublisherQueue):
+class LargeCall(PublisherQueue):
     """A queue that holds one large frame of requests or replies."""
 
     __slots__ = ("key", "share")
@@ -86,9 +86,10 @@ class Outbox:
     """The queues with something to send, in the order in which they are served."""
     _touched: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
     """The queues that got batches since the last `trim`."""
-    _large_calls: dict[tuple[int, int], _LargeCall] = field(
-        default_factory=dict[tuple[int, int], _LargeCall], init=False
+    large_calls: dict[tuple[int, int], LargeCall] = field(
+        default_factory=dict[tuple[int, int], LargeCall], init=False
     )
+    """The large frames of calls that wait, by endpoint and call id; read only."""
     _after_calls: dict[int, bytes] = field(default_factory=dict[int, bytes], init=False)
     """By endpoint, the frame that waits until the endpoint's large calls are sent."""
 
@@ -125,9 +126,9 @@ class Outbox:
         if not is_large(raw):
             self._calls.append(raw if share is None else (raw, share))
             return
-        queue = _LargeCall(raw, key, share)
+        queue = LargeCall(raw, key, share)
         if key is not None:
-            self._large_calls[key] = queue
+            self.large_calls[key] = queue
         if share is None:
             self.bulk_bytes += size
         self.schedule(queue)
@@ -146,7 +147,7 @@ class Outbox:
         return True
 
     def _has_large_calls(self, endpoint: int) -> bool:
-        return any(owner == endpoint for owner, _ in self._large_calls)
+        return any(owner == endpoint for owner, _ in self.large_calls)
 
     def _release_after_calls(self, endpoint: int) -> None:
         """Queue the last frame of an endpoint if no large call precedes it any more."""
@@ -155,7 +156,7 @@ class Outbox:
 
     def drop_call(self, key: tuple[int, int]) -> bool:
         """Remove a large call; return False if it is not there, because it was sent completely."""
-        queue = self._large_calls.pop(key, None)
+        queue = self.large_calls.pop(key, None)
         if queue is None:
             return False
         self._subtract_large_call(queue, queue.control_bytes)
@@ -165,7 +166,7 @@ class Outbox:
         self._release_after_calls(key[0])
         return True
 
-    def _subtract_large_call(self, queue: _LargeCall, size: int) -> None:
+    def _subtract_large_call(self, queue: LargeCall, size: int) -> None:
         """Subtract a large call that is sent or dropped."""
         self.urgent_bytes -= size
         if queue.share is None:
@@ -173,17 +174,6 @@ class Outbox:
         else:
             queue.share.remove(size)
             self.shared_bytes -= size
-
-    def large_calls(self) -> dict[tuple[int, int], int]:
-        """Return the sizes of the large calls that count as `bulk_bytes`, by endpoint and call id."""
-        return {key: each.control_bytes for key, each in self._large_calls.items() if each.share is None}
-
-    def discard_urgent(self) -> None:
-        """Drop all control frames and calls; some ABORTs for what was partly sent are left."""
-        while self._control or self._calls:
-            self.take(1)
-        for key in tuple(self._large_calls):
-            self.drop_call(key)
 
     def cancel_calls(self, endpoint: int, calls: Sequence[int], share: CallShare | None = None) -> None:
         """Remove those of these calls that are still queued as large frames; send CANCEL for the others.
@@ -325,13 +315,13 @@ class Outbox:
         return 0
 
     def _count_sent_control(self, queue: PublisherQueue, size: int, bulk: int) -> None:
-        if not isinstance(queue, _LargeCall):
+        if not isinstance(queue, LargeCall):
             self.ordered_bytes -= size
             self.replay_bytes -= bulk
             return
         self._subtract_large_call(queue, size)
-        if queue.key is not None and self._large_calls.get(queue.key) is queue:
-            del self._large_calls[queue.key]
+        if queue.key is not None and self.large_calls.get(queue.key) is queue:
+            del self.large_calls[queue.key]
             self._release_after_calls(queue.key[0])
 
     def trim(self) -> None:

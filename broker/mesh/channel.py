@@ -65,7 +65,7 @@ class MeshChannel:
         """Send what waits until the engine is full, then trim the publisher queues and apply the limits."""
         outbox, engine = self.outbox, self._engine
         outbox.max_held_bytes = self._options().max_link_bytes
-        self.mesh.reset_overflowing()
+        self.mesh.overflows.handle()
         while not engine.full:
             parts, _ = outbox.take(1)
             if not parts:
@@ -96,15 +96,18 @@ class MeshChannel:
         outbox, options, mesh = self.outbox, self._options(), self.mesh
         if outbox.bulk_bytes > options.max_bulk_bytes:
             waiting: Counter[int] = Counter()
-            calls = outbox.large_calls()
-            for (endpoint, _), size in calls.items():
-                waiting[mesh.broker_of(endpoint)] += size
-            ((broker, size),) = waiting.most_common(1)
-            for key in calls:
-                if mesh.broker_of(key[0]) == broker:
-                    outbox.drop_call(key)
-            mesh.begin_anew((broker,), f"{size} bytes of large replies wait for it (--max-bulk-bytes)")
-        if outbox.undroppable_bytes > options.max_queue_bytes:
+            replies = {key: each for key, each in outbox.large_calls.items() if each.share is None}
+            for (endpoint, _), reply in replies.items():
+                waiting[mesh.sender.broker_of(endpoint)] += reply.control_bytes
+            for broker, size in waiting.most_common(1):
+                for key in replies:
+                    if mesh.sender.broker_of(key[0]) == broker:
+                        outbox.drop_call(key)
+                text = f"{size} bytes of large replies wait for it (--max-bulk-bytes)"
+                mesh.overflows.begin_anew((broker,), text)
+        if outbox.bulk_bytes > options.max_bulk_bytes:
+            self.drop_all(f"{outbox.bulk_bytes} bytes of large replies wait (--max-bulk-bytes)")
+        elif outbox.undroppable_bytes > options.max_queue_bytes:
             self.drop_all(f"{outbox.undroppable_bytes} bytes of replies wait (--max-queue-bytes)")
         elif outbox.held_bytes > options.max_link_bytes:
             self.drop_all(f"{outbox.held_bytes} bytes of messages wait (--max-link-bytes)")
@@ -115,12 +118,15 @@ class MeshChannel:
         Args:
             reason: For the log.
         """
-        outbox, mesh = self.outbox, self.mesh
-        outbox.discard_urgent()
-        for each in tuple(self._router.routes.departed.all()):
-            if each.peer == mesh.peer:
-                outbox.discard_queue(each.queue, shed=True)
-        mesh.lost_all(f"{reason}, and the mesh takes nothing")
+        routes, before = self._router.routes, self.outbox
+        self.mesh.overflows.lost_all(f"{reason}, and the mesh takes nothing")  # empties queues in use
+        for each in tuple(routes.departed.all()):
+            if each.peer == self.mesh.peer:
+                before.discard_queue(each.queue, shed=True)
+        routes.prune(at_least=0)  # no queue of the earlier outbox is used again
+        self.outbox = Outbox()
+        self.outbox.dropped = before.dropped
+        self._reassembler = Reassembler()
 
     def _pass_on(self) -> None:
         if messages := self.mesh.take():

@@ -15,6 +15,7 @@ from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
 from broker.mesh.outgoing import MeshSender
+from broker.mesh.overflows import MeshOverflows
 from broker.mesh.queries import MeshQueries
 from broker.mesh.wanted_topics import WantedTopics
 from proto.errors import ErrorCode, ProtocolError
@@ -22,7 +23,7 @@ from proto.identity import VERSION
 from proto.limits import MAX_U32
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from broker.deliveries import Delivery
     from broker.mesh.broker_session import BrokerSession
@@ -58,11 +59,11 @@ class Mesh:
         queries: What brokers ask each other.
         sessions: The exchanges with the brokers that are alive.
         wanted: The topics whose messages are wanted of them.
+        overflows: Begins anew with brokers for which too much waits.
         resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
         rejected: How many brokers were rejected.
-        overflows: How often too much waited for brokers, so that the exchange with them has begun anew.
     """
 
     def __init__(
@@ -84,10 +85,7 @@ class Mesh:
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
         self._warn = warn
-        self.resets = self.ignored = self.rejected = self.overflows = 0
-        self._overflowing: dict[int, str] = {}
-        """Brokers that have not kept to flow control, and what they have done."""
-        router.routes.report_mesh = self._overflowing.__setitem__
+        self.resets = self.ignored = self.rejected = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._calls = calls = MeshCalls()
         publish, direct = self._out.append, self.sessions.direct
@@ -102,6 +100,8 @@ class Mesh:
         self._receiver = MeshReceiver(
             router, self.peer, imports, calls, deliver=deliver, direct=direct, others=queries.handlers
         )
+        self.overflows = MeshOverflows(self.sessions, exports, self._begin_next, warn)
+        router.routes.report_mesh = self.overflows.note
         router.declarations.exports = exports
         router.declarations.request_definition = queries.request
 
@@ -142,42 +142,6 @@ class Mesh:
         self.wanted.update()  # before others learn of the subscription
         self._out.append(change)
 
-    # Limits
-
-    def broker_of(self, endpoint: int) -> int:
-        """Return whose endpoint has an id at the router; 0 if it has gone."""
-        remote = self._imports.remote(endpoint)
-        return 0 if remote is None else remote.broker
-
-    def reset_overflowing(self) -> None:
-        """Begin anew with brokers for which too much waits because they have not kept to flow control."""
-        while self._overflowing:
-            broker, text = self._overflowing.popitem()
-            self.begin_anew((broker,), text)
-
-    def begin_anew(self, brokers: Iterable[int], text: str) -> None:
-        """Forget the endpoints of brokers for which too much waits, and ask for them again.
-
-        Args:
-            brokers: The brokers.
-            text: Why, for the log.
-        """
-        self.overflows += 1
-        for broker in brokers:
-            session = self.sessions.get(broker)
-            if session is not None:
-                self._warn("brokers begun anew with", broker, text)
-                self._reset(broker, session, session.epoch + 1)
-
-    def lost_all(self, text: str) -> None:
-        """Note that what waited has been dropped, and begin anew with all brokers.
-
-        Args:
-            text: Why, for the log.
-        """
-        self._exports.lost_all()
-        self.begin_anew(self.sessions.names(), text)
-
     # What comes in
 
     def counts(self) -> dict[str, int]:
@@ -188,7 +152,7 @@ class Mesh:
             "refused": self._imports.refused,
             "resets": self.resets,
             "rejected": self.rejected,
-            "overflows": self.overflows,
+            "overflows": self.overflows.count,
         }
 
     def add_broker(self, broker: int) -> None:
@@ -267,7 +231,7 @@ class Mesh:
         if not session.ready:
             self._ask(broker, session)
         elif session.sent and self._number not in heartbeat.sent:
-            self._reset(broker, session, session.epoch + 1)  # it does not take messages of this broker
+            self._begin_next(broker, session)  # it does not take messages of this broker
         elif epoch == session.epoch and sent > session.received:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):
@@ -335,6 +299,9 @@ class Mesh:
                 self._reset(broker, session, epoch)
             else:
                 self.sessions.rename(broker, session, epoch)
+
+    def _begin_next(self, broker: int, session: BrokerSession) -> None:
+        self._reset(broker, session, session.epoch + 1)
 
     def _reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
         """Forget a broker's endpoints and ask for them again, because messages were lost."""

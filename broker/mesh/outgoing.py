@@ -67,6 +67,11 @@ class MeshSender:
         if handler is not None:
             handler(frame)
 
+    def broker_of(self, endpoint: int) -> int:
+        """Return whose endpoint has an id at the router; 0 if it has gone."""
+        remote = self._imports.remote(endpoint)
+        return 0 if remote is None else remote.broker
+
     def _send_batch(self, frame: frames.Batch) -> None:
         self._publish(frame.publisher, frame.raw)
 

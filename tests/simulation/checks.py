@@ -284,7 +284,7 @@ def _check_outboxes_empty(world: World) -> None:
             outbox.ordered_bytes,
             outbox.bulk_bytes,
             outbox.replay_bytes,
-            len(outbox._large_calls),
+            len(outbox.large_calls),
             len(outbox.transfers._open),
         )
         if any(held):

@@ -164,7 +164,7 @@ def memory(frames: Iterable[Buffer]) -> int:
 
 def of_outbox(outbox: Outbox, without_credit: Iterable[PublisherQueue] = ()) -> Wrongs:
     """Check what waits on a link, without the publisher queues."""
-    large = sum(queue.control_bytes for queue in outbox._large_calls.values())
+    large = sum(queue.control_bytes for queue in outbox.large_calls.values())
     calls = [each if isinstance(each, tuple) else (each, None) for each in outbox._calls]
     small = memory(outbox._control) + memory(raw for raw, _ in calls)
     # A large answer without a name is in no table, only in the queue for its turn.
@@ -182,7 +182,7 @@ def of_outbox(outbox: Outbox, without_credit: Iterable[PublisherQueue] = ()) -> 
         yield f"an outbox counts {outbox.shared_bytes} bytes of requests and holds {held}"
     if outbox.ordered_bytes < 0:
         yield f"an outbox counts {outbox.ordered_bytes} bytes in publisher queues"
-    if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox._large_calls}:
+    if outbox._after_calls.keys() - {endpoint for endpoint, _ in outbox.large_calls}:
         yield "the last word of an endpoint waits for nothing"
     bulk = sum(queue.bulk_bytes for queue in (*outbox._ready, *without_credit) if queue not in shared)
     if outbox.bulk_bytes + outbox.replay_bytes != bulk or outbox.undroppable_bytes < 0:

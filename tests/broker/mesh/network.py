@@ -45,7 +45,7 @@ class MeshBroker(Switch):
         """Let the mesh take what the router has for it."""
         self.report()
         self.mesh.wanted.update()
-        self.mesh.reset_overflowing()
+        self.mesh.overflows.handle()
         for frame in self.read_all(self.mesh.peer):
             self.mesh.sender.send(frame)
 
