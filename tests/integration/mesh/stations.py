@@ -16,6 +16,7 @@ from tests.integration.conftest import DEADLINE_SEC, free_port
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from contextlib import AsyncExitStack
+    from pathlib import Path
     from types import TracebackType
 
     from tests.integration.conftest import Program, System
@@ -34,7 +35,8 @@ class MeshBroker:
     Args:
         system: Starts it.
         connect: The brokers, or other endpoints, to which it connects.
-        host: Its address for nodes and for other brokers.
+        host: Its address for other brokers, and for nodes.
+        unix: Its address for nodes, instead.
         prefix: A command that runs another, such as `ip netns exec NAME`.
     """
 
@@ -44,20 +46,22 @@ class MeshBroker:
         connect: Iterable[MeshBroker | str] = (),
         *,
         host: str = "127.0.0.1",
+        unix: Path | None = None,
         prefix: tuple[str, ...] = (),
     ) -> None:
         self._system = system
         self._prefix = prefix
-        self._port = free_port()
-        self.url = f"callboard://{host}:{self._port}"
+        port = free_port()
+        self.url = f"callboard://{host}:{port}" if unix is None else f"callboard+unix://{unix}"
+        here = ("--port", str(port)) if unix is None else ("--unix", str(unix))
         self.endpoint = f"tcp/{host}:{free_port()}"
         to = ",".join(each if isinstance(each, str) else each.endpoint for each in connect)
-        self._options = ("--host", host, "--mesh-listen", self.endpoint, *(("--mesh", to) if to else ()))
+        self._options = (*here, "--mesh-listen", self.endpoint, *(("--mesh", to) if to else ()))
         self.program: Program | None = None
 
     async def start(self, *options: str) -> Self:
         """Start it and wait until it listens for nodes."""
-        command = (*self._prefix, sys.executable, "-m", "broker", "--port", str(self._port))
+        command = (*self._prefix, sys.executable, "-m", "broker")
         self.program = await self._system.program(*command, *self._options, *options)
         await self.program.wait_for_line(f"callboard broker listening on {self.url}")
         return self
