@@ -41,7 +41,7 @@ class PresenceLog:
 
         Args:
             domain: The graph's number.
-            link: The endpoint's link, if it is known.
+            link: The endpoint's link; None if it is of another broker of the mesh.
             endpoint: A node, publisher, subscription, service or client.
             reason: None if it has been declared; otherwise why it has gone, "" if its connection has ended.
         """
@@ -51,7 +51,7 @@ class PresenceLog:
             return
         if level > logging.DEBUG and not self._limit.admits("changes"):
             return
-        address = "?" if link is None else link.address
+        address = f"broker {endpoint.broker:08x}" if link is None else link.address
         place = f"{address}, domain {domain}" if domain else address
         if not is_node:
             verb = "declared" if reason is None else "removed"

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from actors.config.contexts import BrokerTarget
+    from actors.graph.inspector import Inspector
     from actors.graph.snapshot import GraphSnapshot, NamesAndTypes
 
 BROKER_TIMEOUT_SEC: Final = 0.3
@@ -213,11 +214,11 @@ def _target(line: _Line) -> BrokerTarget:
     return find_broker_target(line.value_of("url"), number, line.value_of("context"))
 
 
-def _snapshot(line: _Line) -> GraphSnapshot:
-    """Return the graph of the broker that the line chooses.
+def _inspector(line: _Line) -> Inspector:
+    """Return an inspector of the broker that the line chooses; to enter it connects.
 
     Raises:
-        CallboardError: It does not answer at once, or there is no such context.
+        CallboardError: There is no such context, or the URL or domain is invalid.
     """
     from actors.config.contexts import find_broker_target  # noqa: PLC0415
     from actors.graph.inspector import inspector_for  # noqa: PLC0415 - most words need no broker
@@ -225,7 +226,16 @@ def _snapshot(line: _Line) -> GraphSnapshot:
     domain = line.value_of("domain")
     number = int(domain) if domain and domain.isdecimal() else None
     target = find_broker_target(line.value_of("url"), number, line.value_of("context"))
-    with inspector_for(target, BROKER_TIMEOUT_SEC) as inspector:
+    return inspector_for(target, BROKER_TIMEOUT_SEC)
+
+
+def _snapshot(line: _Line) -> GraphSnapshot:
+    """Return the graph of the broker that the line chooses.
+
+    Raises:
+        CallboardError: As `_inspector`, or it does not answer at once.
+    """
+    with _inspector(line) as inspector:
         return inspector.graph()
 
 
@@ -246,6 +256,15 @@ def _nodes(line: _Line) -> Iterator[Offer]:
     """Yield nodes."""
     for name in dict.fromkeys(_snapshot(line).nodes()):
         yield from _named(line, name, "")
+
+
+def _brokers(line: _Line) -> Iterator[Offer]:
+    """Yield the names of the brokers of a mesh, each with its id."""
+    from actors.tools.broker_names import broker_id  # noqa: PLC0415
+
+    with _inspector(line) as inspector:
+        brokers = inspector.report().brokers.values()
+    yield from (Offer(each.name, broker_id(each.number)) for each in brokers if each.name)
 
 
 def _parameters(line: _Line) -> Iterator[Offer]:
@@ -344,6 +363,7 @@ _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
     "service": lambda line: _names(line, "service", *SERVICE_KINDS),
     "action": lambda line: _names(line, "action", *SERVICE_KINDS),
     "node": _nodes,
+    "broker": _brokers,
     "parameter": _parameters,
     "parameters": _parameters,
     "pairs": _parameters,

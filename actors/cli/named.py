@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from actors.cli.tables import Styled
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.time.types import Duration
+    from actors.tools.broker_names import BrokerNames
 
 
 class Side(NamedTuple):
@@ -238,27 +239,32 @@ def print_info(named: Named, options: Options) -> int:
     Raises:
         CommandError: There is no such name.
     """
+    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
 
     name = named.full_name(getattr(options, named.noun))
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
+        names = broker_names(inspector, snapshot) if options.json or options.verbose else None
     types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
     if name not in types:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)
     found = {side: snapshot.endpoints(side.kind, name) for side in named.sides}
     if options.json:
         lists = {
-            f"{side.noun}s": [_document(each) for each in endpoints] for side, endpoints in found.items()
+            f"{side.noun}s": [_document(each, names) for each in endpoints]
+            for side, endpoints in found.items()
         }
         print_json({"name": name, "types": types[name], **lists})
     else:
-        _print_info(types[name], found, verbose=options.verbose)
+        _print_info(types[name], found, names, verbose=options.verbose)
     return 0
 
 
-def _print_info(types: list[str], found: dict[Side, list[EndpointInfo]], *, verbose: bool) -> None:
+def _print_info(
+    types: list[str], found: dict[Side, list[EndpointInfo]], names: BrokerNames | None, *, verbose: bool
+) -> None:
     from actors.cli.tables import Styled, print_styled
 
     joined = types[0] if len(types) == 1 else str(types)
@@ -274,16 +280,19 @@ def _print_info(types: list[str], found: dict[Side, list[EndpointInfo]], *, verb
                     label, colon, value = line.partition(":")
                     shown = Styled(value, "name") if label == "Node name" else value
                     print_styled(Styled(label, "dim"), colon, shown)
+                    if label == "Node namespace" and names is not None:
+                        print_styled(Styled("Broker", "dim"), ": ", names[endpoint.broker])
                 print()
 
 
-def _document(endpoint: EndpointInfo) -> dict[str, Any]:
+def _document(endpoint: EndpointInfo, names: BrokerNames | None) -> dict[str, Any]:
     """Return an endpoint for JSON."""
     from proto.names import full_node_name
 
     qos = endpoint.qos_profile
     return {
         "node": full_node_name(endpoint.node_namespace, endpoint.node_name),
+        **({} if names is None else {"broker": names[endpoint.broker]}),
         "type": endpoint.topic_type,
         "type_hash": endpoint.topic_type_hash,
         "endpoint_id": endpoint.endpoint_id,

@@ -135,6 +135,13 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "check": Verb("say whether a user may do something, and why"),
         },
     ),
+    "mesh": Group(
+        "show the brokers that form one graph",
+        {
+            "list": Verb("list the brokers"),
+            "info": Verb("print the traffic between brokers, and what was lost"),
+        },
+    ),
     "graph": Verb("draw the graph of nodes, topics and services"),
     "doctor": Verb("check this machine, the broker and the graph"),
     "top": Verb("show topics, nodes and services, live"),

@@ -117,6 +117,31 @@ class GraphSnapshot:
         """
         return sorted(entry.node for entry in self.of_kind(EntryKind.NODE))
 
+    def duplicate_nodes(self) -> dict[str, list[int]]:
+        """Return the names that nodes of several brokers have, although not all of them share it.
+
+        Returns:
+            By name, the numbers of their brokers, one for each node, sorted.
+        """
+        unique = {entry.node for entry in self.of_kind(EntryKind.NODE) if entry.qos.get("shared") is not True}
+        return {
+            name: brokers
+            for name, brokers in self.node_brokers().items()
+            if len(brokers) > 1 and name in unique
+        }
+
+    def node_brokers(self) -> dict[str, list[int]]:
+        """Return on which brokers of the mesh nodes are.
+
+        Returns:
+            By full name, the numbers of the brokers, one for each node that has it, sorted; zeros without a
+            mesh.
+        """
+        found: dict[str, list[int]] = {}
+        for entry in sorted(self.of_kind(EntryKind.NODE), key=lambda entry: (entry.node, entry.broker)):
+            found.setdefault(entry.node, []).append(entry.broker)
+        return found
+
     def of_kind(self, *kinds: EntryKind) -> Iterable[GraphEntry]:
         """Return the entries of some kinds.
 

@@ -6,6 +6,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Final
 
 from actors.qos.compatibility import disagreements
+from actors.tools.broker_names import BrokerNames
 from actors.tools.check import Check, summed_up
 from proto.codes import EntryKind
 from proto.identity import VERSION, version_of
@@ -159,6 +160,28 @@ def _losing_topics(report: BrokerReport) -> list[Check]:
             remedy = f"see docs/explanation/delivery.md; watch it with: callboard topic hz {topic.name}"
             found.append(Check("messages", "warn", f"{topic.name}: {text}", remedy))
     return found
+
+
+def mesh(report: BrokerReport, snapshot: GraphSnapshot) -> list[Check]:
+    """Return the checks of the mesh, if the broker is in one: other brokers, and unique names of nodes.
+
+    Args:
+        report: The counters.
+        snapshot: The graph.
+    """
+    if not report.brokers:
+        return []
+    if len(report.brokers) == 1:
+        remedy = "compare the --mesh options of this broker and of the others; their logs say more"
+        return [Check("mesh", "warn", "the broker has joined a mesh and sees no other broker", remedy)]
+    names = BrokerNames(report)
+    text = f"{len(report.brokers)} brokers: {names.joined(report.brokers)}"
+    remedy = "rename one of them, or stop it: both took the name while their brokers did not see each other"
+    duplicates = [
+        Check("mesh", "warn", f"{len(brokers)} nodes are {name}, on {names.joined(brokers)}", remedy)
+        for name, brokers in snapshot.duplicate_nodes().items()
+    ]
+    return [Check("mesh", "ok", text), *(summed_up("mesh", duplicates, "") if duplicates else ())]
 
 
 def graph(snapshot: GraphSnapshot) -> list[Check]:

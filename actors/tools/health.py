@@ -72,13 +72,15 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
         with inspector:
             milliseconds = f"{1000 * inspector.round_trip_sec:.1f} ms"
             welcome, ca = inspector.welcome, target.credentials.tls.ca
+            report, snapshot = inspector.report(), inspector.graph()
             return [
                 Check("broker", "ok", f"{inspector.url} answers in {milliseconds}{source}"),
                 *broker_checks.greeting(welcome, inspector.clock_ahead_sec, inspector.round_trip_sec),
                 *security_checks.broker_certificate(inspector.certificate),
                 security_checks.openness(inspector.url, welcome.get("broker"), timeout_sec, ca=ca),
-                *broker_checks.numbers(inspector.report()),
-                *broker_checks.graph(inspector.graph()),
+                *broker_checks.numbers(report),
+                *broker_checks.mesh(report, snapshot),
+                *broker_checks.graph(snapshot),
             ]
     except BrokerUnreachable as error:
         remedy = start_hint(target.urls[0], inspector.error) if inspector.listening is None else OTHER_PROGRAM

@@ -19,6 +19,7 @@ from collections import Counter, deque
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.tools.broker_names import BrokerNames
 from proto.codes import EntryKind
 from proto.names import is_hidden
 
@@ -85,6 +86,7 @@ class NodeRow:
 
     Attributes:
         name: Its full name. Nodes that share it have a row for each of their links.
+        broker: The names of the brokers with nodes of this name; empty unless a mesh has several.
         link: The session number of its link; 0 if the broker does not report it.
         shared: Whether another row has the same name.
         state: "linked", or "suspended": its link is silent and may come back.
@@ -100,6 +102,7 @@ class NodeRow:
     """
 
     name: str
+    broker: str
     link: int
     shared: bool
     state: str
@@ -246,7 +249,7 @@ def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
         seconds=0.0 if rates is None else rates.totals.seconds,
         totals=_totals(report, rates),
         topics=tuple(_topics(snapshot, report.topics, None if rates is None else rates.topics)),
-        nodes=tuple(_nodes(snapshot, links, None if rates is None else rates.links)),
+        nodes=tuple(_nodes(sample, links, None if rates is None else rates.links)),
         services=tuple(_services(snapshot, links)),
     )
 
@@ -297,11 +300,13 @@ def _topics(
 
 
 def _nodes(
-    snapshot: GraphSnapshot,
+    sample: Sample,
     links: Mapping[str, Mapping[int, LinkStats]],
     rates: Mapping[int, Mapping[str, float]] | None,
 ) -> Iterable[NodeRow]:
+    snapshot, names = sample.snapshot, BrokerNames(sample.report)
     endpoints = Counter(entry.node for entry in snapshot.entries.values() if entry.kind != EntryKind.NODE)
+    brokers = snapshot.node_brokers() if names.several else {}
     silent = {name for name, found in links.items() if any(link.suspended for link in found.values())}
     rows = [
         (name, link)
@@ -313,6 +318,7 @@ def _nodes(
         shared = len(links.get(name, ())) > 1
         yield NodeRow(
             name=name,
+            broker=names.joined(brokers.get(name, ())),
             link=0 if link is None else link.session,
             shared=shared,
             state=SUSPENDED if link is not None and link.suspended else LINKED,

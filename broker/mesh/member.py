@@ -142,7 +142,9 @@ class MeshMember:
         )
 
     def _now_us(self) -> int:
-        return int(1e6 * asyncio.get_running_loop().time())
+        budget = self._dispatcher.budget
+        assert budget is not None
+        return int(1e6 * budget.clock())
 
     def _warn(self, what: str, broker: int, text: str) -> None:
         self._dispatcher.warnings.warn(what, "Mesh: %s: %08x: %s", what, broker, text)

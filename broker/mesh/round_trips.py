@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-PAUSE_US: Final = 1_000_000
+PAUSE_US: Final = 100_000
 """Between two measurements, however often somebody asks."""
 
 VALID_US: Final = 10_000_000

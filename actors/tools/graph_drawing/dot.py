@@ -32,7 +32,7 @@ def dot_of(model: GraphModel) -> str:
         '  edge [fontname="monospace", fontsize=10, color="#667085"];',
     ]
     lines += [
-        f"  {number[vertex]} [label={_quoted(vertex.name)}, {_ATTRIBUTES[vertex.kind]}];"
+        f"  {number[vertex]} [label={_quoted(vertex.label)}, {_ATTRIBUTES[vertex.kind]}];"
         for vertex in model.vertices
     ]
     lines += [

@@ -31,7 +31,7 @@ def mermaid_of(model: GraphModel) -> str:
     lines = ["flowchart LR"]
     for vertex in model.vertices:
         begin, end = _SHAPES[vertex.kind]
-        lines.append(f"  {number[vertex]}{begin}{_quoted(vertex.name)}{end}:::{vertex.kind.value}s")
+        lines.append(f"  {number[vertex]}{begin}{_quoted(vertex.label)}{end}:::{vertex.kind.value}s")
     lines += [f"  {number[edge.source]} {_arrow(edge)} {number[edge.target]}" for edge in model.edges]
     return "\n".join([*lines, *_CLASSES])
 

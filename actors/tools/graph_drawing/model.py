@@ -16,7 +16,7 @@ from proto.errors import CallboardError
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from actors.graph.snapshot import GraphSnapshot
     from proto.frames import GraphEntry
@@ -53,10 +53,17 @@ class Vertex(NamedTuple):
     Attributes:
         kind: Which of them it is.
         name: Its full name.
+        broker: The name of a node's broker, or of several; empty if no mesh has several.
     """
 
     kind: Kind
     name: str
+    broker: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its name, with a node's broker."""
+        return f"{self.name} ({self.broker})" if self.broker else self.name
 
 
 class Edge(NamedTuple):
@@ -146,27 +153,30 @@ _OF_TOPICS: Final = {Relation.PUBLISHES, Relation.SUBSCRIBES}
 _OUTWARD: Final = {Relation.PUBLISHES, Relation.CALLS}
 
 
-def model_of(snapshot: GraphSnapshot, chosen: GraphFilter | None = None) -> GraphModel:
+def model_of(
+    snapshot: GraphSnapshot, chosen: GraphFilter | None = None, brokers: Mapping[str, str] | None = None
+) -> GraphModel:
     """Return the part of a graph that is to be drawn.
 
     Args:
         snapshot: The graph.
         chosen: What to leave out; None for the defaults. A topic or service is left out with all its nodes.
+        brokers: The names of the brokers of a mesh, by the full names of their nodes.
 
     Raises:
         DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES` arrows from node to node.
     """
-    chosen = chosen or GraphFilter()
+    chosen, brokers = chosen or GraphFilter(), brokers or {}
     nodes = {name for name in snapshot.nodes() if _shows_node(name, chosen)}
     shown = [entry for entry in snapshot.entries.values() if entry.node in nodes and _shows(entry, chosen)]
-    links = {_edge(entry) for entry in shown if entry.kind in _RELATIONS}
+    links = {_edge(entry, brokers) for entry in shown if entry.kind in _RELATIONS}
     links -= _unwanted(links, chosen)
     types: dict[Vertex, set[str]] = {}
     hubs = {_hub(edge) for edge in links}
     for entry in shown:
-        if entry.kind in _RELATIONS and (hub := _hub(_edge(entry))) in hubs:
+        if entry.kind in _RELATIONS and (hub := _hub(_edge(entry, brokers))) in hubs:
             types.setdefault(hub, set()).update({entry.type_name} - {""})
-    vertices = {Vertex(Kind.NODE, name) for name in nodes}
+    vertices = {Vertex(Kind.NODE, name, brokers.get(name, "")) for name in nodes}
     mismatches = tuple(mismatches_of(entry for entry in shown if Vertex(Kind.TOPIC, entry.name) in hubs))
     if chosen.nodes_only:
         return GraphModel(
@@ -196,9 +206,9 @@ def _shows(entry: GraphEntry, chosen: GraphFilter) -> bool:
     return chosen.debug or entry.name not in _DEBUG_TOPICS
 
 
-def _edge(entry: GraphEntry) -> Edge:
+def _edge(entry: GraphEntry, brokers: Mapping[str, str]) -> Edge:
     relation = _RELATIONS[EntryKind(entry.kind)]
-    node = Vertex(Kind.NODE, entry.node)
+    node = Vertex(Kind.NODE, entry.node, brokers.get(entry.node, ""))
     hub = Vertex(Kind.TOPIC if relation in _OF_TOPICS else Kind.SERVICE, entry.name)
     return Edge(node, hub, relation) if relation in _OUTWARD else Edge(hub, node, relation)
 
@@ -258,7 +268,10 @@ def document_of(model: GraphModel) -> dict[str, list[dict[str, Any]]]:
         model: What to write.
     """
     return {
-        "nodes": [{"name": vertex.name} for vertex in model.of_kind(Kind.NODE)],
+        "nodes": [
+            {"name": vertex.name, **({"broker": vertex.broker} if vertex.broker else {})}
+            for vertex in model.of_kind(Kind.NODE)
+        ],
         "topics": _documents(model, Kind.TOPIC),
         "services": _documents(model, Kind.SERVICE),
         "edges": [

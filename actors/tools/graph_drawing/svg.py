@@ -154,7 +154,7 @@ def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
     """Return nodes side by side in rows, with their width and height."""
     body, left, top, wide = "", 0.0, 0.0, 0.0
     for node in nodes:
-        node_width = _width(node.name) + _NODE_PADDING
+        node_width = _width(node.label) + _NODE_PADDING
         if left and left + node_width > width:
             left, top = 0.0, top + _MEASURE.node + _MEASURE.gap
         body += _node(node, left, top, node_width, _MEASURE.node)
@@ -165,7 +165,7 @@ def _boxes(nodes: list[Vertex], width: float) -> tuple[str, float, float]:
 
 def _folded(part: Wiring, model: GraphModel) -> _Drawing:
     """Draw a connected part, folded until it is narrow enough, or as often as it stays readable."""
-    widths = [_width(node.name) + _NODE_PADDING for node in part.nodes] + [
+    widths = [_width(node.label) + _NODE_PADDING for node in part.nodes] + [
         _hub_width(hub) for hub in part.hubs
     ]
     columns = layers_of(part)
@@ -227,7 +227,7 @@ class _Drawing:
     def _width_of(self, at: int) -> float:
         thing = self._layout.things[at]
         if thing.node is not None:
-            return _width(self._layout.wiring.nodes[thing.node].name) + _NODE_PADDING
+            return _width(self._layout.wiring.nodes[thing.node].label) + _NODE_PADDING
         return 0.0 if thing.hub is None else _hub_width(self._layout.wiring.hubs[thing.hub])
 
     def _left(self, at: int) -> float:
@@ -295,7 +295,7 @@ def _shape(hub: Hub, left: float, top: float, width: float, height: float) -> st
 def _node(node: Vertex, left: float, top: float, width: float, height: float) -> str:
     place = f'x="{_n(left)}" y="{_n(top)}" width="{_n(width)}" height="{_n(height)}"'
     middle = f'x="{_n(left + width / 2)}" y="{_n(top + height / 2)}"'
-    name = _safe(escape(node.name))
+    name = _safe(escape(node.label))
     return f'<g class="node"><rect {place} rx="10"/><text {middle}>{name}</text></g>\n'
 
 

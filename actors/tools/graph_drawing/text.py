@@ -69,16 +69,16 @@ def listing_of(model: GraphModel) -> str:
         if edge.source.kind is Kind.NODE:
             actions[edge.source].append(_action(edge))
         else:
-            actions[edge.target].append(f"{edge.relation.value} {escape(edge.source.name)}")
+            actions[edge.target].append(f"{edge.relation.value} {escape(edge.source.label)}")
     lines: list[str] = []
     for node in nodes:
-        lines.append(escape(node.name))
+        lines.append(escape(node.label))
         lines += [f"  {each}" for each in sorted(actions[node])]
     return "\n".join(lines)
 
 
 def _action(edge: Edge) -> str:
-    target = escape(edge.target.name)
+    target = escape(edge.target.label)
     if not edge.names:
         return f"{edge.relation.value} {target}"
     names = ", ".join(map(escape, edge.names))
@@ -111,7 +111,7 @@ def _fitting(part: Wiring, width: int | None, first_hub: int) -> TextDrawing | N
     """Draw a connected part, folded until it fits; None if it cannot fit."""
     if width is None:
         return TextDrawing(Layout(part, _MEASURE), first_hub)
-    widths: list[float] = [len(escape(node.name)) + _NODE_PADDING for node in part.nodes]
+    widths: list[float] = [len(escape(node.label)) + _NODE_PADDING for node in part.nodes]
     widths += [len(_label(hub)) for hub in part.hubs]
     for last in folds(layers_of(part), widths, between=_SHORTEST, max_width=width, fewest=_FEWEST_COLUMNS):
         drawing = TextDrawing(Layout(part, _MEASURE, last_column=last), first_hub)
@@ -125,7 +125,7 @@ def _boxes(nodes: list[Vertex], width: int) -> Canvas | None:
     canvas = Canvas()
     top = left = 0
     for node in nodes:
-        name = escape(node.name)
+        name = escape(node.label)
         if len(name) + 4 > width:
             return None
         if left + len(name) + 4 > width:
@@ -174,7 +174,7 @@ class TextDrawing:
     def _width_of(self, at: int) -> int:
         thing = self._layout.things[at]
         if thing.node is not None:
-            return len(escape(self._layout.wiring.nodes[thing.node].name)) + _NODE_PADDING
+            return len(escape(self._layout.wiring.nodes[thing.node].label)) + _NODE_PADDING
         return 0 if thing.hub is None else len(_label(self._layout.wiring.hubs[thing.hub]))
 
     def _draw_thing(self, at: int, left: int, width: int) -> None:
@@ -182,7 +182,7 @@ class TextDrawing:
         row, height = round(thing.top), round(thing.height)
         if thing.node is not None:
             self.canvas.box(row, left, width, height)
-            name = escape(self._layout.wiring.nodes[thing.node].name)
+            name = escape(self._layout.wiring.nodes[thing.node].label)
             self.canvas.write(row + (height - 1) // 2, left + 2, name, Paint.NODE)
             self._draw_ports(at, left, width)
         elif thing.hub is None:

@@ -36,6 +36,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print what a node publishes, subscribes to, serves and calls."""
+    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
     from actors.cli.errors import USAGE, CommandError
     from actors.cli.output import print_err, print_json
@@ -48,20 +49,22 @@ def run(options: Options) -> int:
         number = snapshot.nodes().count(name)
         if not number:
             raise _missing(inspector, name, snapshot)
+        names = broker_names(inspector, snapshot)
     if number > 1:
         print_err(
             f'There are {number} nodes in the graph with the exact name "{name}".'
             " You are seeing information about all of them."
         )
     sections = _sections(snapshot, name, hidden=options.include_hidden)
+    broker = "" if names is None else names.joined(snapshot.node_brokers()[name])
     if options.json:
         lists = {
             heading.lower().replace(" ", "_"): [{"name": each, "types": types} for each, types in names]
             for heading, names in sections.items()
         }
-        print_json({"name": name, **lists})
+        print_json({"name": name, **({"broker": broker} if broker else {}), **lists})
     else:
-        _print(name, sections)
+        _print(name, broker, sections)
     return 0
 
 
@@ -77,10 +80,12 @@ def _sections(snapshot: GraphSnapshot, node: str, *, hidden: bool) -> dict[str, 
     }
 
 
-def _print(node: str, sections: dict[str, NamesAndTypes]) -> None:
+def _print(node: str, broker: str, sections: dict[str, NamesAndTypes]) -> None:
     from actors.cli.tables import Styled, print_styled
 
     print_styled(Styled(node, "name"))
+    if broker:
+        print_styled("  ", Styled("Broker: ", "heading"), broker)
     for heading, names in sections.items():
         print_styled("  ", Styled(f"{heading}:", "heading"))
         for name, types in names:

@@ -117,6 +117,7 @@ def _print_rows(columns: Sequence[Column[RowT]], rows: Sequence[RowT]) -> None:
 
     if not rows:
         return
+    columns = [column for column in columns if not column.optional or any(map(column.value, rows))]
     print_out("")
     print_table(
         [[column.cell(row) for column in columns] for row in rows],

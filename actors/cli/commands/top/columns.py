@@ -34,6 +34,7 @@ class Column(Generic[RowT]):
         text: Returns the text of a row.
         style: The style of the column.
         alarm: Returns the style of an alarming row; "" for others.
+        optional: Whether to show it only if a row has a value.
     """
 
     title: str
@@ -41,6 +42,7 @@ class Column(Generic[RowT]):
     text: Callable[[RowT], str]
     style: Style = "count"
     alarm: Callable[[RowT], Style] = _no_alarm
+    optional: bool = False
 
     @property
     def falls(self) -> bool:
@@ -126,6 +128,10 @@ def _clash(row: TopicRow | ServiceRow) -> Style:
     return "bad" if len(row.types) > 1 else ""
 
 
+def _broker(row: NodeRow) -> str:
+    return row.broker
+
+
 def _state(row: NodeRow) -> str:
     return f"silent for {duration(row.silent_ms / 1000)}" if row.state == SUSPENDED else row.state
 
@@ -158,6 +164,7 @@ NODES: Final[tuple[Column[NodeRow], ...]] = (
     _count("LOST", lambda row: row.dropped, "warn"),
     _count("CALLS", lambda row: row.pending_calls),
     _count("OWED", lambda row: row.owed_calls),
+    Column(title="BROKER", value=_broker, text=_broker, style="dim", optional=True),
 )
 SERVICES: Final[tuple[Column[ServiceRow], ...]] = (
     Column(title="SERVICE", value=_name, text=_name, style="name"),
@@ -179,7 +186,7 @@ def chosen(rows: Iterable[RowT], column: Column[RowT], words: str = "", *, falli
 
 def _searched(row: Row) -> str:
     if isinstance(row, NodeRow):
-        return f"{row.name} {row.state} {_state(row)}"
+        return f"{row.name} {row.broker} {row.state} {_state(row)}"
     return f"{row.name} {_types(row)}"
 
 

@@ -66,7 +66,8 @@ class RowsTable(DataTable[Text], Generic[RowT]):
 
     def __init__(self, columns: Sequence[Column[RowT]], *, sorted_by: int, id: str) -> None:  # noqa: A002 - textual's
         super().__init__(id=id, cursor_type="row", fixed_columns=1)
-        self._columns = columns
+        self._columns = [column for column in columns if not column.optional]
+        self._optional = [column for column in columns if column.optional]
         self._rows: Sequence[RowT] = ()
         self._words = ""
         self._names: list[str] = []
@@ -87,6 +88,11 @@ class RowsTable(DataTable[Text], Generic[RowT]):
     def show(self, rows: Sequence[RowT], words: str) -> None:
         """Show the rows that contain the words."""
         self._rows, self._words = rows, words
+        for column in [each for each in self._optional if any(map(each.value, rows))]:
+            self._optional.remove(column)
+            self._columns.append(column)
+            at = len(self._columns) - 1
+            self.add_column(self._label(at), key=str(at), default=Text(""))
         self._update_rows()
 
     def action_sort_by(self, steps: int) -> None:
