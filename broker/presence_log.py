@@ -51,7 +51,8 @@ class PresenceLog:
             return
         if level > logging.DEBUG and not self._limit.admits("changes"):
             return
-        address = f"broker {endpoint.broker:08x}" if link is None else link.address
+        mesh = f"broker {endpoint.broker:08x}" if endpoint.peer.mesh else "?"
+        address = mesh if link is None else link.address
         place = f"{address}, domain {domain}" if domain else address
         if not is_node:
             verb = "declared" if reason is None else "removed"

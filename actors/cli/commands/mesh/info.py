@@ -21,6 +21,7 @@ _DROPS: Final = {
     "malformed": "could not be decoded",
     "ignored": "about endpoints that were not, or no longer, known",
     "refused": "endpoints of other brokers that this one does not take",
+    "rejected": "brokers removed because they broke the rules",
     "resets": "exchanges begun anew, because messages were lost",
 }
 _WAITING: Final = {
