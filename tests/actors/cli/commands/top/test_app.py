@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from textual.widgets import Input, RichLog, Static, TabbedContent
@@ -13,6 +14,7 @@ from actors.cli.commands.top.rows import SHOWN_ROWS, RowsTable
 from actors.cli.commands.top.source import Received, ReceivedMessage
 from actors.errors import BrokerUnreachable
 from proto.codes import EntryKind
+from proto.stats import MeshBrokerStats
 from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
 if TYPE_CHECKING:
@@ -153,6 +155,21 @@ async def test_it_shows_what_goes_on() -> None:
         assert [str(tabs.get_tab(pane).label) for pane in ("topics", "nodes", "services")] == [
             *("Topics 3", "Nodes 2", "Services 1")
         ]
+
+
+async def test_brokers_are_shown_as_soon_as_a_mesh_has_several() -> None:
+    """In a last column, which is not there before."""
+    brokers = {number: MeshBrokerStats(number, name, "1") for number, name in enumerate(("a", "b"))}
+    async with screen() as here:
+        table: RowsTable[Any] = here.app.query_one("#nodes-table", RowsTable)
+        width = len(table.ordered_columns)
+        both = at_second(3)
+        await here.samples(both._replace(report=replace(both.report, brokers=brokers)))
+        assert len(table.ordered_columns) == width + 1
+        assert str(table.ordered_columns[-1].label).rstrip() == "BROKER"
+        assert [row[-1] for row in here.rows("nodes")] == ["a", "a"]
+        await here.samples(at_second(4))
+        assert [row[-1] for row in here.rows("nodes")] == ["", ""]
 
 
 async def test_numbers_choose_a_table() -> None:

@@ -1,0 +1,37 @@
+"""What INSPECT answers about the mesh."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from broker.router import Router
+from broker.stats import Statistics
+from proto.stats import BrokerStats, MeshBrokerStats, MeshStats
+from tests.broker.test_router_access import NOTHING, user
+
+BROKERS = (MeshBrokerStats(1, "a", "0.1"), MeshBrokerStats(2, "b", "0.1", True, *range(1, 6)))
+MESH = MeshStats(brokers=1, sent=5)
+
+
+@pytest.mark.parametrize(
+    ("principal", "brokers", "mesh"),
+    [
+        (None, BROKERS, MESH),
+        (user(administer="/**"), BROKERS, MESH),
+        (NOTHING, tuple(each[:3] + MeshBrokerStats(0, "", "")[3:] for each in BROKERS), MeshStats()),
+    ],
+)
+def test_only_names_and_versions_are_for_everybody(principal: Any, brokers: Any, mesh: MeshStats) -> None:
+    """Traffic and losses are for users who may administer the broker."""
+    router = Router()
+    peer, _ = router.connect(b"i", b"t", principal)
+    member = SimpleNamespace(brokers=lambda _domain: BROKERS, totals=lambda: MESH)
+    dispatcher: Any = SimpleNamespace(joined={router: {}}, mesh=member)
+    link: Any = SimpleNamespace(peer=peer, session=1)
+    frames = list(Statistics("b", dispatcher).answer(0.0, router, link, BrokerStats(connections=7)))
+    assert tuple(broker for frame in frames for broker in frame.brokers) == brokers
+    assert MeshStats.from_map(frames[0].mesh) == mesh
+    assert all(not frame.mesh for frame in frames[1:])
