@@ -1,10 +1,16 @@
-"""The names of a mesh's brokers for verbs that print the graph."""
+"""The brokers of a mesh, for verbs that print the graph or measure topics."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from actors.cli.named import TOPIC
+from proto.codes import EntryKind
+
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.cli.parsing import Options
     from actors.graph.inspector import Inspector
     from actors.graph.snapshot import GraphSnapshot
     from actors.tools.broker_names import BrokerNames
@@ -21,3 +27,17 @@ def broker_names(inspector: Inspector, snapshot: GraphSnapshot) -> BrokerNames |
 
     names = BrokerNames(inspector.report())
     return names if names.several else None
+
+
+def publishes_elsewhere(options: Options, topics: Iterable[str]) -> bool:
+    """Return whether topics have publishers of other brokers of the mesh.
+
+    A broker gets and counts their messages only while its own nodes subscribe.
+    """
+    from actors.cli.broker_target import open_inspector  # noqa: PLC0415 - `--help` needs none
+
+    names = set(map(TOPIC.full_name, topics))
+    with open_inspector(options) as inspector:
+        entries = inspector.graph().of_kind(EntryKind.PUBLISHER)
+        brokers = {entry.broker for entry in entries if entry.name in names}
+        return any(brokers) and brokers != {next(iter(inspector.report().brokers), 0)}

@@ -175,7 +175,11 @@ def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) ->
         help=f"messages in the window{about}; default: {window}{least}",
     )  # fmt: skip
     if subscribe:
-        parser.add_flag("--subscribe", help="measure received messages instead of the broker's counters")
+        parser.add_flag(
+            "--subscribe",
+            help="measure received messages instead of the broker's counters; always done if another broker"
+            " of the mesh has publishers",
+        )
     parser.add_flag("--once", help="print the first result and end")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC", help="exit with 124 if no message arrives for this long"

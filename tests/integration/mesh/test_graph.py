@@ -140,6 +140,24 @@ async def test_commands_show_brokers(
         assert beta.mesh_stats().brokers == 1
 
 
+@pytest.mark.parametrize("verb", ["hz", "bw"])
+async def test_topics_of_the_other_broker_are_measured(
+    brokers: tuple[Broker, Broker], capsys: pytest.CaptureFixture[str], verb: str
+) -> None:
+    """By a subscription: the counters of a broker whose nodes do not subscribe stay at zero."""
+    alpha, beta = brokers
+    async with node(alpha, "talker") as talker, node(beta, "there") as there:
+        publisher = talker.create_publisher(String, "chatter")
+        talker.create_timer(0.02, lambda: publisher.publish(String(data="hello")))
+        assert await there.wait_for_node("/talker", timeout_sec=DEADLINE_SEC)
+        await there.get_graph()
+        limits = ("--once", "--timeout", str(DEADLINE_SEC))
+        code, measured, _ = await callboard(beta, capsys, "topic", verb, "/chatter", *limits)
+        assert code == 0
+        assert measured["topic"] == "/chatter"
+        assert {"hz": "min_sec", "bw": "min_bytes"}[verb] in measured
+
+
 async def test_duplicate_names_are_marked(
     capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:

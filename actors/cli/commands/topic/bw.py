@@ -30,6 +30,9 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print bandwidths until a signal."""
+    from actors.cli.broker_names import publishes_elsewhere
+
+    options.subscribe = options.subscribe or publishes_elsewhere(options, options.topics)
     if options.subscribe:
         from actors.cli.measuring import BandwidthMeter, measure
 

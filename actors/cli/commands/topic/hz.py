@@ -41,7 +41,10 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print rates until a signal."""
-    if options.subscribe or options.filter is not None:
+    from actors.cli.broker_names import publishes_elsewhere
+
+    options.subscribe = options.subscribe or options.filter or publishes_elsewhere(options, options.topics)
+    if options.subscribe:
         return _run_subscribed(options)
     from actors.cli.broker_counters import watch
     from actors.tools.rates import RATE_WINDOW
