@@ -151,6 +151,8 @@ if TYPE_CHECKING:
     from proto.stats import BrokerRates as BrokerRates
     from proto.stats import BrokerStats as BrokerStats
     from proto.stats import LinkStats as LinkStats
+    from proto.stats import MeshBrokerStats as MeshBrokerStats
+    from proto.stats import MeshStats as MeshStats
     from proto.stats import TopicStats as TopicStats
 
 __getattr__, __dir__ = lazy_names(
@@ -343,6 +345,8 @@ __getattr__, __dir__ = lazy_names(
             "BrokerRates",
             "BrokerStats",
             "LinkStats",
+            "MeshBrokerStats",
+            "MeshStats",
             "TopicStats",
         ),
     },

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from proto.stats import BrokerRates as BrokerRates
     from proto.stats import BrokerStats as BrokerStats
     from proto.stats import LinkStats as LinkStats
+    from proto.stats import MeshStats as MeshStats
     from proto.stats import TopicStats as TopicStats
 
 _HOME_OF = {
@@ -32,6 +33,7 @@ _HOME_OF = {
     "BrokerRates": "proto.stats",
     "BrokerStats": "proto.stats",
     "LinkStats": "proto.stats",
+    "MeshStats": "proto.stats",
     "TopicStats": "proto.stats",
 }
 

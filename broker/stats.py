@@ -31,7 +31,7 @@ WHOLE_BROKER: Final = "/"
 
 TOPICS_PER_FRAME: Final = 500
 LINKS_PER_FRAME: Final = 40
-BROKERS_PER_FRAME: Final = 500
+BROKERS_PER_FRAME: Final = 300
 """Keep a STATS frame below limits.MAX_FRAME_BYTES, however long the names are."""
 
 

@@ -14,7 +14,7 @@ from proto import frames, limits
 from proto.batches import held_bytes
 from proto.codec import encode
 from proto.publisher_queue import PublisherQueue
-from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, TopicStats
+from proto.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, MeshBrokerStats, TopicStats
 from proto.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
@@ -245,10 +245,12 @@ def test_answers_fit_the_largest_names() -> None:
     topic = TopicStats(2**32 - 1, name, *[2**64 - 1] * 11)
     nodes = (f"/{'n' * 244}/{'n' * 255}",) * MAX_NODE_NAMES
     one = LinkStats(2**32 - 1, 2**64 - 1, "\U0001f680" * 80, nodes, 2**64 - 1, True, *[2**64 - 1] * 9)
-    pieces = list(answer(1, BrokerStats(), (topic,) * 1200, (one,) * 100))
+    other = MeshBrokerStats(2**32, "\U0001f680" * 63, "\U0001f680" * 63, True, *[2**64 - 1] * 5)
+    pieces = list(answer(1, BrokerStats(), (topic,) * 1200, (one,) * 100, brokers=(other,) * 1000))
     assert max(len(encode(piece)) for piece in pieces) < limits.MAX_FRAME_BYTES
     assert sum(len(piece.topics) for piece in pieces) == 1200
     assert sum(len(piece.links) for piece in pieces) == 100
+    assert sum(len(piece.brokers) for piece in pieces) == 1000
     (only,) = answer(1, BrokerStats(), (), ())
     assert BrokerStats.from_map(only.totals) == BrokerStats()
 

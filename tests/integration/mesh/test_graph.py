@@ -140,6 +140,28 @@ async def test_commands_show_brokers(
         assert beta.mesh_stats().brokers == 1
 
 
+async def test_a_node_moves_to_the_other_broker(brokers: tuple[Broker, Broker]) -> None:
+    """With its name, as soon as its broker has stopped; readers go on."""
+    alpha, beta = brokers
+    heard: list[str] = []
+    async with node(beta, "listener") as listener:
+        listener.create_subscription(String, "chatter", lambda message: heard.append(message.data))
+        async with actors.Node("mover", url=f"{alpha.url},{beta.url}", use_global_arguments=False) as mover:
+            publisher = mover.create_publisher(String, "chatter")
+            await publisher.wait_for_subscriptions(1, DEADLINE_SEC)
+            publisher.publish(String(data="from alpha"))
+            await until(lambda: heard == ["from alpha"])
+            await alpha.stop()
+            assert await listener.wait_for_node("/mover", timeout_sec=DEADLINE_SEC)
+            await until(lambda: beta.stats().connections == 2)
+            await publisher.wait_for_subscriptions(1, DEADLINE_SEC)
+            publisher.publish(String(data="from beta"))
+            await until(lambda: heard[1:] == ["from beta"])
+            graph = await listener.get_graph()
+            assert graph.nodes().count("/mover") == 1
+            assert graph.duplicate_nodes() == {}
+
+
 @pytest.mark.parametrize("verb", ["hz", "bw"])
 async def test_topics_of_the_other_broker_are_measured(
     brokers: tuple[Broker, Broker], capsys: pytest.CaptureFixture[str], verb: str
