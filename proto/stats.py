@@ -238,8 +238,6 @@ class MeshStats:
     """Received messages about brokers or endpoints that were not, or no longer, known."""
     refused: int = 0
     """Endpoints of other brokers that this one does not take."""
-    rejected: int = 0
-    """Brokers that were removed because they broke the rules."""
     resets: int = 0
     """How often messages to or from a broker were lost, so that the exchange with it has begun anew."""
     rejected: int = 0

@@ -53,7 +53,7 @@ class MeshBroker:
         self._prefix = prefix
         port = free_port()
         self.url = f"callboard://{host}:{port}" if unix is None else f"callboard+unix://{unix}"
-        here = ("--port", str(port)) if unix is None else ("--unix", str(unix))
+        here = ("--port", str(port)) if unix is None else ("--unix", str(unix), "--insecure")
         self.endpoint = f"tcp/{host}:{free_port()}"
         to = ",".join(each if isinstance(each, str) else each.endpoint for each in connect)
         self._options = (*here, "--mesh-listen", self.endpoint, *(("--mesh", to) if to else ()))

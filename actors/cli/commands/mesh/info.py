@@ -22,6 +22,7 @@ _DROPS: Final = {
     "ignored": "about endpoints that were not, or no longer, known",
     "refused": "endpoints of other brokers that this one does not take",
     "rejected": "brokers removed because they broke the rules",
+    "overflows": "times that too much waited for brokers, so that the exchange began anew",
     "resets": "exchanges begun anew, because messages were lost",
 }
 _WAITING: Final = {
