@@ -39,6 +39,10 @@ DIRECT: Final = (
     frames.Request,
     frames.Reply,
     frames.Cancel,
+    frames.Describe,
+    frames.Definition,
+    frames.Ping,
+    frames.Pong,
 )
 ANY: Final[Mapping[str, Callable[[Source], Any]]] = {
     **VALUES,
@@ -158,7 +162,7 @@ def _undeclare(source: Source) -> frames.Frame:
 def _direct(source: Source, other: int) -> Any:
     kind: Any = DIRECT[source.below(len(DIRECT))]
     if not source.below(16):
-        return frames.Ping(1)
+        return frames.Goodbye("")
     if kind is frames.Replay:
         batch = make.batch(_key(source, other), number(source), 1 + source.below(3))
         return frames.Replay(number(source), *batch[:-1])
@@ -172,7 +176,9 @@ def _direct(source: Source, other: int) -> Any:
 
 def _local(source: Source) -> frames.Frame:
     call = number(source)
-    choice = source.below(6)
+    choice = source.below(7)
+    if choice == 6:
+        return frames.Describe(make.HASH)
     if choice == 0:
         return frames.Cancel(3, (call,))
     if choice == 1:
