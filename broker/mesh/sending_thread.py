@@ -85,7 +85,10 @@ class SendingThread:
                 publisher = publishers.get(key)
                 if publisher is None:
                     publisher = publishers[key] = session.declare_publisher(
-                        key, congestion_control=zenoh.CongestionControl.BLOCK, express=False
+                        key,
+                        congestion_control=zenoh.CongestionControl.BLOCK,
+                        express=False,
+                        allowed_destination=zenoh.Locality.REMOTE,
                     )
                 publisher.put(bytes(payload), attachment=attachment)  # pyright: ignore[reportUnknownMemberType]
             except zenoh.ZError as error:

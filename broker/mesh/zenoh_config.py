@@ -44,6 +44,8 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
     for key, value in defaults.items():
         if _get(config, key) is None:
             _set(config, key, value)
+    # Zenoh does not give back the memory (17 MB) that it shares with a broker that has been killed.
+    _set(config, "transport/shared_memory", {"enabled": False})
     lease = round(1000 * options.mesh_lease_sec)
     if options.mesh_config is None or _get(config, "transport/link/tx/lease") == 10_000:  # Zenoh's default
         _set(config, "transport/link/tx/lease", lease)

@@ -56,7 +56,7 @@ class MeshBroker:
         here = ("--port", str(port)) if unix is None else ("--unix", str(unix), "--insecure")
         self.endpoint = f"tcp/{host}:{free_port()}"
         to = ",".join(each if isinstance(each, str) else each.endpoint for each in connect)
-        self._options = (*here, "--mesh-listen", self.endpoint, *(("--mesh", to) if to else ()))
+        self._options = (*here, "--mesh-listen", self.endpoint, *(("--mesh", to) if to else ()), "--insecure")
         self.program: Program | None = None
 
     async def start(self, *options: str) -> Self:
