@@ -145,6 +145,10 @@ class PublisherCredit:
         if self.unconfirmed:
             self.unconfirmed -= 1
 
+    def used_up(self, next_sequence: int) -> bool:
+        """Return whether the publisher, whose next number is given, has to wait for credit."""
+        return self.limit is not None and (next_sequence >= self.limit[0] or self.bytes >= self.limit[1])
+
     def exceeded(self, next_sequence: int) -> bool:
         """Return whether the publisher, whose next number is given, is beyond its present limit."""
         return self.limit is not None and (next_sequence > self.limit[0] or self.bytes > self.limit[1])

@@ -54,9 +54,7 @@ class Stalls:
 def _holding_back(publisher: PublisherRecord) -> Iterator[SubscriptionRecord]:
     """Return the subscriptions whose credit for a publisher is used up."""
     credit = publisher.credit
-    if credit.limit is None or not publisher.waits_for_readers:
-        return
-    if publisher.next_sequence < credit.limit[0] and credit.bytes < credit.limit[1]:
+    if not publisher.waits_for_readers or not credit.used_up(publisher.next_sequence):
         return
     for subscription in publisher.matched.values():
         if credit.limits.used_up(subscription.key, publisher.next_sequence, credit.bytes):

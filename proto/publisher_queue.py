@@ -65,6 +65,11 @@ class PublisherQueue(MessageQueue):
         return self.sent_bytes + leaving + self.pending_bytes
 
     @property
+    def next_sequence(self) -> int | None:
+        """The number after the last message sent, or the one with which it began; None for neither."""
+        return self._next_sequence
+
+    @property
     def first_sequence(self) -> int | None:
         """The number of the oldest message that has not been sent completely, or None."""
         if isinstance(self._leaving, Batch):

@@ -139,10 +139,10 @@ class BrokerSessions:
             session.sent += 1
             self._emit(Direct(broker, session.epoch, session.sent, endpoint, frame))
 
-    def heartbeat(self, version: int) -> Heartbeat:
-        """Return a heartbeat with the version of this broker's changes."""
+    def heartbeat(self, version: int, held: dict[int, int]) -> Heartbeat:
+        """Return a heartbeat with the version of this broker's changes, and its held publishers."""
         sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
-        return Heartbeat(version, sent)
+        return Heartbeat(version, sent, held)
 
 
 def _size(message: Received) -> int:

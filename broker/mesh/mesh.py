@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports
+from broker.mesh.held_publishers import has_lost, held_publishers
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
@@ -136,7 +137,8 @@ class Mesh:
         """Send a heartbeat, if there is another broker."""
         self.queries.beat()
         if self.sessions or self._rejected:
-            self._out.append(self.sessions.heartbeat(self._exports.version))
+            held = held_publishers(self._router, self.peer)
+            self._out.append(self.sessions.heartbeat(self._exports.version, held))
 
     def _change(self, change: Change) -> None:
         self.wanted.update()  # before others learn of the subscription
@@ -236,6 +238,8 @@ class Mesh:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):
             self._ask_again(broker, session)
+        elif has_lost(self._router, broker, heartbeat.held):
+            self._reset(broker, session, epoch + 1)
 
     def receive(self, broker: int, message: Received) -> None:
         """Take a message.

@@ -7,9 +7,12 @@ the ids in BATCH frames, so that these pass unchanged.
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from proto.frames import Assert, Batch, Buffer, Frame
 
 
@@ -25,10 +28,12 @@ class Heartbeat(NamedTuple):
     """To all brokers, once a second: what they should have received.
 
     `version`: the last change. `sent`: by broker, the epoch, and how many direct messages it was sent in it.
+    `held`: by number, the publishers that wait for credit, each with its next sequence number.
     """
 
     version: int
     sent: dict[int, tuple[int, int]]
+    held: Mapping[int, int] = MappingProxyType({})
 
 
 class Publish(NamedTuple):

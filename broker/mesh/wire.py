@@ -39,7 +39,9 @@ class _Snapshot(msgspec.Struct):
     software: _Text = ""
 
 
-_heartbeats: Final = msgspec.msgpack.Decoder(tuple[_Number, dict[_Number, tuple[_Number, _Number]]])
+_heartbeats: Final = msgspec.msgpack.Decoder(
+    tuple[_Number, dict[_Number, tuple[_Number, _Number]], dict[_Number, _Number]]
+)
 _snapshots: Final = msgspec.msgpack.Decoder(_Snapshot)
 
 _DECLARATIONS: Final = (frames.Node, frames.Publisher, frames.Subscription, frames.Service, frames.Client)
@@ -93,7 +95,7 @@ def decode_published(payload: bytes) -> frames.Batch | frames.Assert:
 
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the payload of a heartbeat."""
-    return msgspec.msgpack.encode(heartbeat)
+    return msgspec.msgpack.encode((heartbeat.version, heartbeat.sent, dict(heartbeat.held)))
 
 
 def decode_heartbeat(payload: bytes) -> Heartbeat:

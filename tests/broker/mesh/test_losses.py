@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from broker.mesh.messages import Change, Direct, Heartbeat
+from broker.mesh.messages import Change, Direct, Heartbeat, Publish
 from proto import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
@@ -128,3 +128,37 @@ def test_what_is_lost_before_a_snapshot_is_noticed_with_it() -> None:
     a.send(talker, make.batch(publisher, 0))
     network.settle()
     assert len(b.read(listener, frames.Batch)) == 1
+
+
+def test_lost_messages_do_not_stop_a_keep_all_publisher() -> None:
+    """A reader that has missed all messages within its window grants again."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window=10))
+    network.settle()
+    network.lose = (Publish,)
+    a.send(talker, make.batch(publisher, 0, 10))
+    network.settle()
+    assert network.lost
+    network.lose = ()
+    network.beat()
+    assert a.read(talker, frames.Credit)[-1].sequence_limit == 20
+    a.send(talker, make.batch(publisher, 10))
+    network.settle()
+    assert b.read(listener, frames.Batch)[-1].first_sequence == 10
+
+
+def test_a_keep_all_publisher_without_credit_is_no_loss() -> None:
+    """A reader that is slow keeps what has come, and nothing begins anew."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window=10))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0, 10))
+    network.beat()
+    network.beat()
+    assert not any(each.mesh.resets for each in network)

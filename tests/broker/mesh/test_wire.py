@@ -29,7 +29,7 @@ def test_messages_are_decoded_as_they_were() -> None:
     assert wire.decode_change(*wire.encode_change(change)) == change
     direct = Direct(2, MAX_U64, MAX_U64, MAX_U64, frames.Grant(1, 2, 3, 4))
     assert wire.decode_direct(2, *wire.encode_direct(direct)) == direct
-    heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)})
+    heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)}, {3: MAX_U64})
     assert wire.decode_heartbeat(wire.encode_heartbeat(heartbeat)) == heartbeat
     snapshot = Snapshot(1, 2, (NODE, make.publisher(2, node=1)))
     assert wire.decode_snapshot(wire.encode_snapshot(snapshot)) == snapshot
