@@ -40,6 +40,13 @@ def node(broker: Broker, name: str, **options: Any) -> actors.Node:
     return actors.Node(name, url=broker.url, use_global_arguments=False, **options)
 
 
+async def publishers(node: actors.Node, topic: str, count: int = 1) -> None:
+    """Wait until a node's broker knows the publishers of a topic."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        while (await node.get_graph()).count(EntryKind.PUBLISHER, topic) < count:
+            pass
+
+
 async def callboard(
     broker: Broker, capsys: pytest.CaptureFixture[str], *arguments: str
 ) -> tuple[int, Any, str]:
@@ -98,8 +105,7 @@ async def test_a_type_of_the_other_broker_is_described(brokers: tuple[Broker, Br
     alpha, beta = brokers
     async with node(alpha, "talker") as talker, node(beta, "watcher") as watcher:
         talker.create_publisher(String, "chatter")
-        assert await watcher.wait_for_node("/talker", timeout_sec=DEADLINE_SEC)
-        await watcher.get_graph()
+        await publishers(watcher, "/chatter")
 
         def describe() -> bytes | None:
             with Inspector(beta.url) as inspector:
@@ -117,7 +123,7 @@ async def test_commands_show_brokers(
     """Names in lists; the mesh with round trips and traffic."""
     alpha, beta = brokers
     async with node(alpha, "here"), node(beta, "there") as there:
-        assert await there.wait_for_node("/here", timeout_sec=DEADLINE_SEC)
+        await publishers(there, "/rosout", 2)
         _, nodes, _ = await callboard(beta, capsys, "node", "list")
         assert nodes == [
             {"name": "/here", "broker": "alpha", "duplicate": False},
@@ -171,8 +177,7 @@ async def test_topics_of_the_other_broker_are_measured(
     async with node(alpha, "talker") as talker, node(beta, "there") as there:
         publisher = talker.create_publisher(String, "chatter")
         talker.create_timer(0.02, lambda: publisher.publish(String(data="hello")))
-        assert await there.wait_for_node("/talker", timeout_sec=DEADLINE_SEC)
-        await there.get_graph()
+        await publishers(there, "/chatter")
         limits = ("--once", "--timeout", str(DEADLINE_SEC))
         code, measured, _ = await callboard(beta, capsys, "topic", verb, "/chatter", *limits)
         assert code == 0
