@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
+from contextlib import suppress
 from dataclasses import astuple
 from typing import TYPE_CHECKING, Final
 
@@ -24,6 +25,12 @@ if TYPE_CHECKING:
     from broker.router import Router
 
 HEARTBEAT_SEC: Final = 1.0
+
+LAST_PING: Final = 0
+"""The token of the PING at a stop; others are times."""
+
+LAST_ANSWER_SEC: Final = 2.0
+"""How long a stop waits for other brokers."""
 
 MAX_NEIGHBOURS: Final = 100
 """Neighbours in the statistics."""
@@ -53,6 +60,9 @@ class MeshMember:
         self._channels: dict[int, MeshChannel] = {}
         self._round_trips = RoundTrips()
         self._heartbeat: asyncio.Task[None] | None = None
+        self._unanswered: set[tuple[int, int]] = set()
+        """Domains and brokers that have not answered the last PING."""
+        self._all_answered = asyncio.Event()
 
     async def start(self) -> None:
         """Connect to other brokers."""
@@ -61,10 +71,22 @@ class MeshMember:
         self._heartbeat = asyncio.get_running_loop().create_task(beats)
 
     async def stop(self) -> None:
-        """Disconnect."""
+        """Disconnect when the others have received what was sent."""
         if self._heartbeat is not None:
             await cancel_and_wait(self._heartbeat)
+        await self._wait_for_others()
         await self._engine.stop()
+
+    async def _wait_for_others(self) -> None:
+        """Wait for an answer of each broker to a last PING: the end of a session can overtake messages."""
+        for domain, mesh in self._meshes.items():
+            brokers = mesh.sessions.names()
+            self._unanswered.update((domain, broker) for broker in brokers)
+            mesh.queries.ping(brokers, LAST_PING)
+        self.flush()
+        if self._unanswered:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._all_answered.wait(), LAST_ANSWER_SEC)
 
     async def _beat(self) -> None:
         while True:
@@ -87,6 +109,10 @@ class MeshMember:
         )
 
         def ponged(broker: int, token: int) -> None:
+            if token == LAST_PING:
+                self._unanswered.discard((domain, broker))
+                if not self._unanswered:
+                    self._all_answered.set()
             self._round_trips.take(broker, token, self._now_us())
 
         mesh.queries.ponged = ponged
