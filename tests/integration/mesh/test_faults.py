@@ -101,9 +101,9 @@ async def test_nodes_of_a_broker_that_stops_disappear_at_once(system: System, st
 
 async def test_a_broker_that_stops_sends_what_it_has_accepted(system: System, stack: AsyncExitStack) -> None:
     """Also what waits because the other broker is slow."""
-    total = 1000
+    total = 700
     brokers = make_brokers(system, PAIR)
-    await asyncio.gather(*(each.start(*NO_KEEPALIVE) for each in brokers))
+    await asyncio.gather(*(each.start(*NO_KEEPALIVE, "--mesh-lease-sec", "60") for each in brokers))
     talker = await stack.enter_async_context(actors.Node("talker", url=brokers[0].url))
     hearer = await stack.enter_async_context(actors.Node("hearer", url=brokers[1].url))
     publisher = talker.create_publisher(String, "large", total)
