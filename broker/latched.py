@@ -130,17 +130,20 @@ def is_replayed(route: Route, subscription: SubscriptionRecord) -> bool:
     """
     if not subscription.peer.mesh:
         return subscription.wants.latched
-    return not any(
-        other.broker == subscription.broker and other is not subscription
-        for other in route.subscriptions.values()
-    )
+    return _first_of_broker(route, subscription.broker) is subscription
+
+
+def _first_of_broker(route: Route, broker: int) -> SubscriptionRecord | None:
+    """Return the subscription of a broker that was attached before its others; None if it has none."""
+    return next((each for each in route.subscriptions.values() if each.broker == broker), None)
 
 
 class LatchedReplay(ReplaySource):
     """The latched messages of one publisher for a subscription that has just attached.
 
     Each is read only when it is sent. Messages that are not latched any more by then are skipped: newer ones
-    have replaced them, or they exceed a limit in bytes. It ends when the two are no longer attached.
+    have replaced them, or they exceed a limit in bytes. It ends when the two are no longer attached; for
+    another broker it goes on while one of its subscriptions is.
 
     Args:
         publisher: The publisher.
@@ -167,13 +170,20 @@ class LatchedReplay(ReplaySource):
             skip -= batch.length
             self._index += 1
 
-    def _next(self) -> Batch | None:
+    def _is_attached(self) -> bool:
         publisher, route, subscription = self._publisher, self._route, self._subscription
-        if (
-            publisher.routes.get(route.peer.id) is not route
-            or route.subscriptions.get(subscription.id) is not subscription
-        ):
+        if publisher.routes.get(route.peer.id) is not route:
+            return False
+        if route.subscriptions.get(subscription.id) is not subscription and subscription.peer.mesh:
+            other = _first_of_broker(route, subscription.broker)
+            if other is not None:
+                self._subscription = subscription = other
+        return route.subscriptions.get(subscription.id) is subscription
+
+    def _next(self) -> Batch | None:
+        if not self._is_attached():
             return None
+        publisher = self._publisher
         position = max(0, self._index - publisher.unlatched)
         if position >= len(publisher.latched):
             return None

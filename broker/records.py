@@ -252,6 +252,8 @@ class Route:
     """How many of the subscriptions have which depth: the queue has the greatest."""
     earlier_ids: tuple[int, ...] = ()
     """Earlier ids of the publisher whose DETACHED may wait in the queue."""
+    least_depth: int = 1
+    """Other brokers keep the latched messages for late joiners, even if their readers want fewer."""
 
     def add(self, subscription: SubscriptionRecord) -> None:
         """Send the batches to this subscription, too."""
@@ -273,7 +275,8 @@ class Route:
 
     def _update_depth(self) -> None:
         keep_all = None in self.depths
-        self.queue.depth = None if keep_all else max((d for d in self.depths if d is not None), default=1)
+        depths = (depth for depth in self.depths if depth is not None)
+        self.queue.depth = None if keep_all else max(self.least_depth, 1, *depths)
 
 
 @dataclass(slots=True, eq=False)

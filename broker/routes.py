@@ -102,13 +102,17 @@ class Routes:
         messages do not overtake the earlier ones.
         """
         own_depth = None if publisher.waits_for_readers else publisher.wants.depth
+        least_depth = publisher.keep if peer.mesh else 1
         left = self.departed.resume(peer.id, publisher.gid, publisher.name)
         if left is None:
             queue = PublisherQueue(publisher.key, 1)
             queue.restart(publisher.key, publisher.next_sequence)
-            return Route(peer, queue, publisher.topic, own_depth)
+            return Route(peer, queue, publisher.topic, own_depth, least_depth=least_depth)
         left.queue.publisher = 0
-        return Route(peer, left.queue, publisher.topic, own_depth, earlier_ids=left.earlier_ids)
+        earlier_ids = left.earlier_ids
+        return Route(
+            peer, left.queue, publisher.topic, own_depth, earlier_ids=earlier_ids, least_depth=least_depth
+        )
 
     def detach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
         """Stop routing to a subscription that leaves; discard the queue if nobody else needs it."""
