@@ -7,9 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 from broker.options import BrokerOptions
 from broker.server import Broker
+from tests.simulation.mesh_network import SimulatedEngine
 from tests.simulation.network import on_host
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.mesh.engine import Engine, Host
+    from tests.simulation.mesh_network import MeshNetwork
     from tests.simulation.world import World
 
 STALL_SEC: Final = 2.0
@@ -26,12 +31,13 @@ class BrokerProcess:
         broker: The latest one; None before the first.
     """
 
-    def __init__(self, world: World, host: str, port: int) -> None:
+    def __init__(self, world: World, host: str, port: int, mesh: MeshNetwork | None = None) -> None:
         self.host = host
         self.url = f"callboard://127.0.0.1:{port}"
         self.broker: Broker | None = None
         self._world = world
         self._port = port
+        self._mesh = mesh
         self._task: asyncio.Task[None] | None = None
         self._stop = asyncio.Event()
         self._up = asyncio.Event()
@@ -55,11 +61,20 @@ class BrokerProcess:
 
     async def _run(self) -> None:
         options = BrokerOptions(
-            port=self._port, max_link_bytes=self._world.max_link_bytes, keep_all_stall_sec=STALL_SEC
+            port=self._port,
+            max_link_bytes=self._world.max_link_bytes,
+            keep_all_stall_sec=STALL_SEC,
+            mesh_name=self.host,
         )
-        async with Broker(options, clock=self._world.loop.ticks) as self.broker:
+        self.broker = Broker(options, clock=self._world.loop.ticks, mesh_engine=self._make_engine)
+        async with self.broker:
             self._up.set()
             await self._stop.wait()
+
+    @property
+    def _make_engine(self) -> Callable[[int, Host], Engine] | None:
+        mesh = self._mesh
+        return None if mesh is None else lambda number, host: SimulatedEngine(mesh, number, host)
 
     async def stop(self) -> None:
         """Let the broker drain and end."""
@@ -78,6 +93,8 @@ class BrokerProcess:
         assert self._task is not None
         self._world.record(f"crash {self.host}, silent: {silent}")
         self._world.network.crash(self.host, silent=silent)
+        if self._mesh is not None:
+            self._mesh.kill(self.host, silent=silent)
         self._world.thaw(self.host)
         self._task.cancel()
         await asyncio.wait({self._task})

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.service.service import Service
     from actors.endpoints.subscription.subscription import Subscription
+    from broker.server import Broker
     from tests.simulation.member import Member
     from tests.simulation.records import Note, PublisherHistory, SubscriptionHistory
     from tests.simulation.world import World
@@ -193,10 +194,11 @@ def _services(world: World) -> Iterator[Service[Ask.Request, Ask.Response]]:
 
 async def _check_graph(world: World) -> None:
     """The graph names each live node once, and nobody else."""
-    names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in await _names(world.members[0])]
     right = sorted(member.node.get_fully_qualified_name() for member in world.members)
-    if sorted(names) != right:
-        world.complain(f"the graph has {sorted(names)}, there are {right}")
+    for member in world.members:
+        names = [f"{namespace.rstrip('/')}/{name}" for name, namespace in await _names(member)]
+        if sorted(names) != right:
+            world.complain(f"the graph of {member.host} has {sorted(names)}, there are {right}")
 
 
 async def _names(member: Member) -> list[tuple[str, str]]:
@@ -274,9 +276,10 @@ def _check_error_counts(world: World) -> None:
 
 def _check_outboxes_empty(world: World) -> None:
     """At rest every outbox is empty, in fact and by its own counters."""
-    assert world.home.broker is not None
-    channels = [link.channel for link in world.home.broker._dispatcher.links]
-    for channel in (*channels, *(member.node._context.link.channel for member in world.members)):
+    brokers = [each.broker for each in world.brokers if each.alive and each.broker is not None]
+    channels = [link.channel for broker in brokers for link in broker._dispatcher.links]
+    to_mesh = [each for broker in brokers for each in broker._dispatcher._mesh_channels.values()]
+    for channel in (*to_mesh, *channels, *(member.node._context.link.channel for member in world.members)):
         assert channel is not None
         outbox = channel.outbox
         held = (
@@ -291,14 +294,13 @@ def _check_outboxes_empty(world: World) -> None:
             world.complain(f"an outbox at rest holds {held}")
 
 
-def _check_broker_empty(world: World) -> None:
+def _check_broker_empty(world: World, broker: Broker) -> None:
     """Without nodes a broker holds nothing."""
-    assert world.home.broker is not None
-    stats = world.home.broker.stats()
+    stats = broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    _check_empty(world, world.home.broker._dispatcher, "links", "handshaking", "_unflushed")
-    for router, joined in world.home.broker._dispatcher.joined.items():
+    _check_empty(world, broker._dispatcher, "links", "handshaking", "_unflushed")
+    for router, joined in broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
         waiting = sum(not peer_queue.queue.empty for peer_queue in router.routes.peer_queues())
@@ -306,8 +308,21 @@ def _check_broker_empty(world: World) -> None:
             world.complain(f"without nodes messages wait in {waiting} publisher queues")
         departed = router.routes.departed
         departed._forget_empty()  # it may wait with that for more of them
-        parts = (router.declarations, router.routes, router.topics, router.services, router.graph)
-        for part in (router, *parts, departed):
+        parts: list[object] = [router.declarations, router.routes, router.topics, router.services]
+        parts += [router.graph, departed]
+        mesh = broker._dispatcher._mesh_channels.get(router)
+        if mesh is None:
+            parts.append(router)
+        else:  # it is a peer of the router, and has sessions with other brokers
+            imports, exports = mesh.mesh._imports, mesh.mesh._exports
+            parts += [exports, mesh.mesh._calls, mesh.mesh.wanted]
+            _check_empty(world, imports, "_remotes")
+            for number, known in imports._brokers.items():
+                if known.ids:
+                    world.complain(f"without nodes the broker {number} has {known.ids}")
+            if mesh.mesh.rejected or mesh.mesh.counts()["refused"]:
+                world.complain(f"brokers that keep the rules are rejected or refused: {mesh.mesh.counts()}")
+        for part in parts:
             _check_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
 
 
@@ -324,8 +339,12 @@ async def _stop_all(world: World) -> None:
     for member in world.members:
         await member.stop()
     await asyncio.sleep(5)
-    _check_broker_empty(world)
-    await world.home.stop()
+    brokers = [process for process in world.brokers if process.alive]
+    for process in brokers:
+        assert process.broker is not None
+        _check_broker_empty(world, process.broker)
+    for process in brokers:
+        await process.stop()
     await asyncio.sleep(5)
     if world.network.open:
         world.complain(f"{len(world.network.open)} transports are still open")

@@ -7,20 +7,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pytest
 
-DEFAULT_SEEDS = 15
+DEFAULT_SEEDS = {"history_seed": 15, "mesh_seed": 4}
+"""By the name of a test's argument, how many histories of each kind there are."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options."""
     group = parser.getgroup("simulation")
-    group.addoption("--seeds", type=int, default=DEFAULT_SEEDS, help="simulated histories of each kind")
+    group.addoption("--seeds", type=int, help="simulated histories of each kind")
     group.addoption("--first-seed", type=int, default=0, help="the first history's seed")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Give a test that takes `history_seed` one run for each seed."""
-    if "history_seed" in metafunc.fixturenames:
-        # Run from the root without naming this folder, pytest reads this file too late for its options.
-        first = metafunc.config.getoption("--first-seed", 0)
-        count = metafunc.config.getoption("--seeds", DEFAULT_SEEDS)
-        metafunc.parametrize("history_seed", range(first, first + count))
+    """Give a test that takes a seed one run for each seed."""
+    for name, few in DEFAULT_SEEDS.items():
+        if name in metafunc.fixturenames:
+            # Run from the root without naming this folder, pytest reads this file too late for its options.
+            first = metafunc.config.getoption("--first-seed", 0)
+            count = metafunc.config.getoption("--seeds", None) or few
+            metafunc.parametrize(name, range(first, first + count))

@@ -77,12 +77,14 @@ async def freeze(world: World, member: Member, lasting: float) -> None:
     world.thaw(host)
 
 
-async def intrude(world: World, member: Member, lasting: float) -> None:
+async def intrude(world: World, member: Member, lasting: float, url: str = "") -> None:
     """Start a process whose node has the name of another's."""
     outcomes: list[str] = []
 
     async def twin() -> None:
-        node = actors.Node(member.name, url=world.url, connect_timeout_sec=2.0, use_global_arguments=False)
+        node = actors.Node(
+            member.name, url=url or member.url, connect_timeout_sec=2.0, use_global_arguments=False
+        )
         try:
             async with node:
                 await asyncio.sleep(min(lasting, 1.0))

@@ -103,9 +103,14 @@ class FrameChecks:
             return out
 
         def recording_connect(
-            router: Router, instance: bytes, token: bytes, principal: Principal | None = None
+            router: Router,
+            instance: bytes,
+            token: bytes,
+            principal: Principal | None = None,
+            *,
+            mesh: bool = False,
         ) -> tuple[int, list[Delivery]]:
-            peer, out = connect(router, instance, token, principal)
+            peer, out = connect(router, instance, token, principal, mesh=mesh)
             if sum((each.instance, each.token) == (instance, token) for each in router._peers.values()) > 1:
                 self._world.complain(f"link {peer} does not take over from its node's earlier one")
             self._check_detach_reasons(router, out)

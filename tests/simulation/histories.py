@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from actors.callbacks.budget import SHARE_SEC
 from tests.simulation.checks import check
 from tests.simulation.loop import SimulatedLoop, simulate
+from tests.simulation.mesh_world import MeshWorld
 from tests.simulation.world import World, determined
 
 if TYPE_CHECKING:
@@ -45,19 +46,24 @@ def kind_of(*, calm: bool) -> str:
     return "calm" if calm else "troubled"
 
 
-def replay(seed: int, *, calm: bool) -> str:
+def replay(seed: int, *, calm: bool, mesh: bool = False) -> str:
     """Return the command that shows a history again."""
-    kind = kind_of(calm=calm)
-    return f"python -m pytest tests/simulation/test_histories.py -k {kind} --first-seed {seed} --seeds 1"
+    kind, name = kind_of(calm=calm), "test_mesh_histories" if mesh else "test_histories"
+    return f"python -m pytest tests/simulation/{name}.py -k {kind} --first-seed {seed} --seeds 1"
 
 
-def live(seed: int, *, calm: bool) -> History:
+def live_in_mesh(seed: int, *, calm: bool) -> History:
+    """Live through one history of a mesh."""
+    return live(seed, calm=calm, make_world=MeshWorld)
+
+
+def live(seed: int, *, calm: bool, make_world: type[World] = World) -> History:
     """Live through one history."""
     worlds: list[World] = []
     error = ""
 
     async def main(loop: SimulatedLoop) -> None:
-        world = World(loop, seed, calm=calm)
+        world = make_world(loop, seed, calm=calm)
         worlds.append(world)
         with determined(loop, seed), world.limits(), logged_to_journal(world), world.steps.installed():
             await world.run()
@@ -125,5 +131,6 @@ def _report(world: World, error: str) -> str:
     journal = world.journal
     lines = [f"seed {world.seed}: {error}", "", "the last events:", *journal.events[-TAIL:]]
     lines += ["", "complaints:", *journal.complaints[:10]]
-    lines += ["", f"to see it again: {replay(world.seed, calm=world.calm)}"]
+    again = replay(world.seed, calm=world.calm, mesh=isinstance(world, MeshWorld))
+    lines += ["", f"to see it again: {again}"]
     return "\n".join(lines)

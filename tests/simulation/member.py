@@ -44,8 +44,9 @@ KINDS: Final = ("plain", "plain", "async", "slow", "calling", "beside", "iterate
 class Member:
     """A process that can be killed, stopped and started again. What it has is the same in each life."""
 
-    def __init__(self, world: World, name: str, random: Random) -> None:
+    def __init__(self, world: World, name: str, random: Random, url: str = "") -> None:
         self.world = world
+        self.url = url or world.url
         self.name = name
         self.random = random
         self.host = name
@@ -87,7 +88,7 @@ class Member:
             self.task = asyncio.create_task(self._live(), name=self.host)
 
     def _make_node(self) -> None:
-        self.node = actors.Node(self.name, url=self.world.url, use_global_arguments=False)
+        self.node = actors.Node(self.name, url=self.url, use_global_arguments=False)
         self.publishers, self.subscriptions, self.clients, self.services = [], [], [], []
         self.raised, self._inside = 0, ""
         for topic in self._published:

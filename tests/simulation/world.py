@@ -61,6 +61,7 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
         mock.patch.object(time, "time_ns", now),
         mock.patch.object(time, "perf_counter", loop.time),
         mock.patch.object(secrets, "token_bytes", chance.randbytes),
+        mock.patch.object(secrets, "randbelow", chance.randrange),
     ):
         yield
 
