@@ -109,7 +109,9 @@ class Topics:
         if publisher.opened or not publisher.matched:
             return
         publisher.opened = True
-        publisher.next_sequence, publisher.live_sequence = frame.next_sequence, frame.live_sequence
+        publisher.next_sequence = frame.next_sequence
+        # Of a publisher that has come back, what it sends again is latched, too.
+        publisher.live_sequence = max(publisher.live_sequence, frame.live_sequence)
         for subscription in publisher.matched.values():
             self._attach(publisher, subscription)
         self._routes.flush()

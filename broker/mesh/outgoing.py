@@ -91,8 +91,9 @@ class MeshSender:
                 by_broker.setdefault(remote.broker, []).append(remote.number)
         record = self._router.routes.publishers.get(frame.publisher)
         first = frame.first_sequence
-        if record is not None and record.latched:
-            first = min(first, record.latched[0].first_sequence)
+        if record is not None:  # what is latched follows, and what the publisher sends again
+            latched = record.latched
+            first = min(first, latched[0].first_sequence if latched else record.next_sequence)
         for broker, numbers in by_broker.items():
             self._direct(broker, frame._replace(subscriptions=tuple(numbers)), first)
 

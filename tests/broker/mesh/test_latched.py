@@ -65,6 +65,40 @@ def test_readers_of_few_messages_do_not_limit_what_late_joiners_get() -> None:
     assert _numbers(b, late) == [3, 4, 5, 6, 7]
 
 
+def test_what_a_publisher_sends_again_is_latched_at_other_brokers() -> None:
+    """It has been there before: a VOLATILE reader that comes late gets none of it, a latched one all."""
+    network = Network()
+    a, b = network
+    talker, reader = a.join("/talker"), b.join("/reader")
+    b.send(reader, make.subscription(1, qos=LATCHED))
+    network.settle()
+    publisher = a.publisher(talker, make.publisher(1, qos=LATCHED, live_sequence=3))
+    network.settle()
+    b.send(reader, make.subscription(2))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0, 3))
+    network.settle()
+    got = b.read_all(reader)
+    attached = [
+        (each.subscriptions, each.first_sequence) for each in got if isinstance(each, frames.Attached)
+    ]
+    assert attached == [((1,), 0), ((2,), 3)]
+
+
+def test_credit_includes_what_a_publisher_sends_again() -> None:
+    """A KEEP_ALL reader can only grant more if its broker forwards what it has not requested."""
+    network = Network()
+    a, b = network
+    talker, reader = a.join("/talker"), b.join("/reader")
+    b.send(reader, make.subscription(1, qos=make.KEEP_ALL))
+    network.settle()
+    publisher = a.publisher(talker, make.publisher(1, qos=LATCHED, live_sequence=3))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0, 3))
+    network.settle()
+    assert _numbers(b, reader) == [0, 1, 2]
+
+
 def _numbers(broker: MeshBroker, reader: int) -> list[int]:
     got = [each for each in broker.read_all(reader) if isinstance(each, (frames.Batch, frames.Replay))]
     return sorted(
