@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.mesh.engine import Engine, Host
+    from broker.router import Router
     from tests.simulation.mesh_network import MeshNetwork
     from tests.simulation.world import World
 
@@ -46,6 +47,10 @@ class BrokerProcess:
     def alive(self) -> bool:
         """Whether the process runs."""
         return self._task is not None and not self._task.done()
+
+    def routers(self) -> list[Router]:
+        """Return its graphs."""
+        return [] if self.broker is None else list(self.broker._dispatcher.joined)
 
     async def start(self) -> None:
         """Start a broker and wait until it listens."""

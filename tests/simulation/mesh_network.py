@@ -10,13 +10,15 @@ from __future__ import annotations
 
 from collections import deque
 from contextvars import Context, copy_context
+from functools import partial
 from random import Random
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.mesh import wire
 from broker.mesh.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from proto.errors import ProtocolError
+from proto.frames import Batch
 from tests.simulation.network import host_in
 
 if TYPE_CHECKING:
@@ -43,6 +45,13 @@ RATES: Final = (None, None, None, 20_000_000, 500_000)
 _KERNEL: Final = Context()
 
 
+class _Item(NamedTuple):
+    due: float
+    action: Callable[[], None]
+    declares: bool
+    raw: bytes
+
+
 class _Path:
     """What is on its way from one engine to another."""
 
@@ -54,35 +63,43 @@ class _Path:
         self._random = Random(f"{mesh.seed} {source.place}{source.life}>{target.place}{target.life}")
         self._delay = self._random.choice(DELAYS)
         self._last_arrival = 0.0
-        self._flight: deque[tuple[float, bool, Callable[[], None]]] = deque()
+        self._flight: deque[_Item] = deque()
 
-    def send(self, action: Callable[[], None], *, declares: bool = False) -> None:
-        """Let something happen at the target, after all that was sent before."""
+    def send(self, action: Callable[[], None], *, declares: bool = False, raw: bytes = b"") -> None:
+        """Let something happen at the target, after all that was sent before.
+
+        Args:
+            action: What happens.
+            declares: Whether a route that changes does not lose it.
+            raw: A message of a topic.
+        """
         if self.closed:
             return
         fixed, jitter = self._delay
         due = self._mesh.loop.time() + fixed + jitter * self._random.random()
         self._last_arrival = max(self._last_arrival, due)
-        self._flight.append((self._last_arrival, declares, action))
+        self._flight.append(_Item(self._last_arrival, action, declares, raw))
         self._mesh.loop.call_at(self._last_arrival, self.arrive, context=_KERNEL)
 
     def arrive(self) -> None:
         """Hand over what is due, unless the brokers are separated."""
         now = self._mesh.loop.time() + 1e-6
-        while self._flight and self._flight[0][0] <= now and not self._mesh.separated(self):
-            _, _, action = self._flight.popleft()
+        while self._flight and self._flight[0].due <= now and not self._mesh.separated(self):
+            action = self._flight.popleft().action
             self._mesh.loop.call_soon(self.target.run, action, context=self.target.context)
 
     def lose(self) -> None:
         """Lose the messages on their way; Zenoh declares subscriptions and tokens again on the new route."""
-        lost = [item for item in self._flight if not item[1]]
-        self._mesh.lost += len(lost)
-        self._flight = deque(item for item in self._flight if item[1])
+        for item in self._flight:
+            frame = wire.decode_published(item.raw) if item.raw else None
+            if isinstance(frame, Batch):
+                numbers = range(frame.first_sequence, frame.first_sequence + frame.length)
+                self._mesh.lost.setdefault((self.target.place, frame.publisher), set()).update(numbers)
+        self._flight = deque(item for item in self._flight if item.declares)
 
     def close(self) -> None:
         """Lose everything, and take nothing until `announce`."""
         self.closed = True
-        self._mesh.lost += len(self._flight)
         self._flight.clear()
 
 
@@ -146,10 +163,10 @@ class SimulatedEngine:
                 self._send_direct(domain, message)
             elif isinstance(message, Change):
                 change = wire.encode_change(message)
-                self._put(len(change[0]), lambda change=change: self._send_change(domain, *change))  # type: ignore[misc]
+                self._put(len(change[0]), partial(self._send_change, domain, *change))
             elif isinstance(message, Heartbeat):
                 beat = wire.encode_heartbeat(message)
-                self._put(len(beat), lambda beat=beat: self._send_heartbeat(domain, beat))  # type: ignore[misc]
+                self._put(len(beat), partial(self._send_heartbeat, domain, beat))
             elif isinstance(message, Ask):
                 self._ask(domain, message)
             else:
@@ -203,7 +220,7 @@ class SimulatedEngine:
         def put() -> None:
             for path in self._network.paths(self):
                 if topic in self._topics_of.get(path.target.number, ()):
-                    path.send(lambda target=path.target: target.hear_published(topic, raw))  # type: ignore[misc]
+                    path.send(partial(path.target.hear_published, topic, raw), raw=raw)
 
         self._put(len(raw), put)
 
@@ -219,11 +236,11 @@ class SimulatedEngine:
 
     def _send_change(self, domain: int, payload: bytes, attachment: bytes) -> None:
         for path in self._network.paths(self):
-            path.send(lambda target=path.target: target.hear_change(self.number, domain, payload, attachment))  # type: ignore[misc]
+            path.send(partial(path.target.hear_change, self.number, domain, payload, attachment))
 
     def _send_heartbeat(self, domain: int, payload: bytes) -> None:
         for path in self._network.paths(self):
-            path.send(lambda target=path.target: target.hear_heartbeat(self.number, domain, payload))  # type: ignore[misc]
+            path.send(partial(path.target.hear_heartbeat, self.number, domain, payload))
 
     def _subscribe(self, topic: tuple[int, str], *, wanted: bool) -> None:
         (self.topics.add if wanted else self.topics.discard)(topic)
@@ -353,7 +370,8 @@ class MeshNetwork:
     Attributes:
         unanswered: The share of requests for snapshots that get no answer.
         rates: What engines choose their rate from.
-        lost: Messages that a route has lost.
+        lost: By a broker's host and the key of a publisher, the numbers of the messages that a change of
+            routes has lost, and that nothing repairs.
     """
 
     def __init__(self, loop: SimulatedLoop, seed: int) -> None:
@@ -361,7 +379,7 @@ class MeshNetwork:
         self.seed = seed
         self.unanswered = 0.0
         self.rates: tuple[int | None, ...] = RATES
-        self.lost = 0
+        self.lost: dict[tuple[str, int], set[int]] = {}
         self._random = Random(f"{seed} mesh network")
         self._engines: dict[int, SimulatedEngine] = {}
         self._paths: dict[tuple[int, int], _Path] = {}

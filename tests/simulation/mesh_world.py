@@ -10,6 +10,7 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 
 import actors
+from actors.endpoints.endpoint import endpoint_of
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
@@ -21,6 +22,7 @@ from tests.simulation.world import CHAOS_SEC, World
 if TYPE_CHECKING:
     from tests.simulation.faults import Fault
     from tests.simulation.loop import SimulatedLoop
+    from tests.simulation.records import PublisherHistory, SubscriptionHistory
 
 SETTLE_SEC: Final = 20.0
 """Brokers that can reach each other have agreed within this: some requests are unanswered for 6 s."""
@@ -79,6 +81,19 @@ class MeshWorld(World):
             await member.activities_end()
         await asyncio.sleep(SETTLE_SEC)
         self.mesh.unanswered = 0.0
+
+    def lost_between_brokers(self, pub: PublisherHistory, sub: SubscriptionHistory) -> set[int]:
+        """Return the numbers of a publisher's messages that were lost before a subscription's broker."""
+        url = endpoint_of(sub.subscription).context.link.url
+        place = next(process.host for process in self._brokers if process.url == url)
+        routers = [router for process in self._brokers for router in process.routers()]
+        keys = {
+            key
+            for router in routers
+            for key, record in router.routes.publishers.items()
+            if record.gid == pub.publisher.gid
+        }
+        return {number for key in keys for number in self.mesh.lost.get((place, key), ())}
 
     async def _suffer_in_mesh(self, end: float) -> None:
         while self.loop.time() < end:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from tests.simulation.loop import SimulatedLoop
+    from tests.simulation.records import PublisherHistory, SubscriptionHistory
 
 CHAOS_SEC: Final = 15.0
 """How long the world publishes and calls, and suffers."""
@@ -136,6 +137,10 @@ class World:
     def brokers(self) -> list[BrokerProcess]:
         """All of them."""
         return [self.home] if self.standby is None else [self.home, self.standby]
+
+    def lost_between_brokers(self, pub: PublisherHistory, sub: SubscriptionHistory) -> set[int]:
+        """Return the numbers of a publisher's messages that no broker could forward to a subscription's."""
+        return set()
 
     def record(self, text: str) -> None:
         """Write something down, into the network's trace, too."""
