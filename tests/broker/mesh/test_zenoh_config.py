@@ -32,6 +32,7 @@ def test_a_broker_is_a_router_that_searches_for_nobody() -> None:
     assert value(options, "scouting/multicast/enabled") is False
     assert value(options, "scouting/gossip/enabled") is False
     assert value(options, "transport/link/tx/lease") == 1500
+    assert value(options, "transport/shared_memory/enabled") is False
 
 
 def test_a_file_of_zenoh_takes_precedence_over_the_defaults(tmp_path: Path) -> None:
