@@ -76,9 +76,9 @@ async def measure(brokers: int, nodes: int) -> None:
             everyone = brokers * (nodes + 1)
 
             began = time.monotonic()
-            for each in crowds:
-                each.send_signal(signal.SIGUSR1)
-            entered = asyncio.gather(*(each.wait_for_line("entered") for each in crowds))
+            for crowd in crowds:
+                crowd.send_signal(signal.SIGUSR1)
+            entered = asyncio.gather(*(crowd.wait_for_line("entered") for crowd in crowds))
             seen = asyncio.create_task(_until_all(watchers, lambda count: count == everyone))
             await entered
             _print(f"{brokers} x {nodes} nodes have entered after", began)
