@@ -37,7 +37,8 @@ VERSION: Final = "1"
 PREFIX: Final = f"callboard/{VERSION}"
 
 ASK_TIMEOUT_SEC: Final = 5.0
-ASK_AGAIN_SEC: Final = 1.0
+ASK_AGAIN_SEC: Final = 0.1
+"""A broker that has just joined can often not be asked yet, because Zenoh does not know the way."""
 
 
 class ZenohEngine:
@@ -257,10 +258,13 @@ class ZenohEngine:
         broker, reply = item
         mesh = self._host.mesh(domain)
         if reply is None or reply.ok is None:
-            self._loop.call_later(ASK_AGAIN_SEC, mesh.take_snapshot, broker, None)
+            self._loop.call_later(ASK_AGAIN_SEC, self._received.put, self._ask_again, domain, broker)
         else:
             with self._from(domain, broker):
                 mesh.take_snapshot(broker, wire.decode_snapshot(reply.ok.payload.to_bytes()))
+
+    def _ask_again(self, domain: int, broker: int) -> None:
+        self._host.mesh(domain).take_snapshot(broker, None)
 
     def _answer(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()
