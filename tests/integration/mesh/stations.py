@@ -206,9 +206,9 @@ def make_brokers(system: System, topology: tuple[tuple[int, ...], ...]) -> list[
     return brokers
 
 
-async def start_all(brokers: list[MeshBroker], stack: AsyncExitStack) -> list[Station]:
+async def start_all(brokers: list[MeshBroker], stack: AsyncExitStack, *options: str) -> list[Station]:
     """Start brokers together, with a station at each, and wait until all see all."""
-    await asyncio.gather(*(each.start() for each in brokers))
+    await asyncio.gather(*(each.start(*options) for each in brokers))
     stations = [
         await stack.enter_async_context(Station(f"station_{i}", each.url)) for i, each in enumerate(brokers)
     ]

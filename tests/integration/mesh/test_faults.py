@@ -99,6 +99,23 @@ async def test_nodes_of_a_broker_that_stops_disappear_at_once(system: System, st
         await wait_until_joined(near, far)
 
 
+async def test_a_frozen_broker_is_gone_until_it_goes_on(system: System, stack: AsyncExitStack) -> None:
+    """Others notice its silence; later nothing arrives twice or out of order."""
+    brokers = make_brokers(system, PAIR)
+    near, far = await start_all(brokers, stack, *NO_KEEPALIVE, "--mesh-lease-sec", "1")
+    frozen = brokers[1].program
+    assert frozen is not None
+    frozen.send_signal(signal.SIGSTOP)
+    with pytest.raises(actors.ServiceUnavailable):
+        await near.call(far)
+    await near.wait_until_alone(1)
+    near.publish(100)
+    far.publish(100)
+    frozen.send_signal(signal.SIGCONT)
+    await wait_until_joined(near, far)
+    await check_again(near, far)
+
+
 async def test_a_broker_that_stops_sends_what_it_has_accepted(system: System, stack: AsyncExitStack) -> None:
     """Also what waits because the other broker is slow."""
     total = 700

@@ -63,12 +63,19 @@ async def test_a_ring_survives_the_loss_of_a_broker(system: System, stack: Async
 
 
 async def test_a_zenoh_router_connects_brokers(system: System, stack: AsyncExitStack) -> None:
-    """Two brokers that only know a plain Zenoh router between them are one graph."""
+    """Two brokers that only know a plain Zenoh router between them are one graph while it runs."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     router = await system.python("-c", ZENOH_ROUTER, endpoint)
     await router.wait_for_line("open")
-    brokers = [MeshBroker(system, [endpoint]) for _ in range(2)]
-    await check_traffic(*await start_all(brokers, stack))
+    stations = await start_all([MeshBroker(system, [endpoint]) for _ in range(2)], stack)
+    await check_traffic(*stations)
+    await router.kill()
+    for each in stations:
+        await each.wait_until_alone(1)
+    router = await system.python("-c", ZENOH_ROUTER, endpoint)
+    await router.wait_for_line("open")
+    await wait_until_joined(*stations)
+    await check_again(*stations)
 
 
 async def test_brokers_join_in_any_order(system: System, stack: AsyncExitStack) -> None:
