@@ -51,15 +51,6 @@ if TYPE_CHECKING:
     from broker.services import Services
 
 
-_ACTIONS: Final = {
-    EntryKind.NODE: Action.NODE,
-    EntryKind.PUBLISHER: Action.PUBLISH,
-    EntryKind.SUBSCRIPTION: Action.SUBSCRIBE,
-    EntryKind.SERVICE: Action.SERVE,
-    EntryKind.CLIENT: Action.CALL,
-}
-"""What an endpoint needs the right to."""
-
 # Tuples: to build a union takes longer than isinstance.
 _ON_TOPIC: Final = (PublisherRecord, SubscriptionRecord)
 _OF_SERVICE: Final = (ServiceRecord, ClientRecord)
@@ -160,7 +151,7 @@ class Declarations:
                 text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
             endpoint = self._make(peer, frame, next(self._keys))
-            check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
+            check_right(peer, endpoint.action, endpoint.name)
             if not self.fits(endpoint):
                 raise Refusal(ErrorCode.LIMIT, self.too_many_matches)
             if getattr(frame, "definition", None) and frame.type_hash:
@@ -292,6 +283,9 @@ class Declarations:
         """Take an endpoint that is new or back into the graph, and match it."""
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
+        exports = None if endpoint.peer.mesh else self.exports
+        if exports is not None:
+            endpoint.private = not exports.allows(endpoint)
         self._graph.add(endpoint)
         if isinstance(endpoint, NodeRecord):
             self._names.report_duplicates(endpoint)
@@ -301,8 +295,8 @@ class Declarations:
             self._topics.join_subscription(endpoint)
         elif isinstance(endpoint, _OF_SERVICE):
             self._services.join(endpoint)
-        if self.exports is not None and not endpoint.peer.mesh:
-            self.exports.joined(endpoint)
+        if exports is not None and not endpoint.private:
+            exports.joined(endpoint)
 
     def leave(self, endpoint: Endpoint) -> None:
         """Take an endpoint that is gone or suspended out of the graph, and unmatch it."""
@@ -318,11 +312,19 @@ class Declarations:
         elif isinstance(endpoint, _OF_SERVICE):
             self._services.leave(endpoint)
 
+    def renew_exports(self, exports: Exports) -> None:
+        """Let endpoints leave and join again if other brokers may now know them, or not any more."""
+        own = [each for each in self._graph.endpoints() if not each.peer.mesh]
+        for endpoint in sorted(own, key=lambda each: each.kind is not EntryKind.NODE):
+            if endpoint.private == exports.allows(endpoint):
+                self.leave(endpoint)
+                self.join(endpoint)
+
     def revoke(self, peer: Peer) -> None:
         """Remove what a peer has declared and its user may not have any more; tell it with REFUSED."""
         for endpoint in sorted(peer.endpoints.values(), key=lambda each: each.kind is not EntryKind.NODE):
             try:
-                check_right(peer, _ACTIONS[endpoint.kind], endpoint.name)
+                check_right(peer, endpoint.action, endpoint.name)
             except Refusal as refusal:
                 self._revoke(endpoint, str(refusal))
 

@@ -169,6 +169,8 @@ class Dispatcher:
             self.deliver(router, router.set_principal(link.peer, principal))
         for router in tuple(self.joined):
             self.deliver(router, router.drop_denied(rules.renewed))
+        if self.mesh is not None:
+            self.mesh.apply(rules)
         self.reports.report_soon()
         self.flush()
 

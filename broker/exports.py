@@ -11,6 +11,10 @@ if TYPE_CHECKING:
 class Exports(Protocol):
     """Learns which endpoints of this broker are in the graph, to tell other brokers."""
 
+    def allows(self, endpoint: Endpoint) -> bool:
+        """Return whether other brokers may know an endpoint."""
+        ...
+
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""
         ...

@@ -159,6 +159,10 @@ class Graph:
                 self._visible_types[key] = visible
         return visible
 
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """Return all endpoints that are not suspended."""
+        return tuple(self._entries.values())
+
     def other_brokers_of_type(self, type_hash: str) -> list[int]:
         """Return the numbers of the other brokers of the mesh that have endpoints of a type, in order."""
         return sorted({each.broker for each in self._types.get(type_hash, {}).values() if each.peer.mesh})

@@ -6,7 +6,9 @@ from collections import Counter, deque
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from broker.access.rules import Action
 from broker.flow_control import CreditLimits, PublisherCredit
+from proto.codes import EntryKind
 from proto.fragments import ByteTotal
 from proto.frames import GraphEntry, Matched, Options
 from proto.limits import MAX_U32
@@ -15,9 +17,8 @@ from proto.qos import KEEP_ALL
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.access.rules import Action, Principal, Rights
+    from broker.access.rules import Principal, Rights
     from broker.pool import Pool
-    from proto.codes import EntryKind
     from proto.frames import Batch
     from proto.publisher_queue import PublisherQueue
     from proto.qos import Qos
@@ -107,6 +108,16 @@ class Peer:
         return self.principal is None or self.principal.rights.may(action, name)
 
 
+_ACTIONS: Final = {
+    EntryKind.NODE: Action.NODE,
+    EntryKind.PUBLISHER: Action.PUBLISH,
+    EntryKind.SUBSCRIPTION: Action.SUBSCRIBE,
+    EntryKind.SERVICE: Action.SERVE,
+    EntryKind.CLIENT: Action.CALL,
+}
+"""What an endpoint needs the right to."""
+
+
 @dataclass(slots=True, eq=False, kw_only=True)
 class Endpoint:
     """Anything declared.
@@ -128,11 +139,18 @@ class Endpoint:
     """Number of counterparts it has had since its declaration."""
     described: bool = False
     """Whether the broker keeps the definition of its type because of it."""
+    private: bool = False
+    """Whether it is kept from other brokers, and does not match their endpoints."""
 
     @property
     def broker(self) -> int:
         """The number of its broker in the mesh; 0 without a mesh."""
         return self.key >> 32
+
+    @property
+    def action(self) -> Action:
+        """What somebody needs the right to, for this."""
+        return _ACTIONS[self.kind]
 
     @property
     def number(self) -> int:
@@ -143,6 +161,10 @@ class Endpoint:
     def node_name(self) -> str:
         """The full name of its node."""
         return self.node.name if self.node is not None else self.name
+
+    def is_apart(self, other: Endpoint) -> bool:
+        """Return whether it cannot match another endpoint because of the brokers that they belong to."""
+        return (self.peer.mesh and (other.peer.mesh or other.private)) or (other.peer.mesh and self.private)
 
     def set_peers(self, peers: int) -> None:
         """Set the number of counterparts."""

@@ -50,13 +50,14 @@ class Services:
         if group is None:
             return None
         of_type = client.type_name, client.type_hash
-        return group.pools.get((*of_type, False)) or group.pools.get((*of_type, True))
+        own = group.pools.get((*of_type, False))
+        return own or (None if client.private else group.pools.get((*of_type, True)))
 
     def only(self, client: ClientRecord, server_key: int) -> OneServer | None:
         """Return one server for a client's calls; None if it is not there any more."""
         group = self._groups.get(client.name)
         server = None if group is None else group.servers.get(server_key)
-        return OneServer(server) if server is not None and _same_type(client, server) else None
+        return OneServer(server) if server is not None and _fits(client, server) else None
 
     def exceeds(self, endpoint: ClientRecord | ServiceRecord, most: int) -> bool:
         """Return whether an endpoint, if it joined, would raise the `matches` of its peer above `most`."""
@@ -90,7 +91,7 @@ class Services:
             if _fits(client, server):
                 self._notices.set_count(client, client.peers + 1)
                 self._notices.set_count(server, server.peers + 1)
-            elif not (client.peer.mesh and server.peer.mesh):
+            elif not client.is_apart(server):
                 self._notices.report_types(client, "client", server, "server")
         self._notices.end()
 
@@ -145,7 +146,7 @@ def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
 
 
 def _fits(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
-    return _same_type(one, other) and not (one.peer.mesh and other.peer.mesh)
+    return _same_type(one, other) and not one.is_apart(other)
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

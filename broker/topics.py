@@ -170,7 +170,7 @@ class Topics:
             del self.by_name[endpoint.name]
 
     def _match(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        if publisher.peer.mesh and subscription.peer.mesh:
+        if publisher.is_apart(subscription):
             return
         if not _same_type(publisher, subscription):
             self._notices.report_types(publisher, "publisher", subscription, "subscription")
@@ -340,7 +340,7 @@ def _is_strict(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
 
 def _fits(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
     """Return whether a publisher and a subscription match."""
-    if publisher.peer.mesh and subscription.peer.mesh:
+    if publisher.is_apart(subscription):
         return False
     return _same_type(publisher, subscription) and not (
         _is_strict(publisher, subscription) and incompatible_policy(publisher.wants, subscription.wants)

@@ -14,6 +14,10 @@ An example, with every key:
     from = ["local", "10.0.0.0/8"]
     allow.subscribe = ["/**"]
     deny.subscribe = ["/camera/**"]
+
+    [mesh]                   # other brokers; without a key there is no limit
+    import = ["fleet"]       # roles: what their nodes may do here
+    export = ["fleet"]       # roles: what they may know of what the nodes here do
 """
 
 from __future__ import annotations
@@ -26,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from broker.access.credentials import is_token_hash
 from broker.access.errors import AccessFileError
 from broker.access.patterns import PatternSet, pattern_fault
-from broker.access.rules import AccessRules, Action, Role, User
+from broker.access.rules import AccessRules, Action, Rights, Role, User
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -79,14 +83,27 @@ def parse_rules(text: str, source: str) -> AccessRules:
 
 
 def _read(data: dict[str, Any]) -> AccessRules:
-    _check_keys(data, ("local", "users", "roles"), "")
+    _check_keys(data, ("local", "users", "roles", "mesh"), "")
     roles = {name: _role(name, value) for name, value in _named(data, "roles")}
     users = {name: _user(name, value, roles) for name, value in _named(data, "users")}
     if not users:
         raise AccessFileError("it has no users: add one with `callboard auth add NAME --file FILE`")
     for key in ("tokens", "certificates"):
         _check_owners(users.values(), key)
-    return AccessRules(users, roles, _local_user(data, users))
+    mesh = _table(data.get("mesh", {}), "mesh")
+    _check_keys(mesh, ("import", "export"), "mesh.")
+    imports, exports = (_mesh_rights(mesh, key, roles) for key in ("import", "export"))
+    return AccessRules(users, roles, _local_user(data, users), imports, exports)
+
+
+def _mesh_rights(mesh: dict[str, Any], key: str, roles: dict[str, Role]) -> Rights | None:
+    if key not in mesh:
+        return None
+    names = _roles(mesh, key, "mesh", roles)
+    for name, place in names.items():
+        if not roles[name].everywhere:
+            raise AccessFileError(f"{place}: the role {_quote(name)} has 'from', which is for connections")
+    return Rights(tuple(roles[name] for name in names), f"mesh.{key} has no roles")
 
 
 def _local_user(data: dict[str, Any], users: dict[str, User]) -> str:
@@ -122,12 +139,18 @@ def _user(name: str, value: object, roles: dict[str, Role]) -> User:
         if not certificate or len(certificate) > MAX_CERTIFICATE_NAME:
             text = f"a certificate's name has from 1 to {MAX_CERTIFICATE_NAME} characters"
             raise AccessFileError(f"{place}: {text}")
-    own = _texts(table, "roles", where)
-    for role, place in own.items():
-        if role not in roles:
-            known = _list(roles) or "none"
-            raise AccessFileError(f"{place}: there is no role {_quote(role)}; the file has {known}")
+    own = _roles(table, "roles", where, roles)
     return User(name, tuple(tokens), tuple(certificates), tuple(own))
+
+
+def _roles(table: dict[str, Any], key: str, where: str, roles: dict[str, Role]) -> dict[str, str]:
+    """Return the places of an array's roles."""
+    names = _texts(table, key, where)
+    for name, place in names.items():
+        if name not in roles:
+            known = _list(roles) or "none"
+            raise AccessFileError(f"{place}: there is no role {_quote(name)}; the file has {known}")
+    return names
 
 
 def _role(name: str, value: object) -> Role:

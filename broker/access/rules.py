@@ -165,11 +165,15 @@ class AccessRules:
         users: The users, by name.
         roles: The roles, by name.
         local_user: The user that connections from this machine are without credentials; "" for none.
+        imports: What the nodes of other brokers may do here; None for everything.
+        exports: What other brokers may know of the nodes here: what they do, by the same actions; likewise.
     """
 
     users: Mapping[str, User]
     roles: Mapping[str, Role]
     local_user: str = ""
+    imports: Rights | None = None
+    exports: Rights | None = None
     _owners: Mapping[str, str] = field(init=False, repr=False, compare=False)
     _tokens: TokenIndex = field(init=False, repr=False, compare=False)
     _certificates: Mapping[str, str] = field(init=False, repr=False, compare=False)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from broker.access.rules import Action
 from broker.mesh.messages import Change
 from broker.records import (
     ClientRecord,
@@ -19,7 +20,16 @@ from proto import frames
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.access.rules import Rights
     from proto.frames import Frame
+
+
+_COUNTERPARTS: Final = {
+    Action.PUBLISH: Action.SUBSCRIBE,
+    Action.SUBSCRIBE: Action.PUBLISH,
+    Action.SERVE: Action.CALL,
+    Action.CALL: Action.SERVE,
+}
 
 
 class MeshExports:
@@ -32,12 +42,16 @@ class MeshExports:
 
     Attributes:
         version: The number of changes so far.
+        rights: What other brokers may know; None for everything.
+        imports: What their nodes may do here; likewise.
     """
 
     def __init__(self, emit: Callable[[Change], None], touch: Callable[[str], None], mesh: int) -> None:
         self._emit = emit
         self._touch = touch
         self._mesh = mesh
+        self.rights: Rights | None = None
+        self.imports: Rights | None = None
         self.version = 0
         self._declarations: dict[int, Frame] = {}
         """By number, what the others know."""
@@ -56,6 +70,16 @@ class MeshExports:
     def has_type(self, type_hash: str) -> bool:
         """Return whether anything of a type is declared."""
         return any(getattr(each, "type_hash", None) == type_hash for each in self._declarations.values())
+
+    def allows(self, endpoint: Endpoint) -> bool:
+        """Return whether other brokers may know an endpoint, and what they have may be its counterpart."""
+        action, name, node = endpoint.action, endpoint.name, endpoint.node
+        if node is not None and node.private:
+            return False
+        counterpart = _COUNTERPARTS.get(action)
+        if counterpart is not None and self.imports is not None and not self.imports.may(counterpart, name):
+            return False
+        return self.rights is None or self.rights.may(action, name)
 
     def joined(self, endpoint: Endpoint) -> None:
         """Note an endpoint that is new or back."""

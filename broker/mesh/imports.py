@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from broker.access.rules import Action
 from broker.mirrored import Mirror
 from broker.records import NodeRecord
 from proto import frames
@@ -15,11 +16,21 @@ from proto.qos import Refusal
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.access.rules import Rights
     from broker.deliveries import Delivery
     from broker.mesh.calls import MeshCalls
     from broker.mesh.messages import Change, Snapshot
     from broker.router import Router
     from proto.frames import Frame
+
+
+_ACTIONS: Final[dict[type[Any], Action]] = {
+    frames.Node: Action.NODE,
+    frames.Publisher: Action.PUBLISH,
+    frames.Subscription: Action.SUBSCRIBE,
+    frames.Service: Action.SERVE,
+    frames.Client: Action.CALL,
+}
 
 
 class Remote(NamedTuple):
@@ -59,6 +70,7 @@ class MeshImports:
 
     Attributes:
         refused: Declarations that this broker's router does not take.
+        rights: What the nodes of other brokers may do here; None for everything.
     """
 
     def __init__(
@@ -81,6 +93,7 @@ class MeshImports:
         self._brokers: dict[int, _Broker] = {}
         self._remotes: dict[int, Remote] = {}
         self.refused = 0
+        self.rights: Rights | None = None
 
     def version(self, broker: int) -> int:
         """Return how many changes of a broker are known."""
@@ -172,6 +185,10 @@ class MeshImports:
             return
         known.ids[number] = 0
         remote = Remote(broker, number)
+        action, name = _ACTIONS[type(frame)], str(getattr(frame, "name", "") or getattr(frame, "topic", ""))
+        if self.rights is not None and not self.rights.may(action, name):
+            self._refuse(broker, f"the access rules do not import '{name}' ({action.value})")
+            return
         try:
             deliveries = self._router.handle(self._mesh, Mirror(frame._replace(**changed), remote.key))
         except (Refusal, InvalidNameError) as error:

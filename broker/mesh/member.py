@@ -19,6 +19,7 @@ from proto.stats import MeshBrokerStats, MeshStats
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.access.rules import AccessRules
     from broker.deliveries import Delivery
     from broker.dispatcher import Dispatcher
     from broker.mesh.engine import Engine, Host
@@ -116,11 +117,19 @@ class MeshMember:
             self._round_trips.take(broker, token, self._now_us())
 
         mesh.queries.ponged = ponged
+        rules = self._dispatcher.admission.rules
+        if rules is not None:
+            mesh.set_rights(rules.imports, rules.exports)
         self._engine.join(domain)
         channel = self._channels[domain] = MeshChannel(
             mesh, router, self._engine, lambda: self._dispatcher.options
         )
         return channel
+
+    def apply(self, rules: AccessRules) -> None:
+        """Apply changed access rules."""
+        for mesh in self._meshes.values():
+            mesh.set_rights(rules.imports, rules.exports)
 
     def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:
         """Return the brokers in a domain, this one first; measure the round trips to them again."""

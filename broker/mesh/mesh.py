@@ -6,6 +6,7 @@ latched messages. Nothing that comes from one broker goes on to another: the eng
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
@@ -26,6 +27,7 @@ from proto.limits import MAX_U32
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from broker.access.rules import Rights
     from broker.deliveries import Delivery
     from broker.mesh.broker_session import BrokerSession
     from broker.mesh.messages import Heartbeat, Received
@@ -35,6 +37,9 @@ if TYPE_CHECKING:
 def _ignore(*_: object) -> None:
     """Take a line for the log, and do nothing."""
 
+
+REFUSED: Final = "refused endpoints of brokers"
+"""What a broker warns of."""
 
 MAX_EPOCH: Final = 2**63
 """Epochs that brokers reach are far smaller."""
@@ -80,6 +85,7 @@ class Mesh:
         self._number = number
         self._name = name
         self._router = router
+        self._deliver = deliver
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
         self.sessions = BrokerSessions(self._out.append)
@@ -92,7 +98,7 @@ class Mesh:
         publish, direct = self._out.append, self.sessions.direct
         exports = self._exports = MeshExports(self._change, self.wanted.touch, self.peer)
         imports = self._imports = MeshImports(
-            router, self.peer, calls, deliver, self._report_refusal, max_endpoints=max_endpoints
+            router, self.peer, calls, deliver, partial(warn, REFUSED), max_endpoints=max_endpoints
         )
         self.sender = MeshSender(
             router, exports, imports, calls, peer=self.peer, publish=publish, direct=direct
@@ -106,8 +112,23 @@ class Mesh:
         router.declarations.exports = exports
         router.declarations.request_definition = queries.request
 
-    def _report_refusal(self, broker: int, text: str) -> None:
-        self._warn("refused endpoints of brokers", broker, text)
+    def set_rights(self, imports: Rights | None, exports: Rights | None) -> None:
+        """Apply the access rules' rights of other brokers.
+
+        Args:
+            imports: What their nodes may do here; None for everything. If it changes, the exchange with all
+                brokers begins anew.
+            exports: What they may know of the nodes here; likewise.
+        """
+        if imports != self._imports.rights:
+            self._imports.rights = imports
+            for broker in self.sessions.names():
+                if (session := self.sessions.get(broker)) is not None:
+                    self._begin_next(broker, session)
+        if (imports, exports) != (self._exports.imports, self._exports.rights):
+            self._exports.imports, self._exports.rights = imports, exports
+            self._router.declarations.renew_exports(self._exports)
+            self._deliver(self._router.report())
 
     # What goes out
 
