@@ -20,6 +20,9 @@ MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
 OVERHEAD_BYTES: Final = 200
 """What a queued message takes besides its payload."""
 
+MAX_PUBLISHERS: Final = 10_000
+"""Keys that Zenoh keeps ready, about 2 KiB each: of topics and other brokers, also of those that are gone."""
+
 STOP_SEC: Final = 5.0
 """How long `stop` waits for what is queued."""
 
@@ -84,6 +87,8 @@ class SendingThread:
             try:
                 publisher = publishers.get(key)
                 if publisher is None:
+                    if len(publishers) >= MAX_PUBLISHERS:
+                        publishers.pop(next(iter(publishers))).undeclare()  # type: ignore[no-untyped-call]
                     publisher = publishers[key] = session.declare_publisher(
                         key,
                         congestion_control=zenoh.CongestionControl.BLOCK,
