@@ -258,13 +258,14 @@ class ZenohEngine:
         broker, reply = item
         mesh = self._host.mesh(domain)
         if reply is None or reply.ok is None:
-            self._loop.call_later(ASK_AGAIN_SEC, self._received.put, self._ask_again, domain, broker)
+
+            def ask_again(_domain: int, number: int) -> None:
+                mesh.take_snapshot(number, None)
+
+            self._loop.call_later(ASK_AGAIN_SEC, self._received.put, ask_again, domain, broker)
         else:
             with self._from(domain, broker):
                 mesh.take_snapshot(broker, wire.decode_snapshot(reply.ok.payload.to_bytes()))
-
-    def _ask_again(self, domain: int, broker: int) -> None:
-        self._host.mesh(domain).take_snapshot(broker, None)
 
     def _answer(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()
