@@ -54,7 +54,7 @@ SOAK_MINUTES ?= 5
 FIRST ?= 0
 
 soak: $(READY)
-	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS))
+	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(MESH),--mesh)
 
 # Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
 FUZZ_SECONDS ?= 450

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pytest
 
-DEFAULT_SEEDS = {"history_seed": 15, "mesh_seed": 4}
-"""By the name of a test's argument, how many histories of each kind there are."""
+DEFAULT_SEEDS = {"history_seed": range(15), "mesh_seed": range(1, 3)}
+"""By the name of a test's argument, the seeds of the histories of each kind."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options."""
     group = parser.getgroup("simulation")
     group.addoption("--seeds", type=int, help="simulated histories of each kind")
-    group.addoption("--first-seed", type=int, default=0, help="the first history's seed")
+    group.addoption("--first-seed", type=int, help="the first history's seed")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -23,6 +23,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for name, few in DEFAULT_SEEDS.items():
         if name in metafunc.fixturenames:
             # Run from the root without naming this folder, pytest reads this file too late for its options.
-            first = metafunc.config.getoption("--first-seed", 0)
-            count = metafunc.config.getoption("--seeds", None) or few
+            first = metafunc.config.getoption("--first-seed", None)
+            first = few.start if first is None else first
+            count = metafunc.config.getoption("--seeds", None) or len(few)
             metafunc.parametrize(name, range(first, first + count))

@@ -293,6 +293,7 @@ class SimulatedEngine:
         if self.alive:
             action()
             self._host.flush()
+            self._network.handled(self.place)
 
     def heard_alive(self, other: SimulatedEngine, domain: int) -> None:
         """A token has come."""
@@ -370,6 +371,7 @@ class MeshNetwork:
     Attributes:
         unanswered: The share of requests for snapshots that get no answer.
         rates: What engines choose their rate from.
+        handled: Called with the host of a broker that has handled something.
         lost: By a broker's host and the key of a publisher, the numbers of the messages that a change of
             routes has lost, and that nothing repairs.
     """
@@ -379,6 +381,7 @@ class MeshNetwork:
         self.seed = seed
         self.unanswered = 0.0
         self.rates: tuple[int | None, ...] = RATES
+        self.handled: Callable[[str], object] = lambda _: None
         self.lost: dict[tuple[str, int], set[int]] = {}
         self._random = Random(f"{seed} mesh network")
         self._engines: dict[int, SimulatedEngine] = {}

@@ -42,6 +42,7 @@ class MeshWorld(World):
         # Not a tiny one: what other brokers have latched comes at once, however slow its first reader is.
         self.max_link_bytes = BrokerOptions().max_link_bytes
         self.mesh = MeshNetwork(loop, seed)
+        self.mesh.handled = self.steps.check_routers
         self.mesh.unanswered = 0.0 if calm else random.choice([0.0, 0.0, 0.3])
         self._brokers = [
             BrokerProcess(self, f"broker{number}", 7411 + number, self.mesh)

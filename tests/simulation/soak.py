@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from tests.simulation.histories import History, kind_of, live, replay
+from tests.simulation.histories import History, kind_of, live, live_in_mesh, replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,6 +49,7 @@ class Plan:
         seeds: How many seeds at most; None for as many as there is time for.
         processes: How many at the same time.
         hang_sec: Processor time that one history has.
+        mesh: Whether the histories are of meshes of brokers.
     """
 
     minutes: float = DEFAULT_MINUTES
@@ -56,6 +57,7 @@ class Plan:
     seeds: int | None = None
     processes: int = field(default_factory=lambda: os.cpu_count() or 1)
     hang_sec: float = HANG_SEC
+    mesh: bool = False
 
     def jobs(self) -> Iterator[tuple[int, bool]]:
         """Yield seeds, and whether the history is calm."""
@@ -76,6 +78,7 @@ class Tally:
     """
 
     next_seed: int
+    mesh: bool = False
     histories: int = 0
     simulated_s: float = 0.0
     wall_s: float = 0.0
@@ -92,7 +95,7 @@ class Tally:
 
     def violated(self, seed: int, *, calm: bool, wrong: str) -> None:
         """A promise was broken."""
-        kind, again = kind_of(calm=calm), replay(seed, calm=calm)
+        kind, again = kind_of(calm=calm), replay(seed, calm=calm, mesh=self.mesh)
         self.violations.append({"seed": seed, "kind": kind, "wrong": wrong, "replay": again})
 
     def line(self) -> str:
@@ -123,6 +126,10 @@ def _work(pipe: Connection, live: Live) -> None:
             pipe.send(live(seed, calm=calm))
     except (EOFError, KeyboardInterrupt):
         return
+
+
+def _live_as(plan: Plan) -> Live:
+    return live_in_mesh if plan.mesh else live
 
 
 class _Worker:
@@ -170,14 +177,16 @@ class Soak:
 
     Args:
         plan: What to do.
-        live: Lives through one history; a function that a new process can import.
+        live: Lives through one history; a function that a new process can import. By default as planned.
         print_line: Takes each line of progress.
     """
 
-    def __init__(self, plan: Plan, live: Live = live, print_line: Callable[[str], object] = print) -> None:
-        self.tally = Tally(plan.first_seed)
+    def __init__(
+        self, plan: Plan, live: Live | None = None, print_line: Callable[[str], object] = print
+    ) -> None:
+        self.tally = Tally(plan.first_seed, plan.mesh)
         self._plan = plan
-        self._live = live
+        self._live = live or _live_as(plan)
         self._print_line = print_line
         self._jobs = plan.jobs()
         self._next = next(self._jobs, None)
@@ -265,6 +274,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--first-seed", type=int, default=0, help="where to start")
     parser.add_argument("--seeds", type=int, help="how many seeds at most")
     parser.add_argument("--processes", type=int, default=plan.processes, help="how many at the same time")
+    parser.add_argument("--mesh", action="store_true", help="simulate meshes of three to five brokers")
     parser.add_argument("--json", type=Path, help="write the result there, too")
     chosen = parser.parse_args(argv)
     plan = Plan(
@@ -272,6 +282,7 @@ def main(argv: list[str] | None = None) -> int:
         first_seed=chosen.first_seed,
         seeds=chosen.seeds,
         processes=chosen.processes,
+        mesh=chosen.mesh,
     )
     tally = Soak(plan, print_line=_print_line).run()
     _print_line(tally.summary())

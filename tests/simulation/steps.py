@@ -125,6 +125,13 @@ class Steps:
             if sub.moved:
                 self._check_due(sub)
 
+    def check_routers(self, place: str) -> None:
+        """Check the routers of one host, between two messages that it handles in one turn."""
+        for host, broker in self._brokers():
+            if host == place:
+                for router in broker._dispatcher.joined:
+                    self._check_routed(host, router)
+
     def check_all(self) -> None:
         """Check everything, moved or not, and the structure behind it."""
         self._brokers_moved = self._nodes_moved = True

@@ -1,0 +1,58 @@
+"""Deliberate breakages of the mesh, which the histories of a mesh must find."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+from unittest import mock
+
+from broker.latched import is_replayed
+from broker.mesh.imports import MeshImports
+from broker.mesh.incoming import MeshReceiver
+from broker.mesh.outgoing import MeshSender
+from tests.simulation.breakages import does_nothing
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+
+    from broker.mesh.messages import Change
+    from broker.records import Route, SubscriptionRecord
+
+
+@contextmanager
+def ignores_versions() -> Iterator[None]:
+    """A lost change is not noticed."""
+    take = MeshImports.take_change
+
+    def take_any(imports: MeshImports, broker: int, change: Change) -> bool:
+        known = imports._brokers.get(broker)
+        if known is not None:
+            known.version = change.version - 1
+        return take(imports, broker, change)
+
+    with mock.patch.object(MeshImports, "take_change", take_any):
+        yield
+
+
+@contextmanager
+def replays_nothing() -> Iterator[None]:
+    """Other brokers do not get what is latched."""
+
+    def to_nodes_only(route: Route, subscription: SubscriptionRecord) -> bool:
+        return not subscription.peer.mesh and is_replayed(route, subscription)
+
+    with mock.patch("broker.attachment_frames.is_replayed", to_nodes_only):
+        yield
+
+
+BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
+    "lost changes are noticed": (ignores_versions, False),
+    "other brokers get latched messages": (replays_nothing, True),
+    "credit of other brokers' readers comes": (does_nothing(MeshReceiver, "_granted"), True),
+    "publishers of other brokers are opened": (does_nothing(MeshReceiver, "_attached"), True),
+    "replies come back": (does_nothing(MeshSender, "_send_reply"), True),
+    "cancellations travel": (does_nothing(MeshSender, "_send_cancel"), True),
+    "brokers that are gone are forgotten": (does_nothing(MeshImports, "remove_broker"), False),
+}
+"""By promise: how to break it, and whether calm histories show it."""
