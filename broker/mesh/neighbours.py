@@ -35,7 +35,7 @@ async def watch(neighbours: Callable[[], Sequence[str]], endpoints: Sequence[str
         number = len(neighbours())
         if number:
             if not connected:
-                logger.info("Mesh: connected with %d brokers or routers", number)
+                logger.info("Mesh: connected (direct connections with other brokers or routers: %d)", number)
             alone_sec, reported, connected = 0.0, False, True
         elif not reported:
             alone_sec += PERIOD_SEC
@@ -55,6 +55,7 @@ def _probe(endpoint: str) -> str:
         return "nobody answers there, or it does not let this broker in"
     try:
         socket.create_connection((host.strip("[]"), int(port)), PROBE_SEC).close()
-    except OSError as error:
-        return f"nobody answers there ({error.strerror or error})"
+    except (OSError, UnicodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "this is no name of a host"
+        return f"nobody answers there ({reason or error})"
     return "it does not let this broker in (another password in --mesh-auth, TLS, or it is no Zenoh)"

@@ -14,12 +14,12 @@ from broker.errors import ConfigurationError, UnprotectedError
 from proto.addresses import is_loopback
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
     from pathlib import Path
 
     from broker.options import BrokerOptions
 
 _LOCAL_PROTOCOLS: Final = {"unixsock-stream", "unixpipe"}
+_ENCRYPTED_PROTOCOLS: Final = {"tls", "quic"}
 _MAX_AUTH_BYTES: Final = 1024 * 1024
 _RUST_PLACES: Final = re.compile(r" at \S+\.rs:\d+\.?")
 
@@ -46,10 +46,9 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
             _set(config, key, value)
     # Zenoh does not give back the memory (17 MB) that it shares with a broker that has been killed.
     _set(config, "transport/shared_memory", {"enabled": False})
-    lease = round(1000 * options.mesh_lease_sec)
-    if options.mesh_config is None or _get(config, "transport/link/tx/lease") == 10_000:  # Zenoh's default
-        _set(config, "transport/link/tx/lease", lease)
-    if options.mesh_listen or isinstance(_get(config, "listen/endpoints"), dict):  # Zenoh's default: all
+    if options.mesh_config is None or _is_default(config, "transport/link/tx/lease"):
+        _set(config, "transport/link/tx/lease", round(1000 * options.mesh_lease_sec))
+    if options.mesh_listen or _is_default(config, "listen/endpoints"):  # that is all addresses
         _set(config, "listen/endpoints", split(options.mesh_listen), "--mesh-listen")
     if options.mesh:
         _set(config, "connect/endpoints", split(options.mesh), "--mesh")
@@ -58,8 +57,8 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
         _set(config, "transport/auth/usrpwd/user", user)
         _set(config, "transport/auth/usrpwd/password", password)
         _set(config, "transport/auth/usrpwd/dictionary_file", str(options.mesh_auth))
-    if not (options.insecure or _asks_who(config)):
-        _check_loopback((*_endpoints(config, "listen"), *_endpoints(config, "connect")))
+    if not (options.insecure or _get(config, "transport/auth/usrpwd/user") is not None):
+        _check_protected(config)
     return config
 
 
@@ -107,21 +106,30 @@ def _endpoints(config: zenoh.Config, key: str) -> list[str]:
     return [endpoints] if isinstance(endpoints, str) else cast("list[str]", endpoints)
 
 
-def _asks_who(config: zenoh.Config) -> bool:
-    """Return whether others must have a password or a certificate."""
-    tls = bool(_get(config, "transport/link/tls/enable_mtls"))
-    return tls or _get(config, "transport/auth/usrpwd/user") is not None
+def _is_default(config: zenoh.Config, key: str) -> bool:
+    """Return whether a value is the one that Zenoh has without a file."""
+    return bool(_get(config, key) == _get(zenoh.Config(), key))
 
 
-def _check_loopback(endpoints: Iterable[str]) -> None:
-    for endpoint in endpoints:
+def _check_protected(config: zenoh.Config) -> None:
+    """Check that nobody on another machine can join without a certificate."""
+    certificates = bool(_get(config, "transport/link/tls/enable_mtls"))
+    for endpoint in (*_endpoints(config, "listen"), *_endpoints(config, "connect")):
         protocol, _, rest = endpoint.partition("/")
         host = re.split(r"[?#]", rest)[0].rpartition(":")[0].strip("[]")
-        if protocol not in _LOCAL_PROTOCOLS and host != "localhost" and not is_loopback(host):
-            raise UnprotectedError(
-                f"Refusing to join a mesh over {endpoint}: anybody who reaches it could take part. Give all"
-                " brokers one --mesh-auth FILE (a line 'user:password'), or let everybody in with --insecure."
-            )
+        local = protocol in _LOCAL_PROTOCOLS or host == "localhost" or is_loopback(host)
+        if not (local or (certificates and protocol in _ENCRYPTED_PROTOCOLS)):
+            raise _unprotected(endpoint)
+    for kind in ("multicast", "gossip"):
+        if _get(config, f"scouting/{kind}/enabled"):
+            raise _unprotected(f"what {kind} scouting finds")
+
+
+def _unprotected(where: str) -> UnprotectedError:
+    return UnprotectedError(
+        f"Refusing to join a mesh over {where}: anybody who reaches it could take part. Give all brokers one"
+        " --mesh-auth FILE (a line 'user:password'), or let everybody in with --insecure."
+    )
 
 
 def _read_auth(path: Path) -> tuple[str, str]:
@@ -129,13 +137,15 @@ def _read_auth(path: Path) -> tuple[str, str]:
     try:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode
-            text = file.read(_MAX_AUTH_BYTES).decode()
+            text = file.read(_MAX_AUTH_BYTES + 1).decode()
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
         raise ConfigurationError(f"Cannot read {path} (--mesh-auth): {reason}") from None
     if os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
         text = f"{path} (--mesh-auth): others may read or write it; change that with `chmod 600 {path}`"
         raise ConfigurationError(text)
+    if len(text) > _MAX_AUTH_BYTES:
+        raise ConfigurationError(f"{path} (--mesh-auth) is longer than {_MAX_AUTH_BYTES} bytes")
     pairs = [line.partition(":") for line in text.splitlines()]
     for number, (user, _, password) in enumerate(pairs, 1):
         if not user or not password:

@@ -18,7 +18,7 @@ from broker.mesh.received_queue import ReceivedQueue
 from broker.mesh.sending_thread import SendingThread
 from broker.mesh.zenoh_config import connect_endpoints, plain_text
 from proto.aio.tasks import cancel_and_wait, keep_running
-from proto.errors import ProtocolError
+from proto.errors import ProtocolError, escape
 from proto.limits import MAX_DOMAIN
 
 if TYPE_CHECKING:
@@ -33,6 +33,9 @@ logger: Final = logging.getLogger("callboard.broker")
 
 VERSION: Final = "1"
 """Of the keys and of what travels under them."""
+
+MAX_OTHERS: Final = 100
+"""Brokers with other versions that the log names."""
 
 PREFIX: Final = f"callboard/{VERSION}"
 
@@ -64,6 +67,7 @@ class ZenohEngine:
         """What would be undeclared if it were collected."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
         self._traffic: dict[int, Traffic] = {}
+        self._of_other_versions: set[str] = set()
         self._open = False
         self._endpoints = connect_endpoints(config)
         self._watch: asyncio.Task[None] | None = None
@@ -168,13 +172,15 @@ class ZenohEngine:
     # Receiving
 
     def _token(self, _domain: int, sample: zenoh.Sample) -> None:
-        parts = str(sample.key_expr).split("/")
-        domain, broker = int(parts[2]), int(parts[4], 16)
-        if parts[1] != VERSION:
-            if sample.kind == zenoh.SampleKind.PUT:
-                text = "Mesh: the broker %s speaks version %s of the mesh, this one %s; update the older one"
-                logger.warning(text, parts[4], parts[1], VERSION)
+        _, version, domain_name, _, broker_id = str(sample.key_expr).split("/")
+        if version != VERSION:
+            others = self._of_other_versions
+            if broker_id not in others and len(others) < MAX_OTHERS:
+                others.add(broker_id)
+                text = "Mesh: the broker %.20s speaks version %.20s of the mesh, this one %s: %s"
+                logger.warning(text, escape(broker_id), escape(version), VERSION, "update the older one")
             return
+        domain, broker = int(domain_name), int(broker_id, 16)
         if domain > MAX_DOMAIN:
             raise ValueError(f"there is no domain {domain}")
         if broker == self._number:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import socket
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -57,12 +58,18 @@ async def test_an_endpoint_that_refuses_the_broker_is_told_apart(caplog: pytest.
     assert "it does not let this broker in (another password" in line
 
 
+async def test_an_endpoint_that_cannot_be_resolved_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    """A label of a host's name has at most 63 characters."""
+    (line,) = await lines(f"tcp/{'a' * 64}.example:1", caplog, [[]] * 5)
+    assert "nobody answers there (this is no name of a host)" in line
+
+
 async def test_connections_that_come_and_go_are_told(caplog: pytest.LogCaptureFixture) -> None:
     """One line each."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
         found = await lines(endpoint, caplog, [["a"], ["a", "b"], [], [], ["a"]])
-    assert [line.split(" with ")[0] for line in found] == [
+    assert [re.split(r" \(| with", line)[0] for line in found] == [
         "Mesh: connected",
         "Mesh: no connection",
         "Mesh: connected",

@@ -39,7 +39,7 @@ def test_a_file_of_zenoh_takes_precedence_over_the_defaults(tmp_path: Path) -> N
     """What it does not say is as without it."""
     path = tmp_path / "zenoh.json5"
     path.write_text("{scouting: {multicast: {enabled: true}}, connect: {endpoints: ['tcp/127.0.0.1:9']}}")
-    options = BrokerOptions(mesh_config=path)
+    options = BrokerOptions(mesh_config=path, insecure=True)
     assert value(options, "scouting/multicast/enabled") is True
     assert value(options, "scouting/gossip/enabled") is False
     assert connect_endpoints(make_config(options)) == ["tcp/127.0.0.1:9"]
@@ -62,6 +62,42 @@ def test_others_must_have_a_password_beyond_loopback(endpoint: str, tmp_path: Pa
 def test_loopback_needs_no_password(endpoint: str) -> None:
     """Other machines cannot connect there."""
     make_config(BrokerOptions(mesh_listen=endpoint))
+
+
+@pytest.mark.parametrize(
+    ("text", "protected"),
+    [
+        ("listen: {endpoints: ['tls/0.0.0.0:1']}, transport: {link: {tls: {enable_mtls: true}}}", True),
+        ("listen: {endpoints: ['tcp/0.0.0.0:1']}, transport: {link: {tls: {enable_mtls: true}}}", False),
+        ("listen: {endpoints: {router: ['tcp/0.0.0.0:1']}}", False),
+        ("listen: {endpoints: {router: ['tcp/127.0.0.1:1']}}", True),
+        ("connect: {endpoints: ['tcp/10.0.0.1:1']}", False),
+        ("scouting: {multicast: {enabled: true}}", False),
+        ("scouting: {gossip: {enabled: true}}", False),
+        ("connect: {endpoints: ['tcp/a:1']}, transport: {auth: {usrpwd: {user: 'a', password: 'b'}}}", True),
+    ],
+)
+def test_files_of_zenoh_are_held_to_it_too(text: str, *, protected: bool, tmp_path: Path) -> None:
+    """Certificates protect encrypted connections only, and scouting finds anybody."""
+    path = tmp_path / "zenoh.json5"
+    path.write_text(f"{{{text}}}")
+    if protected:
+        make_config(BrokerOptions(mesh_config=path))
+    else:
+        with pytest.raises(UnprotectedError, match="--insecure"):
+            make_config(BrokerOptions(mesh_config=path))
+        make_config(BrokerOptions(mesh_config=path, insecure=True))
+
+
+def test_endpoints_of_a_file_are_kept(tmp_path: Path) -> None:
+    """Also those for a mode, as Zenoh's defaults are."""
+    path = tmp_path / "zenoh.json5"
+    path.write_text(
+        "{listen: {endpoints: {router: ['tcp/127.0.0.1:7500']}}, transport: {link: {tx: {lease: 5}}}}"
+    )
+    options = BrokerOptions(mesh_config=path)
+    assert value(options, "listen/endpoints") == {"router": ["tcp/127.0.0.1:7500"]}
+    assert value(options, "transport/link/tx/lease") == 5
 
 
 def auth_file(folder: Path, text: str, mode: int = 0o600) -> Path:

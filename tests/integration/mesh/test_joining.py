@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING
 
+import zenoh
+
+from broker import BrokerOptions
+from broker.mesh.zenoh_config import make_config
 from tests.integration.mesh.stations import MeshBroker, Station, wait_until_joined
 
 if TYPE_CHECKING:
@@ -39,3 +44,19 @@ async def test_a_broker_with_another_password_is_told_so(system: System, tmp_pat
     assert second.program is not None
     line = await second.program.wait_for_line("Mesh: no connection")
     assert f"with {first.endpoint}: it does not let this broker in (another password" in line
+
+
+async def test_a_broker_of_another_version_is_named_once(system: System) -> None:
+    """Whatever its domains and its number look like."""
+    first = await MeshBroker(system).start()
+    session = await asyncio.to_thread(zenoh.open, make_config(BrokerOptions(mesh=first.endpoint)))
+    try:
+        keys = ("callboard/2/0/alive/robot-1", "callboard/2/lab/alive/robot-1", "callboard/3/0/alive/last")
+        tokens = [session.liveliness().declare_token(key) for key in keys]
+        assert first.program is not None
+        line = await first.program.wait_for_line("Mesh: the broker")
+        assert "robot-1 speaks version 2 of the mesh, this one 1: update the older one" in line
+        assert "last speaks version 3" in await first.program.wait_for_line("Mesh: the broker")
+        assert len(tokens) == len(keys)
+    finally:
+        await asyncio.to_thread(session.close)
