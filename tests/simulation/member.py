@@ -25,9 +25,6 @@ SERVICES: Final = ("double", "twice")
 SLACK_SEC: Final = 0.001
 """What a timed wait may take beyond its time: a loop's turns take no virtual time."""
 
-CANCEL_SEC: Final = 0.7
-"""A cancellation reaches a handler within this, through the worst link faults."""
-
 STOP_SEC: Final = 15.0
 """A node stops within this, whatever its callbacks do."""
 
@@ -305,7 +302,7 @@ class Member:
     def _still_wanted(self, request: Ask.Request) -> None:
         """Where nothing is broken, a handler is cancelled soon after its caller has given up."""
         given_up = self.world.journal.given_up.get((request.caller, request.number), math.inf)
-        if self.world.calm and self.world.loop.time() - given_up > CANCEL_SEC:
+        if self.world.calm and self.world.loop.time() - given_up > self.world.cancel_sec:
             self.world.complain(f"{request.caller} #{request.number} is handled for nobody")
 
     # What it does

@@ -39,7 +39,10 @@ QUEUE_BYTES: Final = 64 * 1024
 DELAYS: Final = ((0.0002, 0.0), (0.001, 0.002), (0.02, 0.03), (0.005, 0.1))
 """Fixed and random part of a path's delay, in seconds."""
 
-RATES: Final = (None, None, None, 20_000_000, 500_000)
+MAX_DELAY_SEC: Final = 0.11
+
+FAST_RATES: Final = (None, None, 20_000_000)
+SLOW_RATES: Final = (*FAST_RATES, 500_000)
 """Bytes per second that an engine sends."""
 
 _KERNEL: Final = Context()
@@ -380,7 +383,7 @@ class MeshNetwork:
         self.loop = loop
         self.seed = seed
         self.unanswered = 0.0
-        self.rates: tuple[int | None, ...] = RATES
+        self.rates: tuple[int | None, ...] = SLOW_RATES
         self.handled: Callable[[str], object] = lambda _: None
         self.lost: dict[tuple[str, int], set[int]] = {}
         self._random = Random(f"{seed} mesh network")

@@ -15,7 +15,7 @@ from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
 from tests.simulation.member import Member
-from tests.simulation.mesh_network import LEASE_SEC, MeshNetwork
+from tests.simulation.mesh_network import FAST_RATES, LEASE_SEC, MAX_DELAY_SEC, SLOW_RATES, MeshNetwork
 from tests.simulation.network import on_host
 from tests.simulation.world import CHAOS_SEC, World
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from tests.simulation.faults import Fault
     from tests.simulation.loop import SimulatedLoop
     from tests.simulation.records import PublisherHistory, SubscriptionHistory
+
+SLOW_SEC: Final = 3.0
+"""What an engine is full of, and a large message or two, need at the lowest rate."""
 
 SETTLE_SEC: Final = 20.0
 """Brokers that can reach each other have agreed within this: some requests are unanswered for 6 s."""
@@ -44,6 +47,10 @@ class MeshWorld(World):
         self.mesh = MeshNetwork(loop, seed)
         self.mesh.handled = self.steps.check_routers
         self.mesh.unanswered = 0.0 if calm else random.choice([0.0, 0.0, 0.3])
+        slow = Random(f"{seed} rates").random() < 0.5
+        self.mesh.rates = SLOW_RATES if slow else FAST_RATES
+        # A cancellation waits behind large messages in a slow engine.
+        self.cancel_sec += SLOW_SEC if slow else MAX_DELAY_SEC
         self._brokers = [
             BrokerProcess(self, f"broker{number}", 7411 + number, self.mesh)
             for number in range(random.randint(3, 5))

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 CHAOS_SEC: Final = 15.0
 """How long the world publishes and calls, and suffers."""
 
+CANCEL_SEC: Final = 0.7
+"""A cancellation reaches a handler within this, through the worst link faults."""
+
 CEILINGS: Final = (65_536, 200_000)
 """Bytes that may wait for one link, in some troubled histories: queues lose messages, and links end."""
 
@@ -89,6 +92,7 @@ class World:
         home: The broker that everybody prefers.
         standby: A second one, for those that do not reach the first; in some histories.
         max_link_bytes: What may wait in a broker for one link.
+        cancel_sec: How long a cancellation may take to reach a handler.
         steps: What is checked all the time.
     """
 
@@ -102,6 +106,7 @@ class World:
         self.journal = Journal()
         self.random = Random(f"{seed} world")
         self.active = True
+        self.cancel_sec = CANCEL_SEC
         self._stalled = 0.0
         self._frozen_since: dict[str, float] = {}
         self._frozen_for: dict[str, float] = {}
