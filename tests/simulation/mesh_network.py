@@ -437,10 +437,10 @@ class MeshNetwork:
             back = self._paths.pop((path.target.number, engine.number))
             back.close()
             del self._paths[engine.number, path.target.number]
-            if silent:
+            if silent or path.closed:  # the other one may not have noticed a separation
                 at = self.loop.time() + LEASE_SEC + self._random.random()
                 self.loop.call_at(at, self._forget_at, path.target, engine, context=_KERNEL)
-            elif not path.closed:
+            else:
                 self._forget_in_order(path)
 
     def _forget_in_order(self, path: _Path) -> None:
