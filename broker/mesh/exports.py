@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from broker.access.rules import Rights
     from proto.frames import Frame
+    from proto.publisher_queue import PublisherQueue
 
 
 _COUNTERPARTS: Final = {
@@ -62,6 +63,8 @@ class MeshExports:
         self._leaving: dict[int, Endpoint] = {}
         """By key, publishers that are gone and whose last messages are still to be sent, and nodes that are
         gone and have endpoints that the others know."""
+        self._queues: dict[int, PublisherQueue] = {}
+        """By key of such a publisher, what has its last messages."""
 
     def declarations(self) -> tuple[Frame, ...]:
         """Return all that is declared, nodes first."""
@@ -100,7 +103,10 @@ class MeshExports:
         if endpoint.number not in self._declarations and endpoint.number not in self._retired:
             return
         if isinstance(endpoint, PublisherRecord):
-            waits = self._mesh in endpoint.routes
+            route = endpoint.routes.get(self._mesh)
+            waits = route is not None
+            if route is not None:
+                self._queues[endpoint.key] = route.queue
         else:
             waits = endpoint.key in self._endpoints
         if waits:
@@ -132,8 +138,14 @@ class MeshExports:
             if isinstance(endpoint, PublisherRecord):
                 self._undeclare(endpoint)
 
+    def beat(self) -> None:
+        """Note publishers that are gone and whose last messages have been discarded with their readers."""
+        for publisher in [key for key, queue in self._queues.items() if queue.empty]:
+            self.sent_all(publisher)
+
     def _undeclare(self, endpoint: Endpoint) -> None:
         self._leaving.pop(endpoint.key, None)
+        self._queues.pop(endpoint.key, None)
         self._declarations.pop(endpoint.number, None)
         self._retired.discard(endpoint.number)
         self._change(frames.Undeclare(endpoint.number))

@@ -157,6 +157,7 @@ class Mesh:
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
         self.queries.beat()
+        self._exports.beat()
         if self.sessions or self._rejected:
             held = held_publishers(self._router, self.peer)
             self._out.append(self.sessions.heartbeat(self._exports.version, held))

@@ -179,3 +179,19 @@ def test_no_call_is_remembered_after_its_end() -> None:
             network.partition(2)
         network.settle()
         assert len(a.mesh._calls) == a.router.calls.pending == b.router.calls.pending == 0, end
+
+
+def test_a_publisher_whose_last_messages_lost_their_readers_is_forgotten() -> None:
+    """Its messages are discarded with the broker of the readers, and other brokers see it go."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1))
+    b.send(listener, make.subscription(1))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0))
+    a.leave(talker)
+    a.mesh.remove_broker(2)
+    a.forward()
+    a.mesh.beat()
+    assert a.mesh.snapshot(0, 0).declarations == ()
