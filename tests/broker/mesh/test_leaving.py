@@ -181,17 +181,18 @@ def test_no_call_is_remembered_after_its_end() -> None:
         assert len(a.mesh._calls) == a.router.calls.pending == b.router.calls.pending == 0, end
 
 
-def test_a_publisher_whose_last_messages_lost_their_readers_is_forgotten() -> None:
-    """Its messages are discarded with the broker of the readers, and other brokers see it go."""
+def test_a_publisher_whose_last_messages_are_discarded_is_forgotten() -> None:
+    """It has come back meanwhile and continues its queue, whose reader leaves: DETACHED is never sent."""
     network = Network()
     a, b = network
-    talker, listener = a.join("/talker"), b.join("/listener")
+    talker, listener = a.join("/talker", instance=b"i" * 16), b.join("/listener")
     publisher = a.publisher(talker, make.publisher(1))
     b.send(listener, make.subscription(1))
     network.settle()
     a.send(talker, make.batch(publisher, 0))
-    a.leave(talker)
+    talker = a.join("/talker", instance=b"i" * 16)  # takes over before the message is sent
+    a.publisher(talker, make.publisher(1, next_sequence=1))
     a.mesh.remove_broker(2)
     a.forward()
     a.mesh.beat()
-    assert a.mesh.snapshot(0, 0).declarations == ()
+    assert len(a.mesh.snapshot(0, 0).declarations) == 2
