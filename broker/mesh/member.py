@@ -30,7 +30,7 @@ HEARTBEAT_SEC: Final = 1.0
 LAST_PING: Final = 0
 """The token of the PING at a stop; others are times."""
 
-LAST_ANSWER_SEC: Final = 2.0
+LAST_ANSWER_SEC: Final = 5.0
 """How long a stop waits for other brokers."""
 
 MAX_NEIGHBOURS: Final = 100
