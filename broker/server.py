@@ -248,8 +248,8 @@ class Broker:
     async def stop(self) -> None:
         """Accept nothing new, deliver what has been accepted, say goodbye and close.
 
-        It takes at most `drain_timeout_sec` and two seconds, in a mesh five more. Cancel it to close everything
-        at once.
+        It takes at most `drain_timeout_sec` and two seconds, in a mesh five more. Cancel it to close
+        everything at once.
         """
         listener, dispatcher = self._listener, self._dispatcher
         if listener is None or dispatcher.draining:
