@@ -48,7 +48,7 @@ os.execvp(sys.argv[2], sys.argv[2:])
 """
 
 
-def _killed_with_parent(command: Sequence[str]) -> Sequence[str]:
+def killed_with_parent(command: Sequence[str]) -> Sequence[str]:
     """Return a command that the kernel kills when this process is killed.
 
     Roles notice that by their stdin; servers do not. A launcher that sets this and then executes the command
@@ -85,7 +85,7 @@ class Child:
         log = scratch / f"{name}.log"
         with log.open("wb") as file:
             process = await asyncio.create_subprocess_exec(
-                *_killed_with_parent(command),
+                *killed_with_parent(command),
                 stdin=subprocess.PIPE if pipes else subprocess.DEVNULL,
                 stdout=subprocess.PIPE if pipes else file,
                 stderr=file,

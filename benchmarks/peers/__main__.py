@@ -17,7 +17,7 @@ sys.path[0] = str(Path(__file__).resolve().parents[2])
 def main() -> None:
     peer = importlib.import_module(f"benchmarks.peers.{sys.argv[1]}")
     if sys.argv[2] == "serve":
-        peer.serve(sys.argv[3])
+        peer.serve(*sys.argv[3:])
         return
     roles = importlib.import_module("benchmarks.peers.roles")
     roles.run(peer.ROLES, sys.argv[2])

@@ -24,11 +24,15 @@ def open_session(parameters: Parameters, *, shared_memory: bool = False) -> Any:
     return library("zenoh").open(config)
 
 
-def serve(url: str, *, shared_memory: bool = False) -> None:
-    """Be the router until SIGTERM: what zenohd is made of, in a Python process that sleeps."""
+def serve(url: str, *others: str, shared_memory: bool = False) -> None:
+    """Be the router until SIGTERM: what zenohd is made of, in a Python process that sleeps.
+
+    It connects to the `others`, which are routers, too.
+    """
     config = zenoh_roles.configuration(
         "router",
         listen__endpoints=[url],
+        connect__endpoints=others,
         transport__unicast__max_sessions=100_000,
         shared_memory=shared_memory,
     )
