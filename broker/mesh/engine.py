@@ -91,3 +91,7 @@ class Host(Protocol):
     def flush(self) -> None:
         """Send what the router has returned; to be called after those."""
         ...
+
+    def warn(self, reason: str, text: str, *values: object) -> None:
+        """Log a warning, or count it if there are many of one reason (`PeerWarnings.warn`)."""
+        ...

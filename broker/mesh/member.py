@@ -181,6 +181,10 @@ class MeshMember:
         assert budget is not None
         return int(1e6 * budget.clock())
 
+    def warn(self, reason: str, text: str, *values: object) -> None:
+        """Log a warning, or count it (`engine.Host`)."""
+        self._dispatcher.warnings.warn(reason, text, *values)
+
     def _warn(self, what: str, broker: int, text: str) -> None:
         self._dispatcher.warnings.warn(what, "Mesh: %s: %08x: %s", what, broker, text)
 

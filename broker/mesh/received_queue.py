@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from typing import TYPE_CHECKING, Any, Final
@@ -16,9 +15,9 @@ if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable
 
+    from broker.mesh.engine import Host
     from proto.aio.read_budget import ReadBudget
 
-logger: Final = logging.getLogger("callboard.broker")
 
 MAX_RECEIVED_BYTES: Final = 64 * 1024 * 1024
 """Bytes that wait for the event loop. Zenoh, and by that the senders, wait while there are more."""
@@ -36,19 +35,17 @@ class ReceivedQueue:
     Args:
         loop: The event loop.
         budget: Its read budget.
-        handled: Called after some have been handled.
+        host: Its `flush` is called after some have been handled.
 
     Attributes:
         dropped: Messages of topics that had to be dropped because the event loop was too slow.
         malformed: Items that could not be decoded.
     """
 
-    def __init__(
-        self, loop: asyncio.AbstractEventLoop, budget: ReadBudget, handled: Callable[[], None]
-    ) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, budget: ReadBudget, host: Host) -> None:
         self._loop = loop
         self._budget = budget
-        self._handled = handled
+        self._host = host
         self._items: deque[tuple[Callable[..., None], int, Any, int]] = deque()
         self._space = threading.Condition()
         self._bytes = 0
@@ -130,12 +127,14 @@ class ReceivedQueue:
                 handler(domain, item)
             except (ProtocolError, ValueError) as error:
                 self.malformed += 1
-                logger.warning("The mesh has sent something malformed: %s", error)
+                self._host.warn(
+                    "malformed messages of the mesh", "Mesh: received something malformed: %s", error
+                )
             spent = clock() - began
         with self._space:
             self._bytes -= size
             self._space.notify_all()
-        self._handled()
+        self._host.flush()
         self._budget.spend(clock() - began)
         if self._items and not self._scheduled and not self._closed:
             self._scheduled = True

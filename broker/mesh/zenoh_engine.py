@@ -61,7 +61,7 @@ class ZenohEngine:
         self._config = config
         config.insert_json5("id", f'"{number:x}"')  # pyright: ignore[reportUnknownMemberType]
         self._loop = asyncio.get_running_loop()
-        self._received = ReceivedQueue(self._loop, budget, host.flush)
+        self._received = ReceivedQueue(self._loop, budget, host)
         self._sending = SendingThread(lambda: self._received.in_loop(host.flush))
         self._declared: list[Any] = []
         """What would be undeclared if it were collected."""

@@ -1,0 +1,108 @@
+"""What arrives in Zenoh's threads and is handled in the event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from broker.mesh import received_queue
+from broker.mesh.received_queue import ReceivedQueue
+from proto.aio.read_budget import ReadBudget
+
+if TYPE_CHECKING:
+    from broker.mesh.mesh import Mesh
+
+
+class RecordingHost:
+    """A host that records what a queue tells it (`engine.Host`)."""
+
+    def __init__(self) -> None:
+        self.flushed = asyncio.Event()
+        self.warnings: list[str] = []
+
+    def mesh(self, domain: int) -> Mesh:
+        """Host."""
+        raise NotImplementedError(domain)
+
+    def flush(self) -> None:
+        """Host."""
+        self.flushed.set()
+
+    def warn(self, reason: str, text: str, *values: object) -> None:
+        """Host."""
+        self.warnings.append(f"{reason}: {text % values}")
+
+
+@pytest.fixture
+def host() -> RecordingHost:
+    """Return a host."""
+    return RecordingHost()
+
+
+def queue_for(host: RecordingHost) -> ReceivedQueue:
+    """Return a queue for the running loop."""
+    loop = asyncio.get_running_loop()
+    return ReceivedQueue(loop, ReadBudget(loop), host)
+
+
+async def test_items_of_threads_are_handled_in_order(host: RecordingHost) -> None:
+    """In the loop's thread, within its budget, and flushed afterwards."""
+    queue, got, done = queue_for(host), list[int](), asyncio.Event()
+
+    def handle(_domain: int, number: int) -> None:
+        got.append(number)
+        if number == 1999:
+            done.set()
+
+    def put() -> None:
+        for number in range(2000):
+            queue.put(handle, 0, number)
+
+    await asyncio.to_thread(put)
+    await asyncio.wait_for(done.wait(), 10)
+    await asyncio.wait_for(host.flushed.wait(), 10)
+    assert got == list(range(2000))
+
+
+async def test_malformed_items_are_counted_and_harm_no_others(host: RecordingHost) -> None:
+    """The host decides how many of the lines are logged."""
+    queue, done = queue_for(host), asyncio.Event()
+
+    def handle(_domain: int, item: Any) -> None:
+        if item is None:
+            raise ValueError("no number")
+        done.set()
+
+    queue.put(handle, 0, None)
+    queue.put(handle, 0, 1)
+    await asyncio.wait_for(done.wait(), 10)
+    assert queue.malformed == 1
+    assert host.warnings == ["malformed messages: Mesh: received something malformed: no number"]
+
+
+async def test_a_full_queue_drops_what_may_be_dropped(
+    host: RecordingHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a while in which the thread waits for space; other items are always taken."""
+    monkeypatch.setattr(received_queue, "MAX_RECEIVED_BYTES", 0)
+    monkeypatch.setattr(received_queue, "MAX_BLOCK_SEC", 0.001)
+    queue, got, done = queue_for(host), list[str](), asyncio.Event()
+
+    def handle(_domain: int, item: str) -> None:
+        got.append(item)
+        if item == "last":
+            done.set()
+
+    def put() -> None:
+        for item in ("first", "dropped", "last"):
+            queue.put(handle, 0, item, droppable=item == "dropped")
+
+    thread = threading.Thread(target=put)
+    thread.start()
+    thread.join()  # the loop cannot handle anything meanwhile
+    await asyncio.wait_for(done.wait(), 10)
+    assert got == ["first", "last"]
+    assert queue.dropped == 1
