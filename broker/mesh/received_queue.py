@@ -48,7 +48,7 @@ class ReceivedQueue:
         self._host = host
         self._items: deque[tuple[Callable[..., None], int, Any, int]] = deque()
         self._space = threading.Condition()
-        self._bytes = 0
+        self._bytes = self._handled_bytes = 0
         self._scheduled = False
         self._closed = False
         self.dropped = self.malformed = 0
@@ -116,26 +116,30 @@ class ReceivedQueue:
     def go_on_reading(self) -> None:
         """Handle a share of what waits (`read_budget.Reader`)."""
         self._scheduled = False
-        clock = self._budget.clock
-        began, spent, size = clock(), 0.0, 0
+        began = self._budget.clock()
+        try:
+            self._handle_share(began)
+        finally:  # the others go on, also after a bug in a handler
+            with self._space:
+                self._bytes -= self._handled_bytes
+                self._space.notify_all()
+            self._handled_bytes = 0
+            self._host.flush()
+            self._budget.spend(self._budget.clock() - began)
+            if self._items and not self._scheduled and not self._closed:
+                self._scheduled = True
+                self._budget.wait(self)
+
+    def _handle_share(self, began: float) -> None:
+        clock, spent = self._budget.clock, 0.0
         for _ in range(min(len(self._items), SHARE_FRAMES)):
             if self._closed or spent > SHARE_SEC:
                 break
-            handler, domain, item, item_bytes = self._items.popleft()
-            size += item_bytes
+            handler, domain, item, size = self._items.popleft()
+            self._handled_bytes += size
             try:
                 handler(domain, item)
             except (ProtocolError, ValueError) as error:
                 self.malformed += 1
-                self._host.warn(
-                    "malformed messages of the mesh", "Mesh: received something malformed: %s", error
-                )
+                self._host.warn("malformed messages", "Mesh: received something malformed: %s", error)
             spent = clock() - began
-        with self._space:
-            self._bytes -= size
-            self._space.notify_all()
-        self._host.flush()
-        self._budget.spend(clock() - began)
-        if self._items and not self._scheduled and not self._closed:
-            self._scheduled = True
-            self._budget.wait(self)

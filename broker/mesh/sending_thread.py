@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
+from broker.mesh.zenoh_config import plain_text
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -32,14 +34,16 @@ class SendingThread:
 
     Args:
         has_space: Called in the thread when there is space again after `full` was true.
+        report: Called in the thread with the key of a message that could not be sent, and why.
 
     Attributes:
         sent: Messages that have been queued so far.
         failed: Those of them that could not be sent.
     """
 
-    def __init__(self, has_space: Callable[[], None]) -> None:
+    def __init__(self, has_space: Callable[[], None], report: Callable[[str, str], None]) -> None:
         self._has_space = has_space
+        self._report = report
         self._queue: queue.SimpleQueue[tuple[str, Any, bytes | None] | None] = queue.SimpleQueue()
         self._queued_bytes = self._sent_bytes = 0
         """Written by the event loop only, and by the thread only."""
@@ -82,6 +86,13 @@ class SendingThread:
 
     def _run(self, session: zenoh.Session) -> None:
         publishers: dict[str, zenoh.Publisher] = {}
+        while True:
+            try:
+                return self._send_all(session, publishers)
+            except Exception:  # a bug: log it, and send the rest
+                logger.exception("The mesh's sending thread has lost a message")
+
+    def _send_all(self, session: zenoh.Session, publishers: dict[str, zenoh.Publisher]) -> None:
         while (item := self._queue.get()) is not None:
             key, payload, attachment = item
             try:
@@ -98,8 +109,9 @@ class SendingThread:
                 publisher.put(bytes(payload), attachment=attachment)  # pyright: ignore[reportUnknownMemberType]
             except zenoh.ZError as error:
                 self.failed += 1
-                logger.warning("The mesh could not send to %s: %s", key, error)
-            self._sent_bytes += len(payload) + OVERHEAD_BYTES
+                self._report(key, plain_text(error))
+            finally:
+                self._sent_bytes += len(payload) + OVERHEAD_BYTES
             if self._was_full and self.waiting_bytes < MAX_QUEUED_BYTES // 2:
                 self._was_full = False
                 self._has_space()

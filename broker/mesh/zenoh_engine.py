@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -62,7 +63,11 @@ class ZenohEngine:
         config.insert_json5("id", f'"{number:x}"')  # pyright: ignore[reportUnknownMemberType]
         self._loop = asyncio.get_running_loop()
         self._received = ReceivedQueue(self._loop, budget, host)
-        self._sending = SendingThread(lambda: self._received.in_loop(host.flush))
+        warn = partial(host.warn, "messages that could not be sent", "Mesh: could not send to %s: %s")
+        in_loop = self._received.in_loop
+        self._sending = SendingThread(
+            lambda: in_loop(host.flush), lambda key, reason: in_loop(partial(warn, key, reason))
+        )
         self._declared: list[Any] = []
         """What would be undeclared if it were collected."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}

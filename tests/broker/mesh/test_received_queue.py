@@ -106,3 +106,22 @@ async def test_a_full_queue_drops_what_may_be_dropped(
     await asyncio.wait_for(done.wait(), 10)
     assert got == ["first", "last"]
     assert queue.dropped == 1
+
+
+async def test_a_bug_in_a_handler_harms_no_other_items(host: RecordingHost) -> None:
+    """What waits is handled all the same, and its bytes are free again."""
+    queue, done = queue_for(host), asyncio.Event()
+    raised = list[dict[str, Any]]()
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context))
+
+    def handle(_domain: int, item: Any) -> None:
+        if item is None:
+            raise KeyError("a bug")
+        done.set()
+
+    queue.put(handle, 0, None)
+    queue.put(handle, 0, 1)
+    await asyncio.wait_for(done.wait(), 10)
+    await asyncio.sleep(0)
+    assert queue.waiting_bytes == 0
+    assert len(raised) == 1

@@ -46,7 +46,7 @@ def test_keys_that_are_not_used_any_more_are_undeclared(monkeypatch: pytest.Monk
     """Only so many stay declared, and everything is sent in order."""
     monkeypatch.setattr(sending_thread, "MAX_PUBLISHERS", 2)
     session = RecordingSession()
-    thread = SendingThread(lambda: None)
+    thread = SendingThread(lambda: None, lambda _key, _reason: None)
     thread.start(cast("Any", session))
     keys = ["a", "b", "a", "c", "a"]
     for key in keys:
