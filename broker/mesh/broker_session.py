@@ -17,7 +17,7 @@ from proto import frames
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.mesh.messages import Received
+    from broker.mesh.messages import Received, Snapshot
     from proto.frames import Frame
 
 MAX_BROKERS: Final = 1000
@@ -25,6 +25,9 @@ MAX_BROKERS: Final = 1000
 
 MAX_EPOCHS: Final = 10_000
 """Brokers, gone ones included, whose last epoch is remembered."""
+
+MAX_BEATS: Final = 2
+"""Heartbeats until a program that does not ask for the snapshot counts as one that needs none."""
 
 MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
@@ -38,7 +41,8 @@ class BrokerSession:
     """The exchange with a broker that is alive.
 
     `sent`, `received`: direct messages in this epoch. `ready`: whether the broker's endpoints are known; if
-    not, `waiting` has what has come since its snapshot was requested (`asked`). `name`, `software`: as in it.
+    not, `waiting` has what has come since its snapshot was requested (`asked`). `snapshot`: its answer, until
+    it has asked for this broker's, for `beats` heartbeats. `name`, `software`: as in it.
     """
 
     epoch: int
@@ -46,6 +50,8 @@ class BrokerSession:
     received: int = 0
     ready: bool = False
     asked: bool = False
+    snapshot: Snapshot | None = None
+    beats: int = 0
     waiting: list[Received] = field(default_factory=list["Received"])
     waiting_bytes: int = 0
     name: str = ""
@@ -56,6 +62,7 @@ class BrokerSession:
         self.epoch = epoch
         self.sent = self.received = 0
         self.ready = False
+        self.snapshot = None
         self.take_waiting()
 
     def wait(self, message: Received) -> bool:
@@ -65,6 +72,11 @@ class BrokerSession:
         self.waiting.append(message)
         self.waiting_bytes += _size(message)
         return True
+
+    def beat(self) -> Snapshot | None:
+        """Return the snapshot of a program that does not ask for this broker's, after `MAX_BEATS`."""
+        self.beats += self.snapshot is not None
+        return self.snapshot if self.beats > MAX_BEATS else None
 
     def take_waiting(self) -> list[Received]:
         """Remove and return the messages that wait."""
@@ -100,6 +112,10 @@ class BrokerSessions:
     def get(self, broker: int) -> BrokerSession | None:
         """Return the exchange with a broker; None if it is not alive."""
         return self._sessions.get(broker)
+
+    def items(self) -> tuple[tuple[int, BrokerSession], ...]:
+        """Return the numbers of the brokers, and the exchanges with them."""
+        return tuple(self._sessions.items())
 
     def names(self) -> dict[int, tuple[str, str]]:
         """Return the names and versions of the brokers by their numbers."""

@@ -82,13 +82,14 @@ class Mesh:
         max_endpoints: int = 100_000,
         name: str = "",
     ) -> None:
-        self._number = number
-        self._name = name
+        self._number, self._name = number, name
         self._router = router
         self._deliver = deliver
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
         self.sessions = BrokerSessions(self._out.append)
+        self._answered: set[int] = set()
+        """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
         self._warn = warn
@@ -107,7 +108,7 @@ class Mesh:
         self._receiver = MeshReceiver(
             router, self.peer, imports, calls, deliver=deliver, direct=direct, others=queries.handlers
         )
-        self.overflows = MeshOverflows(self.sessions, exports, self._begin_next, warn)
+        self.overflows = MeshOverflows(self.sessions, exports, self._reset, warn)
         router.routes.report_mesh = self.overflows.note
         router.declarations.exports = exports
         router.declarations.request_definition = queries.request
@@ -124,7 +125,7 @@ class Mesh:
             self._imports.rights = imports
             for broker in self.sessions.names():
                 if (session := self.sessions.get(broker)) is not None:
-                    self._begin_next(broker, session)
+                    self._reset(broker, session)
         if (imports, exports) != (self._exports.imports, self._exports.rights):
             self._exports.imports, self._exports.rights = imports, exports
             self._router.declarations.renew_exports(self._exports)
@@ -151,12 +152,19 @@ class Mesh:
         if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
-        epoch = 0 if session is None else session.epoch
-        return Snapshot(epoch, version, declarations, self._name, VERSION)
+        own = Snapshot(0 if session is None else session.epoch, version, declarations, self._name, VERSION)
+        if broker and len(self._answered) < MAX_BROKERS:
+            self._answered.add(broker)
+        if session is not None and session.snapshot is not None:
+            self._import(broker, session, session.snapshot)
+        return own
 
     def beat(self) -> None:
         """Send a heartbeat, if there is another broker."""
         self.queries.beat()
+        for broker, session in self.sessions.items():
+            if (snapshot := session.beat()) is not None:
+                self._import(broker, session, snapshot)
         self._exports.beat()
         if self.sessions or self._rejected:
             held = held_publishers(self._router, self.peer)
@@ -191,6 +199,7 @@ class Mesh:
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
         self._rejected.discard(broker)
+        self._answered.discard(broker)
         if self.sessions.remove(broker):
             self._imports.remove_broker(broker)
             self.queries.remove_broker(broker)
@@ -225,8 +234,19 @@ class Mesh:
         session.name, session.software = snapshot.name, snapshot.software
         try:
             self._agree(broker, session, snapshot.epoch)
-            if session.asked:
-                return
+        except ProtocolError as error:
+            self.reject(broker, str(error))
+            return
+        if session.asked:
+            return
+        session.snapshot, session.beats = snapshot, 0
+        if broker in self._answered:
+            self._import(broker, session, snapshot)
+
+    def _import(self, broker: int, session: BrokerSession, snapshot: Snapshot) -> None:
+        """Take a broker's endpoints, once it has the declarations of what will be sent to it."""
+        session.snapshot = None
+        try:
             self._imports.take_snapshot(broker, snapshot)
         except ProtocolError as error:
             self.reject(broker, str(error))
@@ -253,9 +273,10 @@ class Mesh:
             self.reject(broker, str(error))
             return
         if not session.ready:
-            self._ask(broker, session)
+            if session.snapshot is None:
+                self._ask(broker, session)
         elif session.sent and self._number not in heartbeat.sent:
-            self._begin_next(broker, session)  # it does not take messages of this broker
+            self._reset(broker, session)  # it does not take messages of this broker
         elif epoch == session.epoch and sent > session.received:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):
@@ -321,19 +342,17 @@ class Mesh:
         if epoch > MAX_EPOCH:
             raise ProtocolError(ErrorCode.MALFORMED, f"there is no epoch {epoch}")
         if epoch > session.epoch:
-            if session.sent or session.received:
+            if session.sent or session.received or session.ready:
                 self._reset(broker, session, epoch)
             else:
                 self.sessions.rename(broker, session, epoch)
 
-    def _begin_next(self, broker: int, session: BrokerSession) -> None:
-        self._reset(broker, session, session.epoch + 1)
-
-    def _reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
-        """Forget a broker's endpoints and ask for them again, because messages were lost."""
+    def _reset(self, broker: int, session: BrokerSession, epoch: int = 0) -> None:
+        """Forget a broker's endpoints and ask for them again; begin this epoch, or else the next one."""
         self.resets += 1
         self._imports.remove_broker(broker)
         self.queries.remove_broker(broker)
-        self.sessions.begin(broker, session, epoch)
+        self._answered.discard(broker)
+        self.sessions.begin(broker, session, epoch or session.epoch + 1)
         self._ask(broker, session)
         self.beat()

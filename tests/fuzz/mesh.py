@@ -79,6 +79,7 @@ def step(broker: MeshBroker, node: int, source: Source) -> None:
     if other not in mesh.sessions.names():
         mesh.remove_broker(other)
         mesh.add_broker(other)
+        mesh.snapshot(other, 1)
         mesh.take_snapshot(other, Snapshot(1, 0, GOOD))
         attached = frames.Attached(other << 32 | 2, (1,), make.GID, 0, "/a", {})
         mesh.receive(other, Direct(1, _session(mesh, other).epoch, 1, 0, attached))

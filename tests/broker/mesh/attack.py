@@ -39,6 +39,7 @@ class Attack:
         self.version = dict.fromkeys((THERE, OTHER), 0)
         for broker in (THERE, OTHER):
             self.mesh.add_broker(broker)
+            self.mesh.snapshot(broker, 1)
             self.mesh.take_snapshot(broker, Snapshot(1, 0, ()))
         self.change(NODE, make.publisher(2, node=1), make.subscription(3, node=1), make.client(4, node=1))
         self.change(frames.Node(1, "/third"), make.service(2, "/other", node=1), broker=OTHER)
@@ -48,6 +49,7 @@ class Attack:
     def rejoin(self, *declarations: frames.Frame) -> None:
         """Answer the request for a snapshot of broker 2, which has come back."""
         self.version[THERE], self.number[THERE] = 10, 0
+        self.mesh.snapshot(THERE, 2)
         self.mesh.take_snapshot(THERE, Snapshot(2, 10, declarations))
 
     def change(self, *changed: Any, broker: int = THERE) -> None:

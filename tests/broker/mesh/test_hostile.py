@@ -31,7 +31,7 @@ def _answer_for_another(attack: Attack) -> None:
 
 
 def _snapshot(attack: Attack, declarations: tuple[frames.Frame, ...]) -> None:
-    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {}))
+    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {HERE: (1, attack.number[THERE])}))
     attack.mesh.take_snapshot(THERE, Snapshot(1, 99, declarations))
 
 

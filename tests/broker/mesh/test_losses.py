@@ -7,7 +7,7 @@ import pytest
 from broker.mesh.messages import Change, Direct, Heartbeat, Publish
 from proto import frames
 from tests.broker import frame_makers as make
-from tests.broker.mesh.network import Network
+from tests.broker.mesh.network import MeshBroker, Network
 
 
 @pytest.mark.parametrize("lost", [Change, frames.Attached], ids=["change", "attached"])
@@ -120,7 +120,7 @@ def test_what_is_lost_before_a_snapshot_is_noticed_with_it() -> None:
     a.mesh.take_heartbeat(2, Heartbeat(9, {}))
     a.mesh.receive(2, Direct(1, 1, 5, 0, frames.Grant(1, 1, 1, 1)))
     network.settle()
-    assert (a.mesh.resets, b.mesh.resets) == (1, 0)
+    assert (a.mesh.resets, b.mesh.resets) == (1, 1)
     talker, listener = a.join("/talker"), b.join("/listener")
     publisher = a.publisher(talker, make.publisher(1))
     b.send(listener, make.subscription(1))
@@ -162,3 +162,23 @@ def test_a_keep_all_publisher_without_credit_is_no_loss() -> None:
     network.beat()
     network.beat()
     assert not any(each.mesh.resets for each in network)
+
+
+def test_nothing_is_sent_to_a_broker_that_does_not_know_who_sends() -> None:
+    """Its endpoints are taken when it has asked for the snapshot, or does not ask for long."""
+    for asks in (True, False):
+        a, b = MeshBroker(1), MeshBroker(2)
+        talker, listener = a.join("/talker"), b.join("/listener")
+        a.publisher(talker, make.publisher(1))
+        b.send(listener, make.subscription(1))
+        a.mesh.add_broker(2)
+        a.mesh.take_snapshot(2, b.mesh.snapshot(0, 0))
+        a.forward()
+        assert a.read(talker, frames.Matched) == []
+        if asks:
+            a.mesh.snapshot(2, 1)
+        else:
+            for _ in range(3):
+                a.mesh.beat()
+        a.forward()
+        assert a.read(talker, frames.Matched) == [frames.Matched(1, 1, 1)]
