@@ -186,7 +186,7 @@ class ZenohEngine:
                 logger.warning(text, escape(broker_id), escape(version), VERSION, "update the older one")
             return
         domain, broker = int(domain_name), int(broker_id, 16)
-        if domain > MAX_DOMAIN:
+        if not 0 <= domain <= MAX_DOMAIN:
             raise ValueError(f"there is no domain {domain}")
         if broker == self._number:
             return

@@ -63,3 +63,17 @@ async def test_a_broker_of_another_version_is_named_once(system: System) -> None
         assert len(tokens) == len(keys)
     finally:
         await asyncio.to_thread(session.close)
+
+
+async def test_there_is_no_negative_domain(system: System) -> None:
+    """A token with one would make a broker keep a graph for it, and tokens cost others nothing."""
+    first = await MeshBroker(system).start()
+    session = await asyncio.to_thread(zenoh.open, make_config(BrokerOptions(mesh=first.endpoint)))
+    try:
+        token = session.liveliness().declare_token("callboard/1/-5/alive/0000000a")
+        assert first.program is not None
+        line = await first.program.wait_for_line("Mesh: received something malformed")
+        assert "there is no domain -5" in line
+        assert token is not None
+    finally:
+        await asyncio.to_thread(session.close)
