@@ -75,8 +75,10 @@ class MeshMember:
         """Disconnect when the others have received what was sent."""
         if self._heartbeat is not None:
             await cancel_and_wait(self._heartbeat)
-        await self._wait_for_others()
-        await self._engine.stop()
+        try:
+            await self._wait_for_others()
+        finally:  # also if it is cancelled
+            await self._engine.stop()
 
     async def _wait_for_others(self) -> None:
         """Wait for an answer of each broker to a last PING: the end of a session can overtake messages."""
@@ -84,6 +86,7 @@ class MeshMember:
             brokers = mesh.sessions.names()
             self._unanswered.update((domain, broker) for broker in brokers)
             mesh.queries.ping(brokers, LAST_PING)
+        self._all_answered.clear()
         self.flush()
         if self._unanswered:
             with suppress(TimeoutError):
@@ -112,8 +115,6 @@ class MeshMember:
         def ponged(broker: int, token: int) -> None:
             if token == LAST_PING:
                 self._unanswered.discard((domain, broker))
-                if not self._unanswered:
-                    self._all_answered.set()
             self._round_trips.take(broker, token, self._now_us())
 
         mesh.queries.ponged = ponged
@@ -197,3 +198,6 @@ class MeshMember:
     def flush(self) -> None:
         """Send what the routers have returned."""
         self._dispatcher.flush()
+        # No answer comes from a broker that has gone meanwhile.
+        if all(broker not in self._meshes[domain].sessions for domain, broker in self._unanswered):
+            self._all_answered.set()
