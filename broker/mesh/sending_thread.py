@@ -60,7 +60,8 @@ class SendingThread:
     def full(self) -> bool:
         """Whether so much waits for the thread that the outbox should keep the rest."""
         self._was_full = self.waiting_bytes > MAX_QUEUED_BYTES
-        return self._was_full
+        # If the thread has sent so much in between, it has seen that nobody waits, and calls nothing.
+        return self._was_full and self.waiting_bytes >= MAX_QUEUED_BYTES // 2
 
     @property
     def waiting_bytes(self) -> int:
@@ -83,6 +84,9 @@ class SendingThread:
         self._queue.put(None)
         if self._thread is not None:
             self._thread.join(STOP_SEC)
+            if self._thread.is_alive():
+                text = "Mesh: stopped with %d bytes that other brokers did not take within %g s"
+                logger.warning(text, self.waiting_bytes, STOP_SEC)
 
     def _run(self, session: zenoh.Session) -> None:
         publishers: dict[str, zenoh.Publisher] = {}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from typing import TYPE_CHECKING, Any, cast
 
 from broker.mesh import sending_thread
 from broker.mesh.sending_thread import SendingThread
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import pytest
 
 
@@ -54,3 +57,31 @@ def test_keys_that_are_not_used_any_more_are_undeclared(monkeypatch: pytest.Monk
     thread.stop()
     assert session.sent == [(key, key.encode()) for key in keys]
     assert session.declared == ["c", "a"]
+
+
+def test_a_queue_that_empties_while_somebody_looks_is_not_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody would be called when there is space."""
+    sizes: Iterator[int] = iter((sending_thread.MAX_QUEUED_BYTES + 1, 0))
+    monkeypatch.setattr(SendingThread, "waiting_bytes", property(lambda _: next(sizes)))
+    assert not SendingThread(lambda: None, lambda _key, _reason: None).full
+
+
+def test_what_could_not_be_sent_before_the_stop_is_logged(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Zenoh's `put` blocks while another broker takes nothing."""
+    monkeypatch.setattr(sending_thread, "STOP_SEC", 0.001)
+    taken = threading.Event()
+
+    class Blocked(RecordingSession):
+        def declare_publisher(self, key: str, **options: Any) -> RecordingPublisher:
+            taken.wait(10)
+            return super().declare_publisher(key, **options)
+
+    thread = SendingThread(lambda: None, lambda _key, _reason: None)
+    thread.start(cast("Any", Blocked()))
+    thread.put("a", b"x")
+    thread.stop()
+    taken.set()
+    text = "Mesh: stopped with 201 bytes that other brokers did not take within 0.001 s"
+    assert [record.getMessage() for record in caplog.records] == [text]
