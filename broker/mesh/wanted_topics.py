@@ -37,7 +37,8 @@ class WantedTopics:
         """Subscribe and unsubscribe as the noted topics need it."""
         for topic in self._touched:
             record = self._router.topics.by_name.get(topic)
-            wanted = record is not None and not all(each.peer.mesh for each in record.subscriptions.values())
+            subscriptions = () if record is None else record.subscriptions.values()
+            wanted = not all(each.peer.mesh or each.private for each in subscriptions)
             if wanted != (topic in self._wanted):
                 (self._wanted.add if wanted else self._wanted.discard)(topic)
                 self._emit(Subscribe(topic, wanted=wanted))

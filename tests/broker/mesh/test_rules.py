@@ -55,6 +55,19 @@ def test_what_is_not_exported_does_not_match_what_others_export() -> None:
     assert matched(network, "/closed/topic") == (0, 0)
 
 
+def test_messages_that_only_unknown_subscriptions_would_get_are_not_wanted() -> None:
+    """Also of those that the rules hide from now on."""
+    network = Network()
+    _, b = network
+    listener = b.join("/listener")
+    b.send(listener, make.subscription(1, "/closed/topic"))
+    network.settle()
+    assert b.topics == {"/closed/topic"}
+    b.mesh.set_rights(None, rights())
+    network.settle()
+    assert b.topics == set()
+
+
 def test_endpoints_of_a_node_that_is_not_exported_are_not_either() -> None:
     """Their node would be missing."""
     network = Network()
