@@ -218,6 +218,8 @@ class PublisherRecord(Endpoint):
     matched: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     opened: bool = True
     """False for one of another broker whose messages do not arrive yet."""
+    has_gap: bool = False
+    """Whether messages of one of another broker have not come."""
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     """Subscriptions that know that it is suspended, and must learn how that ends."""
     keep: int = 0

@@ -56,6 +56,7 @@ class BrokerSession:
     waiting_bytes: int = 0
     name: str = ""
     software: str = ""
+    stuck: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
 
     def begin(self, epoch: int) -> None:
         """Begin an epoch."""
@@ -63,6 +64,7 @@ class BrokerSession:
         self.sent = self.received = 0
         self.ready = False
         self.snapshot = None
+        self.stuck = set()
         self.take_waiting()
 
     def wait(self, message: Received) -> bool:
@@ -77,6 +79,11 @@ class BrokerSession:
         """Return the snapshot of a program that does not ask for this broker's, after `MAX_BEATS`."""
         self.beats += self.snapshot is not None
         return self.snapshot if self.beats > MAX_BEATS else None
+
+    def is_stuck(self, stuck: set[tuple[int, int]]) -> bool:
+        """Return whether a publisher in this result of `stuck_publishers` was in the last one, too."""
+        before, self.stuck = self.stuck, stuck
+        return not before.isdisjoint(stuck)
 
     def take_waiting(self) -> list[Received]:
         """Remove and return the messages that wait."""

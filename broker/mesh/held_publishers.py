@@ -1,12 +1,13 @@
-"""Publishers that wait for credit of other brokers' subscriptions: a heartbeat says how far they have come.
+"""Publishers of which a heartbeat says how far they have come, because no later message would show a loss.
 
-A reader grants credit for what it has received. If everything within its credit was lost, no later message
-would show the loss, and the publisher would wait for ever.
+A reader grants credit for what it has received. If everything within its credit was lost, the publisher would
+wait for ever; likewise if bytes were lost so often that the rest of its credit is none. What is latched, such
+as a map, may be the last message for long.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,20 +15,41 @@ if TYPE_CHECKING:
     from broker.records import PublisherRecord, Route
     from broker.router import Router
 
+LATCHED_BEATS: Final = 10
+"""Heartbeats that name a publisher with latched messages after its last message."""
 
-def held_publishers(router: Router, mesh: int) -> dict[int, int]:
-    """Return, by their numbers, the next sequence numbers of this broker's publishers that wait for credit.
+
+class HeldPublishers:
+    """The publishers that the heartbeats of one graph name.
 
     Args:
         router: The graph's router.
         mesh: The id of its peer for the mesh.
     """
-    held: dict[int, int] = {}
-    for publisher in router.routes.publishers.values():
-        route = publisher.routes.get(mesh)
-        if route is not None and _waits_for_credit(publisher, route):
-            held[publisher.number] = route.queue.next_sequence or publisher.next_sequence
-    return held
+
+    def __init__(self, router: Router, mesh: int) -> None:
+        self._router = router
+        self._mesh = mesh
+        self._latched: dict[int, tuple[int, int]] = {}
+        """By key, the next numbers of publishers with latched messages, and since how many heartbeats."""
+
+    def beat(self) -> dict[int, int]:
+        """Return this broker's publishers by their numbers, with their next sequence numbers."""
+        held: dict[int, int] = {}
+        latched, self._latched = self._latched, {}
+        for publisher in self._router.routes.publishers.values():
+            route = publisher.routes.get(self._mesh)
+            if route is None:
+                continue
+            next_sequence = route.queue.next_sequence or publisher.next_sequence
+            beats = 0
+            if publisher.keep and route.queue.empty:
+                before, beats = latched.get(publisher.key, (next_sequence, -1))
+                beats = beats + 1 if before == next_sequence else 0
+                self._latched[publisher.key] = next_sequence, beats
+            if 0 < beats <= LATCHED_BEATS or _waits_for_credit(publisher, route):
+                held[publisher.number] = next_sequence
+        return held
 
 
 def _waits_for_credit(publisher: PublisherRecord, route: Route) -> bool:
@@ -38,7 +60,7 @@ def _waits_for_credit(publisher: PublisherRecord, route: Route) -> bool:
 
 
 def has_lost(router: Router, broker: int, held: Mapping[int, int]) -> bool:
-    """Return whether messages of another broker's held publishers have not come."""
+    """Return whether the last messages of another broker's held publishers have not come."""
     publishers = router.routes.publishers
     for number, next_sequence in held.items():
         publisher = publishers.get(broker << 32 | number)
@@ -47,3 +69,19 @@ def has_lost(router: Router, broker: int, held: Mapping[int, int]) -> bool:
         if publisher.next_sequence < next_sequence:
             return True
     return False
+
+
+def stuck_publishers(router: Router, broker: int, held: Mapping[int, int]) -> set[tuple[int, int]]:
+    """Return those of another broker's held publishers that have lost messages and have credit here.
+
+    Readers do not grant again the bytes that were lost. Only if this lasts, and the numbers with which they
+    are returned are the same, they are stuck: what has been granted may be on its way.
+    """
+    stuck: set[tuple[int, int]] = set()
+    for number, next_sequence in held.items():
+        publisher = router.routes.publishers.get(broker << 32 | number)
+        if publisher is None or not publisher.has_gap or publisher.credit.limit is None:
+            continue
+        if not publisher.credit.used_up(publisher.next_sequence):
+            stuck.add((number, next_sequence))
+    return stuck

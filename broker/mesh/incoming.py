@@ -85,6 +85,8 @@ class MeshReceiver:
         if record is None or not record.opened:
             self.unexpected += frame.length if isinstance(frame, frames.Batch) else 0
             return
+        if isinstance(frame, frames.Batch) and frame.first_sequence > record.next_sequence:
+            record.has_gap = True
         self._handle(frame)
 
     def received(self, broker: int, message: Direct) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports
-from broker.mesh.held_publishers import has_lost, held_publishers
+from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
 from broker.mesh.imports import MeshImports
 from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
@@ -95,6 +95,7 @@ class Mesh:
         self._warn = warn
         self.resets = self.ignored = self.rejected = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
+        self._held = HeldPublishers(router, self.peer)
         self._calls = calls = MeshCalls()
         publish, direct = self._out.append, self.sessions.direct
         exports = self._exports = MeshExports(self._change, self.wanted.touch, self.peer)
@@ -167,8 +168,7 @@ class Mesh:
                 self._import(broker, session, snapshot)
         self._exports.beat()
         if self.sessions or self._rejected:
-            held = held_publishers(self._router, self.peer)
-            self._out.append(self.sessions.heartbeat(self._exports.version, held))
+            self._out.append(self.sessions.heartbeat(self._exports.version, self._held.beat()))
 
     def _change(self, change: Change) -> None:
         self.wanted.update()  # before others learn of the subscription
@@ -281,7 +281,9 @@ class Mesh:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):
             self._ask_again(broker, session)
-        elif has_lost(self._router, broker, heartbeat.held):
+        elif has_lost(self._router, broker, heartbeat.held) or session.is_stuck(
+            stuck_publishers(self._router, broker, heartbeat.held)
+        ):
             self._reset(broker, session, epoch + 1)
 
     def receive(self, broker: int, message: Received) -> None:

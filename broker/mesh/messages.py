@@ -28,7 +28,8 @@ class Heartbeat(NamedTuple):
     """To all brokers, once a second: what they should have received.
 
     `version`: the last change. `sent`: by broker, the epoch, and how many direct messages it was sent in it.
-    `held`: by number, the publishers that wait for credit, each with its next sequence number.
+    `held`: by number, the publishers that wait for credit, and those whose last message is latched and not
+    old, each with its next sequence number.
     """
 
     version: int

@@ -182,3 +182,86 @@ def test_nothing_is_sent_to_a_broker_that_does_not_know_who_sends() -> None:
                 a.mesh.beat()
         a.forward()
         assert a.read(talker, frames.Matched) == [frames.Matched(1, 1, 1)]
+
+
+def test_bytes_that_were_lost_do_not_stop_a_keep_all_publisher() -> None:
+    """Not even if later messages have come: the reader cannot grant what it does not know of."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window_bytes=100))
+    network.settle()
+    network.lose = (Publish,)
+    a.send(talker, make.batch(publisher, 0, 5, size=10))
+    network.settle()
+    network.lose = ()
+    a.send(talker, make.batch(publisher, 5, 5, size=10))
+    network.settle()
+    b.send(listener, frames.Grant(1, publisher, 1000, 100))  # it has taken nothing yet
+    for _ in range(3):
+        network.beat()
+    assert (a.read(talker, frames.Credit)[-1].byte_limit or 0) > 100
+    resets = a.mesh.resets
+    for _ in range(5):
+        network.beat()
+    assert a.mesh.resets == resets
+
+
+def test_a_slow_reader_elsewhere_is_no_loss() -> None:
+    """Although messages were lost before, and the publisher waits."""
+    network = Network(3)
+    a, b, c = network
+    talker, listener, slow = a.join("/talker"), b.join("/listener"), c.join("/slow")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.KEEP_ALL))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window_bytes=1000))
+    c.send(slow, make.subscription(1, qos=make.KEEP_ALL, window_bytes=50))
+    network.settle()
+    a.send(talker, make.batch(publisher, 0, 5, size=10))
+    for _ in range(5):
+        network.beat()
+    assert not any(each.mesh.resets for each in network)
+
+
+def test_the_last_latched_message_is_sent_again_if_it_was_lost() -> None:
+    """A map that is published once would never arrive."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    publisher = a.publisher(talker, make.publisher(1, qos=make.LATCHED))
+    b.send(listener, make.subscription(1, qos=make.LATCHED))
+    network.settle()
+    network.lose = (Publish,)
+    a.send(talker, make.batch(publisher, 0))
+    network.settle()
+    assert network.lost
+    network.lose = ()
+    for _ in range(3):
+        network.beat()
+    (got,) = [each for each in b.read_all(listener) if isinstance(each, (frames.Batch, frames.Replay))]
+    assert got.first_sequence == 0
+    resets = a.mesh.resets
+    for _ in range(20):
+        network.beat()
+    assert a.mesh.resets == resets
+    a.mesh.take()
+    a.mesh.beat()
+    assert [each.held for each in a.mesh.take() if isinstance(each, Heartbeat)] == [{}]
+
+
+def test_latched_messages_that_have_come_are_no_loss() -> None:
+    """Nor are those that another broker gets because it has a subscription."""
+    network = Network(3)
+    a, b, _ = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    qos = {**make.LATCHED, "depth": 2}
+    publisher = a.publisher(talker, make.publisher(1, qos=qos))
+    a.send(talker, make.batch(publisher, 0, 5))
+    network.beat()
+    b.send(listener, make.subscription(1))
+    network.settle()
+    for first in (5, 6):
+        a.send(talker, make.batch(publisher, first))
+        for _ in range(5):
+            network.beat()
+    assert not any(each.mesh.resets for each in network)
