@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 MAX_RECEIVED_BYTES: Final = 64 * 1024 * 1024
 """Bytes that wait for the event loop. Zenoh, and by that the senders, wait while there are more."""
 
+MAX_NUMBERED_BYTES: Final = 2 * MAX_RECEIVED_BYTES
+"""The same for messages whose loss the next ones or a heartbeat show: brokers begin anew then."""
+
 MAX_BLOCK_SEC: Final = 1.0
 """How long Zenoh waits for the event loop before a message is dropped: it must answer its peers, too."""
 
@@ -38,7 +41,7 @@ class ReceivedQueue:
         host: Its `flush` is called after some have been handled.
 
     Attributes:
-        dropped: Messages of topics that had to be dropped because the event loop was too slow.
+        dropped: Messages that had to be dropped because the event loop was too slow.
         malformed: Items that could not be decoded.
     """
 
@@ -54,7 +57,7 @@ class ReceivedQueue:
         self.dropped = self.malformed = 0
 
     def callback(
-        self, handler: Callable[..., None], domain: int, *, droppable: bool = False
+        self, handler: Callable[..., None], domain: int, max_bytes: int | None = None
     ) -> zenoh.handlers.Callback[Any]:
         """Return a callback for Zenoh that lets the event loop call `handler(domain, item)`.
 
@@ -63,23 +66,21 @@ class ReceivedQueue:
         Args:
             handler: Handles a sample, query or reply. ProtocolError and ValueError mean that it is malformed.
             domain: Its first argument.
-            droppable: Whether samples may be dropped.
+            max_bytes: Drop a sample if more bytes wait, also after a while; None to drop nothing.
         """
 
         def received(item: Any) -> None:
-            self.put(handler, domain, item, droppable=droppable)
+            self.put(handler, domain, item, max_bytes)
 
         return zenoh.handlers.Callback(received, indirect=False)
 
-    def put(self, handler: Callable[..., None], domain: int, item: Any, *, droppable: bool = False) -> None:
-        """Let the event loop call `handler(domain, item)`. Thread-safe."""
+    def put(self, handler: Callable[..., None], domain: int, item: Any, max_bytes: int | None = None) -> None:
+        """Let the event loop call `handler(domain, item)`. Thread-safe; blocks only with `max_bytes`."""
         size = OVERHEAD_BYTES + (len(item.payload) if isinstance(item, zenoh.Sample) else 0)
         with self._space:
-            if droppable and not self._has_space():
-                self._space.wait_for(self._has_space, MAX_BLOCK_SEC)
-                if not self._has_space():
-                    self.dropped += 1
-                    return
+            if max_bytes is not None and not self._wait_for_space(max_bytes):
+                self.dropped += 1
+                return
             self._bytes += size
         self._items.append((handler, domain, item, size))
         if not self._scheduled and not self._closed:
@@ -104,8 +105,10 @@ class ReceivedQueue:
             self._closed = True
             self._space.notify_all()
 
-    def _has_space(self) -> bool:
-        return self._closed or self._bytes <= MAX_RECEIVED_BYTES
+    def _wait_for_space(self, max_bytes: int) -> bool:
+        if self._bytes <= max_bytes:
+            return True
+        return self._space.wait_for(lambda: self._closed or self._bytes <= max_bytes, MAX_BLOCK_SEC)
 
     def _begin(self) -> None:
         if self._budget.exhausted:

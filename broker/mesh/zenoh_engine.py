@@ -15,7 +15,7 @@ from broker.mesh import wire
 from broker.mesh.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from broker.mesh.neighbours import watch
-from broker.mesh.received_queue import ReceivedQueue
+from broker.mesh.received_queue import MAX_NUMBERED_BYTES, MAX_RECEIVED_BYTES, ReceivedQueue
 from broker.mesh.sending_thread import SendingThread
 from broker.mesh.zenoh_config import connect_endpoints, plain_text
 from proto.aio.tasks import cancel_and_wait, keep_running
@@ -103,10 +103,16 @@ class ZenohEngine:
         """Take part in the graph of a domain."""
         session, base, calling = self._session, f"{PREFIX}/{domain}", self._received.callback
         mine = f"{base}/brokers/{self._id}"
+        keys = {
+            f"{base}/brokers/*/changes": self._changed,
+            f"{base}/brokers/*/heartbeat": self._beaten,
+            f"{mine}/frames/*": self._direct,
+        }
         self._declared += [
-            session.declare_subscriber(f"{base}/brokers/*/changes", calling(self._changed, domain)),
-            session.declare_subscriber(f"{base}/brokers/*/heartbeat", calling(self._beaten, domain)),
-            session.declare_subscriber(f"{mine}/frames/*", calling(self._direct, domain)),
+            *(
+                session.declare_subscriber(key, calling(handler, domain, MAX_NUMBERED_BYTES))
+                for key, handler in keys.items()
+            ),
             session.declare_queryable(f"{mine}/graph", calling(self._answer, domain)),
             session.liveliness().declare_token(f"{base}/alive/{self._id}"),
         ]
@@ -139,7 +145,7 @@ class ZenohEngine:
             elif message.wanted:
                 self._topics[domain, message.topic] = self._session.declare_subscriber(
                     f"{base}/topics{message.topic}",
-                    self._received.callback(self._published, domain, droppable=True),
+                    self._received.callback(self._published, domain, MAX_RECEIVED_BYTES),
                 )
             else:
                 self._topics.pop((domain, message.topic)).undeclare()  # type: ignore[no-untyped-call]

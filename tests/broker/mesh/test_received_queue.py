@@ -86,8 +86,7 @@ async def test_malformed_items_are_counted_and_harm_no_others(host: RecordingHos
 async def test_a_full_queue_drops_what_may_be_dropped(
     host: RecordingHost, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """After a while in which the thread waits for space; other items are always taken."""
-    monkeypatch.setattr(received_queue, "MAX_RECEIVED_BYTES", 0)
+    """After a while in which the thread waits for space: what has the least limit first."""
     monkeypatch.setattr(received_queue, "MAX_BLOCK_SEC", 0.001)
     queue, got, done = queue_for(host), list[str](), asyncio.Event()
 
@@ -97,15 +96,16 @@ async def test_a_full_queue_drops_what_may_be_dropped(
             done.set()
 
     def put() -> None:
-        for item in ("first", "dropped", "last"):
-            queue.put(handle, 0, item, droppable=item == "dropped")
+        limits = {"first": 0, "dropped": 0, "second": 200, "dropped, too": 200, "last": None}
+        for item, max_bytes in limits.items():
+            queue.put(handle, 0, item, max_bytes)
 
     thread = threading.Thread(target=put)
     thread.start()
     thread.join()  # the loop cannot handle anything meanwhile
     await asyncio.wait_for(done.wait(), 10)
-    assert got == ["first", "last"]
-    assert queue.dropped == 1
+    assert got == ["first", "second", "last"]
+    assert queue.dropped == 2
 
 
 async def test_a_bug_in_a_handler_harms_no_other_items(host: RecordingHost) -> None:
