@@ -52,7 +52,7 @@ class BrokerSession:
     asked: bool = False
     snapshot: Snapshot | None = None
     beats: int = 0
-    waiting: list[Received] = field(default_factory=list["Received"])
+    waiting: list[tuple[Received, str]] = field(default_factory=list["tuple[Received, str]"])
     waiting_bytes: int = 0
     name: str = ""
     software: str = ""
@@ -67,11 +67,11 @@ class BrokerSession:
         self.stuck = set()
         self.take_waiting()
 
-    def wait(self, message: Received) -> bool:
-        """Keep a message until the snapshot has come; return False if it is lost."""
+    def wait(self, message: Received, topic: str) -> bool:
+        """Keep a message and its topic until the snapshot has come; return False if it is lost."""
         if len(self.waiting) >= MAX_WAITING or self.waiting_bytes > MAX_WAITING_BYTES:
             return False
-        self.waiting.append(message)
+        self.waiting.append((message, topic))
         self.waiting_bytes += _size(message)
         return True
 
@@ -85,8 +85,8 @@ class BrokerSession:
         before, self.stuck = self.stuck, stuck
         return not before.isdisjoint(stuck)
 
-    def take_waiting(self) -> list[Received]:
-        """Remove and return the messages that wait."""
+    def take_waiting(self) -> list[tuple[Received, str]]:
+        """Remove and return the messages that wait, each with its topic."""
         waiting, self.waiting = self.waiting, []
         self.waiting_bytes = 0
         return waiting

@@ -71,18 +71,20 @@ class MeshReceiver:
             frames.Cancel: self._cancelled,
         }
 
-    def published(self, broker: int, frame: frames.Batch | frames.Assert) -> None:
+    def published(self, broker: int, frame: frames.Batch | frames.Assert, topic: str) -> None:
         """Take what a publisher of another broker has sent to all subscriptions.
 
         Args:
             broker: The sender.
             frame: What it has sent.
+            topic: To whose key; "" if to this broker. A frame of another topic's publisher is ignored: access
+                control of Zenoh may allow its writer the one key only.
 
         Raises:
             ProtocolError: The publisher is not its own, or exceeds the greatest sequence number.
         """
         record = self._publisher(broker, frame.publisher)
-        if record is None or not record.opened:
+        if record is None or not record.opened or (topic and topic != record.name):
             self.unexpected += frame.length if isinstance(frame, frames.Batch) else 0
             return
         if isinstance(frame, frames.Batch) and frame.first_sequence > record.next_sequence:
@@ -119,7 +121,7 @@ class MeshReceiver:
         self._handle(Open(frame.publisher, first, frame.first_sequence))
 
     def _replayed(self, broker: int, frame: frames.Replay, _endpoint: int) -> None:
-        self.published(broker, with_raw(frames.Batch(*frame[1:], b"")))
+        self.published(broker, with_raw(frames.Batch(*frame[1:], b"")), "")
 
     def _granted(self, broker: int, frame: frames.Grant, _endpoint: int) -> None:
         endpoint = self._imports.id_of(broker, frame.subscription)

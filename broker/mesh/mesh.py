@@ -254,8 +254,8 @@ class Mesh:
         session.ready = True
         epoch = session.epoch
         session.asked = True  # if changes are missing again, the next heartbeat has it asked
-        for message in session.take_waiting():
-            self.receive(broker, message)
+        for message, topic in session.take_waiting():
+            self.receive(broker, message, topic)
         session.asked = False
         if session.epoch != epoch:
             self._ask(broker, session)
@@ -286,35 +286,36 @@ class Mesh:
         ):
             self._reset(broker, session, epoch + 1)
 
-    def receive(self, broker: int, message: Received) -> None:
+    def receive(self, broker: int, message: Received, topic: str = "") -> None:
         """Take a message.
 
         Args:
             broker: The sender.
             message: What it has sent to this broker or to all, in its order.
+            topic: To whose key it was sent; "" for other messages.
         """
         session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
             return
         try:
-            self._receive(broker, session, message)
+            self._receive(broker, session, message, topic)
         except ProtocolError as error:
             self.reject(broker, str(error))
 
-    def _receive(self, broker: int, session: BrokerSession, message: Received) -> None:
+    def _receive(self, broker: int, session: BrokerSession, message: Received, topic: str) -> None:
         if isinstance(message, Direct):
             self._agree(broker, session, message.epoch)
         if not session.ready:
-            self.ignored += not session.wait(message)
+            self.ignored += not session.wait(message, topic)
         elif isinstance(message, Change):
             if not self._imports.take_change(broker, message):
                 self._ask_again(broker, session)
-                session.wait(message)
+                session.wait(message, topic)
         elif isinstance(message, Direct):
             self._receive_direct(broker, session, message)
         else:
-            self._receiver.published(broker, message)
+            self._receiver.published(broker, message, topic)
 
     def _receive_direct(self, broker: int, session: BrokerSession, message: Direct) -> None:
         if message.epoch < session.epoch or message.number <= session.received:

@@ -143,9 +143,10 @@ class ZenohEngine:
             elif isinstance(message, Ask):
                 self._ask(domain, message)
             elif message.wanted:
+                handler = partial(self._published, message.topic)
                 self._topics[domain, message.topic] = self._session.declare_subscriber(
                     f"{base}/topics{message.topic}",
-                    self._received.callback(self._published, domain, MAX_RECEIVED_BYTES),
+                    self._received.callback(handler, domain, MAX_RECEIVED_BYTES),
                 )
             else:
                 self._topics.pop((domain, message.topic)).undeclare()  # type: ignore[no-untyped-call]
@@ -222,12 +223,12 @@ class ZenohEngine:
             payload, attachment = self._payload(broker, sample), _attachment(sample)
             mesh.receive(broker, wire.decode_direct(self._number, payload, attachment))
 
-    def _published(self, domain: int, sample: zenoh.Sample) -> None:
+    def _published(self, topic: str, domain: int, sample: zenoh.Sample) -> None:
         payload = sample.payload.to_bytes()
         frame = wire.decode_published(payload)
         broker = frame.publisher >> 32
         self._count(broker, payload)
-        self._host.mesh(domain).receive(broker, frame)
+        self._host.mesh(domain).receive(broker, frame, topic)
 
     def _payload(self, broker: int, sample: zenoh.Sample) -> bytes:
         payload = sample.payload.to_bytes()

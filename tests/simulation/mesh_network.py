@@ -324,7 +324,7 @@ class SimulatedEngine:
         """Take a message of a topic."""
         if topic in self.topics:
             frame = wire.decode_published(raw)
-            self._host.mesh(topic[0]).receive(frame.publisher >> 32, frame)
+            self._host.mesh(topic[0]).receive(frame.publisher >> 32, frame, topic[1])
 
     def hear_direct(self, broker: int, domain: int, payload: bytes, attachment: bytes) -> None:
         """Take a direct message."""

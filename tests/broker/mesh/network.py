@@ -134,7 +134,7 @@ def _hand_over(sender: MeshBroker, other: MeshBroker, message: Message) -> None:
         if message.topic in other.topics:
             frame = decode(message.raw)
             assert isinstance(frame, (frames.Batch, frames.Assert))
-            other.mesh.receive(sender.number, frame)
+            other.mesh.receive(sender.number, frame, message.topic)
     elif isinstance(message, Ask):
         if message.broker == other.number:
             snapshot = other.mesh.snapshot(sender.number, message.epoch)

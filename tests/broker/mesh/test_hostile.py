@@ -144,6 +144,18 @@ def test_what_can_be_ignored_changes_nothing(attack: Callable[[Attack], None]) -
     assert len(under.broker.read(under.node, frames.Batch)) == 1
 
 
+def test_messages_under_the_key_of_another_topic_are_ignored() -> None:
+    """Who may write under one key writes no messages of another topic, nor while a snapshot is awaited."""
+    attack = Attack()
+    attack.mesh.receive(THERE, _batch(PUBLISHER), "/other")
+    attack.mesh.receive(THERE, Change(99, frames.Undeclare(50)))  # changes are missing
+    attack.mesh.receive(THERE, _batch(PUBLISHER), "/other")
+    attack.mesh.take_snapshot(THERE, Snapshot(1, 99, (NODE, make.publisher(2, node=1))))
+    assert attack.broker.read(attack.node, frames.Batch) == []
+    attack.mesh.receive(THERE, _batch(PUBLISHER), "/t")
+    assert len(attack.broker.read(attack.node, frames.Batch)) == 1
+
+
 def test_a_call_of_a_client_that_is_not_known_is_answered() -> None:
     """Its broker may have more endpoints than this one takes; its call does not hang."""
     attack = Attack()
