@@ -18,7 +18,7 @@ logger: Final = logging.getLogger("callboard.broker")
 
 PERIOD_SEC: Final = 0.5
 GRACE_SEC: Final = 3.0
-"""How long a broker may be without others before the log says so."""
+"""How long connections may be missing before the log says so."""
 
 PROBE_SEC: Final = 2.0
 
@@ -26,36 +26,45 @@ PROBE_SEC: Final = 2.0
 async def watch(neighbours: Callable[[], Sequence[str]], endpoints: Sequence[str]) -> None:
     """Log when the last neighbour has gone, or none has come, and when there is one.
 
+    If there are fewer than endpoints, log at which of these nobody answers.
+
     Args:
         neighbours: Returns the ids of the routers and brokers with which there is a connection.
         endpoints: Where there should be one.
     """
-    alone_sec, reported, connected = 0.0, False, False
+    before, since_sec, reported = 0, 0.0, False
     while True:
         number = len(neighbours())
-        if number:
-            if not connected:
-                logger.info("Mesh: connected (direct connections with other brokers or routers: %d)", number)
-            alone_sec, reported, connected = 0.0, False, True
-        elif not reported:
-            alone_sec += PERIOD_SEC
-            if connected or alone_sec > GRACE_SEC:
-                reported, connected = True, False
-                for endpoint in endpoints:
-                    reason = await asyncio.to_thread(_probe, endpoint)
-                    logger.warning("Mesh: no connection with %s: %s; trying again", endpoint, reason)
+        if number and not before:
+            logger.info("Mesh: connected (direct connections with other brokers or routers: %d)", number)
+        if number != before:
+            since_sec, reported = 0.0, False
+        since_sec += PERIOD_SEC
+        alone = number == 0
+        if number < len(endpoints) and not reported and ((alone and before) or since_sec > GRACE_SEC):
+            reported = True
+            await _report(endpoints, alone=alone)
+        before = number
         await asyncio.sleep(PERIOD_SEC)
 
 
-def _probe(endpoint: str) -> str:
-    """Return why there may be no connection; blocks."""
+async def _report(endpoints: Sequence[str], *, alone: bool) -> None:
+    """Log which endpoints there may be no connection with; where somebody answers only if there is none."""
+    for endpoint in endpoints:
+        reason, answers = await asyncio.to_thread(_probe, endpoint)
+        if alone or not answers:
+            logger.warning("Mesh: no connection with %s: %s; trying again", endpoint, reason)
+
+
+def _probe(endpoint: str) -> tuple[str, bool]:
+    """Return why there may be no connection, and whether somebody may answer there; blocks."""
     protocol, _, rest = endpoint.partition("/")
     host, _, port = re.split(r"[?#]", rest)[0].rpartition(":")
     if protocol not in {"tcp", "tls"} or not port.isdecimal():
-        return "nobody answers there, or it does not let this broker in"
+        return "nobody answers there, or it does not let this broker in", True
     try:
         socket.create_connection((host.strip("[]"), int(port)), PROBE_SEC).close()
     except (OSError, UnicodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "this is no name of a host"
-        return f"nobody answers there ({reason or error})"
-    return "it does not let this broker in (another password in --mesh-auth, TLS, or it is no Zenoh)"
+        return f"nobody answers there ({reason or error})", False
+    return "it does not let this broker in (another password in --mesh-auth, TLS, or it is no Zenoh)", True

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-async def lines(endpoint: str, caplog: pytest.LogCaptureFixture, steps: Sequence[Sequence[str]]) -> list[str]:
+async def lines(
+    endpoint: str, caplog: pytest.LogCaptureFixture, steps: Sequence[Sequence[str]], *others: str
+) -> list[str]:
     """Return the lines of a watch that sees these neighbours, one step after the other."""
     left = list(steps)
     done = asyncio.Event()
@@ -26,7 +28,7 @@ async def lines(endpoint: str, caplog: pytest.LogCaptureFixture, steps: Sequence
             done.set()
         return left.pop(0) if left else steps[-1]
 
-    watching = asyncio.create_task(neighbours.watch(found, [endpoint]))
+    watching = asyncio.create_task(neighbours.watch(found, [endpoint, *others]))
     await asyncio.wait_for(done.wait(), 10)
     watching.cancel()
     with suppress(asyncio.CancelledError):
@@ -62,6 +64,18 @@ async def test_an_endpoint_that_cannot_be_resolved_is_named(caplog: pytest.LogCa
     """A label of a host's name has at most 63 characters."""
     (line,) = await lines(f"tcp/{'a' * 64}.example:1", caplog, [[]] * 5)
     assert "nobody answers there (this is no name of a host)" in line
+
+
+async def test_an_endpoint_where_nobody_answers_is_named_beside_others(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Once, and not those where somebody does."""
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        ports = [each.getsockname()[1] for each in (server, free)]
+        good, dead = (f"tcp/127.0.0.1:{port}" for port in ports)
+        found = await lines(good, caplog, [["a"]] * 5, dead)
+    assert [line.partition(": nobody")[0] for line in found[1:]] == [f"Mesh: no connection with {dead}"]
 
 
 async def test_connections_that_come_and_go_are_told(caplog: pytest.LogCaptureFixture) -> None:
