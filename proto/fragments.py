@@ -110,6 +110,33 @@ class Transfers:
         self.full = False
 
 
+class WholeFrame(Transfer):
+    """A large frame that is sent at once."""
+
+    __slots__ = ("_whole",)
+
+    def __init__(self, raw: Buffer, head: bytes) -> None:
+        super().__init__(0, raw, head)
+        self._whole = raw
+
+    def next(self) -> tuple[bytes, Buffer, bool]:
+        """Return the two parts of the frame, of which the first may be empty."""
+        return self._head, self._whole, True
+
+
+class WholeFrames(Transfers):
+    """Large frames for a transport that takes them whole: none is open, or split into FRAGMENT frames."""
+
+    __slots__ = ()
+
+    def start(self, raw: Buffer, head: bytes = b"") -> Transfer:
+        """Return an encoded frame, possibly without its head, as a transfer."""
+        return WholeFrame(raw, head)
+
+    def end(self, transfer: Transfer) -> None:
+        """Do nothing: the frame has been sent."""
+
+
 class ByteTotal:
     """Bytes that several parts of a program hold together."""
 

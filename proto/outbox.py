@@ -73,7 +73,7 @@ class Outbox:
     """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
     max_held_bytes: int = field(default=sys.maxsize, init=False)
     """Limit of `held_bytes`; set by the owner."""
-    transfers: Transfers = field(default_factory=Transfers, init=False)
+    transfers: Transfers = field(default_factory=Transfers)
     """The large frames that are partly sent."""
     dropped: int = field(default=0, init=False)
     """Messages dropped in all because the link was slow."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from proto import frames
 from proto.codec import Decoder, encode
-from proto.fragments import Reassembler
+from proto.fragments import WholeFrames
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
@@ -39,13 +38,12 @@ class MeshChannel:
         self, mesh: Mesh, router: Router, engine: Engine, options: Callable[[], BrokerOptions]
     ) -> None:
         self.mesh = mesh
-        self.outbox = Outbox()
+        self.outbox = Outbox(transfers=WholeFrames())
         self.held_bytes = 0
         self._engine = engine
         self._router = router
         self._options = options
         self._decoder = Decoder()
-        self._reassembler = Reassembler()
 
     @property
     def has_unsent(self) -> bool:
@@ -70,17 +68,9 @@ class MeshChannel:
             parts, _ = outbox.take(1)
             if not parts:
                 break
-            raw = parts[0] if len(parts) == 1 else b"".join(parts)
-            frame = self._decoder.decode(raw)
-            if isinstance(frame, frames.Abort):
-                self._reassembler.abort(frame)
-                continue
-            if isinstance(frame, frames.Fragment):
-                whole = self._reassembler.add(frame)
-                if whole is None:
-                    continue
-                frame = self._decoder.decode(whole)
-            self.mesh.sender.send(frame)
+            head = parts[0] if len(parts) > 1 else b""  # of a large REPLAY
+            raw = b"".join(parts) if head else parts[-1]
+            self.mesh.sender.send(self._decoder.decode(raw))
             self._pass_on()
         outbox.trim()
         if outbox.urgent_bytes or outbox.ordered_bytes or outbox.held_bytes:
@@ -124,9 +114,8 @@ class MeshChannel:
             if each.peer == self.mesh.peer:
                 before.discard_queue(each.queue, shed=True)
         routes.prune(at_least=0)  # no queue of the earlier outbox is used again
-        self.outbox = Outbox()
+        self.outbox = Outbox(transfers=WholeFrames())
         self.outbox.dropped = before.dropped
-        self._reassembler = Reassembler()
 
     def _pass_on(self) -> None:
         if messages := self.mesh.take():

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from proto import limits
 from proto.codec import decode, encode
-from proto.fragments import Reassembler, Transfers
+from proto.fragments import Reassembler, Transfers, WholeFrames
 from proto.frames import (
     Abort,
     Batch,
@@ -52,6 +52,23 @@ def test_queues_take_turns_and_large_frames_block_none() -> None:
         outbox.enqueue(small, make_batch(sequence, [b"x"], 2))
     kinds = [type(decode(raw)) for raw in drain(outbox)]
     assert kinds == [Fragment, Batch, Fragment, Batch, Fragment, Batch, Fragment, Fragment]
+
+
+def test_a_transport_without_a_limit_gets_large_frames_whole() -> None:
+    """Batches without a copy, latched messages with their head apart, and each is sent completely at once."""
+    outbox, queue = Outbox(transfers=WholeFrames()), PublisherQueue(1, None)
+    size = 2 * limits.MAX_FRAME_BYTES
+    batch, replay = make_batch(1, [bytes(size)]), Replay(1, *make_batch(0, [bytes(size)])[:-1])
+    outbox.put_calls(request(1, size), (1, 1))
+    outbox.enqueue(queue, replay)
+    outbox.enqueue(queue, batch)
+    taken = [outbox.take(1)[0] for _ in range(3)]
+    assert taken[0][1] == request(1, size)
+    assert b"".join(taken[1]) == encode(replay)
+    assert taken[2][1] is batch.raw
+    assert queue.empty
+    assert outbox.take(1) == ([], 0)
+    assert (outbox.undroppable_bytes, outbox.bulk_bytes, outbox.replay_bytes) == (0, 0, 0)
 
 
 def test_the_newest_message_stays_while_an_old_one_is_partly_sent() -> None:
