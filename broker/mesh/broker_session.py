@@ -15,7 +15,7 @@ from broker.mesh.messages import Direct, Heartbeat
 from proto import frames
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from broker.mesh.messages import Received, Snapshot
     from proto.frames import Frame
@@ -42,7 +42,8 @@ class BrokerSession:
 
     `sent`, `received`: direct messages in this epoch. `ready`: whether the broker's endpoints are known; if
     not, `waiting` has what has come since its snapshot was requested (`asked`). `snapshot`: its answer, until
-    it has asked for this broker's, for `beats` heartbeats. `name`, `software`: as in it.
+    it has asked for this broker's, for `beats` heartbeats. `name`, `software`: as in it. `stuck`: in how many
+    results of `stuck_publishers` in a row a publisher has been with one number.
     """
 
     epoch: int
@@ -56,7 +57,7 @@ class BrokerSession:
     waiting_bytes: int = 0
     name: str = ""
     software: str = ""
-    stuck: set[tuple[int, int]] = field(default_factory=set[tuple[int, int]])
+    stuck: dict[tuple[int, int], int] = field(default_factory=dict[tuple[int, int], int])
 
     def begin(self, epoch: int) -> None:
         """Begin an epoch."""
@@ -64,7 +65,7 @@ class BrokerSession:
         self.sent = self.received = 0
         self.ready = False
         self.snapshot = None
-        self.stuck = set()
+        self.stuck = {}
         self.take_waiting()
 
     def wait(self, message: Received, topic: str) -> bool:
@@ -80,10 +81,10 @@ class BrokerSession:
         self.beats += self.snapshot is not None
         return self.snapshot if self.beats > MAX_BEATS else None
 
-    def is_stuck(self, stuck: set[tuple[int, int]]) -> bool:
-        """Return whether a publisher in this result of `stuck_publishers` was in the last one, too."""
-        before, self.stuck = self.stuck, stuck
-        return not before.isdisjoint(stuck)
+    def is_stuck(self, stuck: Mapping[tuple[int, int], int]) -> bool:
+        """Return whether a publisher is in too many results of `stuck_publishers`, this one included."""
+        self.stuck = {each: self.stuck.get(each, 0) + 1 for each in stuck}
+        return any(self.stuck[each] > most for each, most in stuck.items())
 
     def take_waiting(self) -> list[tuple[Received, str]]:
         """Remove and return the messages that wait, each with its topic."""

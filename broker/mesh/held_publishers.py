@@ -71,17 +71,20 @@ def has_lost(router: Router, broker: int, held: Mapping[int, int]) -> bool:
     return False
 
 
-def stuck_publishers(router: Router, broker: int, held: Mapping[int, int]) -> set[tuple[int, int]]:
+def stuck_publishers(router: Router, broker: int, held: Mapping[int, int]) -> dict[tuple[int, int], int]:
     """Return those of another broker's held publishers that have lost messages and have credit here.
 
-    Readers do not grant again the bytes that were lost. Only if this lasts, and the numbers with which they
-    are returned are the same, they are stuck: what has been granted may be on its way.
+    Readers do not grant again the bytes that were lost.
+
+    Returns:
+        By number and next sequence number, how many heartbeats may say so: what has been granted may be on
+        its way, and one with latched messages need not wait for credit.
     """
-    stuck: set[tuple[int, int]] = set()
+    stuck: dict[tuple[int, int], int] = {}
     for number, next_sequence in held.items():
         publisher = router.routes.publishers.get(broker << 32 | number)
         if publisher is None or not publisher.has_gap or publisher.credit.limit is None:
             continue
         if not publisher.credit.used_up(publisher.next_sequence):
-            stuck.add((number, next_sequence))
+            stuck[number, next_sequence] = 1 + (LATCHED_BEATS if publisher.keep else 0)
     return stuck

@@ -208,6 +208,29 @@ def test_bytes_that_were_lost_do_not_stop_a_keep_all_publisher() -> None:
     assert a.mesh.resets == resets
 
 
+def test_a_silent_publisher_that_has_lost_messages_before_is_not_stuck() -> None:
+    """Heartbeats name it because its last message is latched, not because it waits; then it does wait."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    qos = {**make.KEEP_ALL, **make.LATCHED}
+    publisher = a.publisher(talker, make.publisher(1, qos=qos))
+    b.send(listener, make.subscription(1, qos=make.KEEP_ALL, window_bytes=100))
+    network.settle()
+    network.lose = (Publish,)
+    a.send(talker, make.batch(publisher, 0, 5, size=10))
+    network.settle()
+    network.lose = ()
+    a.send(talker, make.batch(publisher, 5))
+    for _ in range(20):
+        network.beat()
+    assert not any(each.mesh.resets for each in network)
+    a.send(talker, make.batch(publisher, 6, 4, size=10))
+    for _ in range(20):
+        network.beat()
+    assert b.mesh.resets == 1
+
+
 def test_a_slow_reader_elsewhere_is_no_loss() -> None:
     """Although messages were lost before, and the publisher waits."""
     network = Network(3)
