@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
 FUZZ_READY := $(VENV)/.fuzz-ready
 
-.PHONY: demo test check lint types contracts format bench soak fuzz hostile clean
+.PHONY: demo test check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -55,6 +55,13 @@ FIRST ?= 0
 
 soak: $(READY)
 	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(MESH),--mesh)
+
+# Brokers in a mesh, as processes: churn for SOAK_MINUTES; how long 8 x 50 nodes take to see each other.
+mesh-soak: $(READY)
+	@$(BIN)/python -m tests.integration.mesh.soak --minutes $(SOAK_MINUTES)
+
+mesh-crowd: $(READY)
+	@$(BIN)/python -m tests.integration.mesh.crowd
 
 # Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
 FUZZ_SECONDS ?= 450

@@ -81,6 +81,8 @@ class ZenohEngine:
 
     async def start(self) -> None:
         """Open the session. It connects, and connects again, in the background."""
+        # Zenoh's own log, if RUST_LOG asks for it.
+        zenoh.try_init_log_from_env()  # type: ignore[no-untyped-call]
         try:
             self._session = await asyncio.to_thread(zenoh.open, self._config)
         except zenoh.ZError as error:

@@ -9,6 +9,7 @@ import zenoh
 
 from broker import BrokerOptions
 from broker.mesh.zenoh_config import make_config
+from tests.integration.conftest import free_port
 from tests.integration.mesh.stations import MeshBroker, Station, wait_until_joined
 
 if TYPE_CHECKING:
@@ -63,6 +64,16 @@ async def test_a_broker_of_another_version_is_named_once(system: System) -> None
         assert len(tokens) == len(keys)
     finally:
         await asyncio.to_thread(session.close)
+
+
+async def test_the_log_of_zenoh_is_there_if_it_is_asked_for(system: System, tmp_path: Path) -> None:
+    """And has no password in it, if it is asked for as the guide says."""
+    system.variables["RUST_LOG"] = "zenoh::net=debug"
+    dead = f"tcp/127.0.0.1:{free_port()}"
+    broker = await MeshBroker(system, [dead]).start("--mesh-auth", str(password(tmp_path, "sesame")))
+    assert broker.program is not None
+    await broker.program.wait_for_line(f"Unable to connect to configured peer {dead}")
+    assert not [line for line in broker.program.lines if "sesame" in line]
 
 
 async def test_there_is_no_negative_domain(system: System) -> None:
