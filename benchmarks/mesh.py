@@ -5,7 +5,8 @@
 
 Publishers and requesters connect to the near server, subscribers and services to a far one; all servers are
 on this machine. "callboard (joined)" has both on the near broker, while it is joined with another one: what a
-mesh costs local traffic. Trials are interleaved, and each ratio is the median of the repetitions' own ratios.
+mesh costs local traffic. "zenoh (direct)" has no server: its round trip is the least that a mesh of Zenoh can
+take. Trials are interleaved, and each ratio is the median of the repetitions' own ratios.
 """
 
 # ruff: noqa: E402 - the path comes before the imports that need it
@@ -40,7 +41,7 @@ from actors.bench.progress import line
 from actors.bench.results import Entrant, Results
 from actors.bench.runner import plan, run
 from actors.bench.workloads import WORKLOADS, Case, Workload
-from benchmarks.peers import nats_py, zenoh_router
+from benchmarks.peers import nats_py, zenoh_direct, zenoh_router
 from benchmarks.peers.roles import command as role_command
 
 JSON = ROOT / "docs" / "mesh.json"
@@ -128,6 +129,9 @@ def contenders(far: int) -> tuple[list[Contender], dict[str, str]]:
             skipped[name] = peer
         else:
             found += [peer, joined(peer, servers, far=far)]
+    direct = zenoh_direct.find()
+    if not isinstance(direct, str):
+        found.append(direct)
     return found, skipped
 
 
