@@ -20,7 +20,6 @@ from proto.errors import ErrorCode, ProtocolError
 _version: Final = Struct(">Q")
 _numbers: Final = Struct(">QQQ")
 _ask: Final = Struct(">QQ")
-_decoder: Final = Decoder()
 
 _T = TypeVar("_T")
 _Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
@@ -53,44 +52,9 @@ def encode_change(change: Change) -> tuple[bytes, bytes]:
     return encode(change.frame), _version.pack(change.version)
 
 
-def decode_change(payload: bytes, attachment: bytes) -> Change:
-    """Return a change.
-
-    Raises:
-        ProtocolError: It is malformed.
-    """
-    (version,) = _unpack(_version, attachment)
-    frame = _decoder.decode(payload)
-    if not isinstance(frame, _CHANGES):
-        raise _malformed(f"{type(frame).__name__} is no change of a graph")
-    return Change(version, frame)
-
-
 def encode_direct(direct: Direct) -> tuple[bytes, bytes]:
     """Return the payload and the attachment of a direct message."""
     return encode(direct.frame), _numbers.pack(direct.epoch, direct.number, direct.endpoint)
-
-
-def decode_direct(broker: int, payload: bytes, attachment: bytes) -> Direct:
-    """Return a direct message to a broker.
-
-    Raises:
-        ProtocolError: It is malformed.
-    """
-    epoch, number, endpoint = _unpack(_numbers, attachment)
-    return Direct(broker, epoch, number, endpoint, _decoder.decode(payload))
-
-
-def decode_published(payload: bytes) -> frames.Batch | frames.Assert:
-    """Return what a publisher sends to all subscriptions of its topic.
-
-    Raises:
-        ProtocolError: It is malformed.
-    """
-    frame = _decoder.decode(payload)
-    if not isinstance(frame, (frames.Batch, frames.Assert)):
-        raise _malformed(f"{type(frame).__name__} is no message of a topic")
-    return frame
 
 
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
@@ -130,22 +94,46 @@ def encode_snapshot(snapshot: Snapshot) -> bytes:
     )
 
 
-def decode_snapshot(payload: bytes) -> Snapshot:
-    """Return a snapshot.
+class MessageDecoder:
+    """Decodes what has frames in it. Not thread-safe: each engine has its own.
 
-    Raises:
-        ProtocolError: It is malformed.
+    Its methods raise ProtocolError for what is malformed.
     """
-    fields = _structure(_snapshots, payload)
-    declarations = tuple(map(_declaration, fields.declarations))
-    return Snapshot(fields.epoch, fields.version, declarations, fields.name, fields.software)
 
+    def __init__(self) -> None:
+        self._frame = Decoder().decode
 
-def _declaration(raw: bytes) -> frames.Frame:
-    frame = _decoder.decode(raw)
-    if not isinstance(frame, _DECLARATIONS):
-        raise _malformed(f"{type(frame).__name__} is no declaration")
-    return frame
+    def change(self, payload: bytes, attachment: bytes) -> Change:
+        """Return a change."""
+        (version,) = _unpack(_version, attachment)
+        frame = self._frame(payload)
+        if not isinstance(frame, _CHANGES):
+            raise _malformed(f"{type(frame).__name__} is no change of a graph")
+        return Change(version, frame)
+
+    def direct(self, broker: int, payload: bytes, attachment: bytes) -> Direct:
+        """Return a direct message to a broker."""
+        epoch, number, endpoint = _unpack(_numbers, attachment)
+        return Direct(broker, epoch, number, endpoint, self._frame(payload))
+
+    def published(self, payload: bytes) -> frames.Batch | frames.Assert:
+        """Return what a publisher sends to all subscriptions of its topic."""
+        frame = self._frame(payload)
+        if not isinstance(frame, (frames.Batch, frames.Assert)):
+            raise _malformed(f"{type(frame).__name__} is no message of a topic")
+        return frame
+
+    def snapshot(self, payload: bytes) -> Snapshot:
+        """Return a snapshot."""
+        fields = _structure(_snapshots, payload)
+        declarations = tuple(map(self._declaration, fields.declarations))
+        return Snapshot(fields.epoch, fields.version, declarations, fields.name, fields.software)
+
+    def _declaration(self, raw: bytes) -> frames.Frame:
+        frame = self._frame(raw)
+        if not isinstance(frame, _DECLARATIONS):
+            raise _malformed(f"{type(frame).__name__} is no declaration")
+        return frame
 
 
 def _structure(decoder: msgspec.msgpack.Decoder[_T], payload: bytes) -> _T:

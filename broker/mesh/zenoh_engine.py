@@ -68,6 +68,7 @@ class ZenohEngine:
         self._sending = SendingThread(
             lambda: in_loop(host.flush), lambda key, reason: in_loop(partial(warn, key, reason))
         )
+        self._decode = wire.MessageDecoder()
         self._declared: list[Any] = []
         """What would be undeclared if it were collected."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
@@ -211,7 +212,7 @@ class ZenohEngine:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
-                mesh.receive(broker, wire.decode_change(self._payload(broker, sample), _attachment(sample)))
+                mesh.receive(broker, self._decode.change(self._payload(broker, sample), _attachment(sample)))
 
     def _beaten(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
@@ -223,11 +224,11 @@ class ZenohEngine:
         broker = _sender(sample, 6)
         with self._from(domain, broker) as mesh:
             payload, attachment = self._payload(broker, sample), _attachment(sample)
-            mesh.receive(broker, wire.decode_direct(self._number, payload, attachment))
+            mesh.receive(broker, self._decode.direct(self._number, payload, attachment))
 
     def _published(self, topic: str, domain: int, sample: zenoh.Sample) -> None:
         payload = sample.payload.to_bytes()
-        frame = wire.decode_published(payload)
+        frame = self._decode.published(payload)
         broker = frame.publisher >> 32
         self._count(broker, payload)
         self._host.mesh(domain).receive(broker, frame, topic)
@@ -285,7 +286,7 @@ class ZenohEngine:
             self._loop.call_later(ASK_AGAIN_SEC, self._received.put, ask_again, domain, broker)
         else:
             with self._from(domain, broker):
-                mesh.take_snapshot(broker, wire.decode_snapshot(reply.ok.payload.to_bytes()))
+                mesh.take_snapshot(broker, self._decode.snapshot(reply.ok.payload.to_bytes()))
 
     def _answer(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()

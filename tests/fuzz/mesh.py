@@ -16,6 +16,8 @@ from tests.broker.mesh.network import MeshBroker
 from tests.fuzz.router import VALUES, check_tables, number
 from tests.fuzz.source import Source
 
+DECODER = wire.MessageDecoder()
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -114,7 +116,7 @@ def _administer(mesh: Mesh, other: int, source: Source) -> None:
     elif action == 1:
         declarations = tuple(_declaration(source) for _ in range(source.below(6)))
         snapshot = Snapshot(_epoch(source), number(source), (frames.Node(1, "/a"), *declarations))
-        mesh.take_snapshot(other, wire.decode_snapshot(wire.encode_snapshot(snapshot)))
+        mesh.take_snapshot(other, DECODER.snapshot(wire.encode_snapshot(snapshot)))
     elif action == 2:
         mesh.take_heartbeat(other, Heartbeat(number(source), {1: (_epoch(source), number(source))}))
     else:

@@ -45,6 +45,8 @@ FAST_RATES: Final = (None, None, 20_000_000)
 SLOW_RATES: Final = (*FAST_RATES, 500_000)
 """Bytes per second that an engine sends."""
 
+DECODER: Final = wire.MessageDecoder()
+
 _KERNEL: Final = Context()
 
 
@@ -94,7 +96,7 @@ class _Path:
     def lose(self) -> None:
         """Lose the messages on their way; Zenoh declares subscriptions and tokens again on the new route."""
         for item in self._flight:
-            frame = wire.decode_published(item.raw) if item.raw else None
+            frame = DECODER.published(item.raw) if item.raw else None
             if isinstance(frame, Batch):
                 numbers = range(frame.first_sequence, frame.first_sequence + frame.length)
                 self._mesh.lost.setdefault((self.target.place, frame.publisher), set()).update(numbers)
@@ -323,18 +325,18 @@ class SimulatedEngine:
     def hear_published(self, topic: tuple[int, str], raw: bytes) -> None:
         """Take a message of a topic."""
         if topic in self.topics:
-            frame = wire.decode_published(raw)
+            frame = DECODER.published(raw)
             self._host.mesh(topic[0]).receive(frame.publisher >> 32, frame, topic[1])
 
     def hear_direct(self, broker: int, domain: int, payload: bytes, attachment: bytes) -> None:
         """Take a direct message."""
         if domain in self.meshes:
-            self._take(broker, domain, lambda: wire.decode_direct(self.number, payload, attachment))
+            self._take(broker, domain, lambda: DECODER.direct(self.number, payload, attachment))
 
     def hear_change(self, broker: int, domain: int, payload: bytes, attachment: bytes) -> None:
         """Take a change."""
         if domain in self.meshes:
-            self._take(broker, domain, lambda: wire.decode_change(payload, attachment))
+            self._take(broker, domain, lambda: DECODER.change(payload, attachment))
 
     def _take(self, broker: int, domain: int, decode: Callable[[], Change | Direct]) -> None:
         mesh = self.meshes[domain]
@@ -361,7 +363,7 @@ class SimulatedEngine:
         asked = self._asked.pop(token, None)
         if asked is not None:
             domain, broker = asked
-            self.meshes[domain].take_snapshot(broker, wire.decode_snapshot(payload))
+            self.meshes[domain].take_snapshot(broker, DECODER.snapshot(payload))
 
 
 class MeshNetwork:

@@ -20,19 +20,20 @@ from tests.broker import frame_makers as make
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+DECODER = wire.MessageDecoder()
 NODE = frames.Node(1, "/talker")
 
 
 def test_messages_are_decoded_as_they_were() -> None:
     """Each kind of message survives its encoding, with the largest numbers."""
     change = Change(MAX_U64, frames.Undeclare(1))
-    assert wire.decode_change(*wire.encode_change(change)) == change
+    assert DECODER.change(*wire.encode_change(change)) == change
     direct = Direct(2, MAX_U64, MAX_U64, MAX_U64, frames.Grant(1, 2, 3, 4))
-    assert wire.decode_direct(2, *wire.encode_direct(direct)) == direct
+    assert DECODER.direct(2, *wire.encode_direct(direct)) == direct
     heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)}, {3: MAX_U64})
     assert wire.decode_heartbeat(wire.encode_heartbeat(heartbeat)) == heartbeat
     snapshot = Snapshot(1, 2, (NODE, make.publisher(2, node=1)))
-    assert wire.decode_snapshot(wire.encode_snapshot(snapshot)) == snapshot
+    assert DECODER.snapshot(wire.encode_snapshot(snapshot)) == snapshot
     assert wire.decode_ask(wire.encode_ask(5, MAX_U64)) == (5, MAX_U64)
     assert wire.decode_ask(b"") == (0, 0)
 
@@ -40,12 +41,12 @@ def test_messages_are_decoded_as_they_were() -> None:
 @pytest.mark.parametrize(
     ("decode", "payload"),
     [
-        (wire.decode_published, encode(frames.Ping(1))),
-        (lambda payload: wire.decode_change(payload, bytes(8)), encode(frames.Grant(1, 2, 3, 4))),
-        (lambda payload: wire.decode_change(payload, bytes(7)), encode(NODE)),
-        (lambda payload: wire.decode_direct(1, payload, b""), encode(NODE)),
-        (wire.decode_snapshot, wire.encode_heartbeat(Heartbeat(1, {}))),
-        (wire.decode_snapshot, wire.encode_snapshot(Snapshot(0, 0, (frames.Ping(1),)))),
+        (DECODER.published, encode(frames.Ping(1))),
+        (lambda payload: DECODER.change(payload, bytes(8)), encode(frames.Grant(1, 2, 3, 4))),
+        (lambda payload: DECODER.change(payload, bytes(7)), encode(NODE)),
+        (lambda payload: DECODER.direct(1, payload, b""), encode(NODE)),
+        (DECODER.snapshot, wire.encode_heartbeat(Heartbeat(1, {}))),
+        (DECODER.snapshot, wire.encode_snapshot(Snapshot(0, 0, (frames.Ping(1),)))),
         (wire.decode_ask, bytes(15)),
     ],
     ids=["topic", "change", "version", "numbers", "snapshot", "declaration", "request"],
@@ -60,11 +61,11 @@ def test_messages_of_another_kind_are_refused(decode: Callable[[bytes], object],
 def test_any_bytes_are_decoded_or_refused(payload: bytes, attachment: bytes) -> None:
     """Nothing but ProtocolError is raised."""
     for decode in (
-        lambda: wire.decode_change(payload, attachment),
-        lambda: wire.decode_direct(1, payload, attachment),
-        lambda: wire.decode_published(payload),
+        lambda: DECODER.change(payload, attachment),
+        lambda: DECODER.direct(1, payload, attachment),
+        lambda: DECODER.published(payload),
         lambda: wire.decode_heartbeat(payload),
-        lambda: wire.decode_snapshot(payload),
+        lambda: DECODER.snapshot(payload),
         lambda: wire.decode_ask(payload),
     ):
         with suppress(ProtocolError):
