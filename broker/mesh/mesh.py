@@ -84,7 +84,7 @@ class Mesh:
     ) -> None:
         self._number, self._name = number, name
         self._router = router
-        self._deliver = deliver
+        self._deliver, self._warn = deliver, warn
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
         self.sessions = BrokerSessions(self._out.append)
@@ -92,7 +92,6 @@ class Mesh:
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
-        self._warn = warn
         self.resets = self.ignored = self.rejected = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._held = HeldPublishers(router, self.peer)
