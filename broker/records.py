@@ -219,7 +219,7 @@ class PublisherRecord(Endpoint):
     opened: bool = True
     """False for one of another broker whose messages do not arrive yet."""
     has_gap: bool = False
-    """Whether messages of one of another broker have not come."""
+    """Whether numbers of one of another broker were left out: messages were dropped or lost."""
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     """Subscriptions that know that it is suspended, and must learn how that ends."""
     keep: int = 0

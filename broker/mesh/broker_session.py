@@ -16,8 +16,9 @@ from proto import frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from collections.abc import Set as AbstractSet
 
-    from broker.mesh.messages import Received, Snapshot
+    from broker.mesh.messages import Held, Received, Snapshot
     from proto.frames import Frame
 
 MAX_BROKERS: Final = 1000
@@ -28,6 +29,9 @@ MAX_EPOCHS: Final = 10_000
 
 MAX_BEATS: Final = 2
 """Heartbeats until a program that does not ask for the snapshot counts as one that needs none."""
+
+STUCK_BEATS: Final = 4
+"""Heartbeats in a row in which a publisher may wait for credit that was granted: it may be on its way."""
 
 MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
@@ -81,10 +85,10 @@ class BrokerSession:
         self.beats += self.snapshot is not None
         return self.snapshot if self.beats > MAX_BEATS else None
 
-    def is_stuck(self, stuck: Mapping[tuple[int, int], int]) -> bool:
-        """Return whether a publisher is in too many results of `stuck_publishers`, this one included."""
+    def is_stuck(self, stuck: AbstractSet[tuple[int, int]]) -> bool:
+        """Return whether a publisher is in more than `STUCK_BEATS` results of `stuck_publishers`."""
         self.stuck = {each: self.stuck.get(each, 0) + 1 for each in stuck}
-        return any(self.stuck[each] > most for each, most in stuck.items())
+        return any(count > STUCK_BEATS for count in self.stuck.values())
 
     def take_waiting(self) -> list[tuple[Received, str]]:
         """Remove and return the messages that wait, each with its topic."""
@@ -163,7 +167,7 @@ class BrokerSessions:
             session.sent += 1
             self._emit(Direct(broker, session.epoch, session.sent, endpoint, frame))
 
-    def heartbeat(self, version: int, held: dict[int, int]) -> Heartbeat:
+    def heartbeat(self, version: int, held: Mapping[int, Held]) -> Heartbeat:
         """Return a heartbeat with the version of this broker's changes, and its held publishers."""
         sent = {broker: (each.epoch, each.sent) for broker, each in self._sessions.items()}
         return Heartbeat(version, sent, held)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from broker.mesh.messages import Held
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -33,9 +35,9 @@ class HeldPublishers:
         self._latched: dict[int, tuple[int, int]] = {}
         """By key, the next numbers of publishers with latched messages, and since how many heartbeats."""
 
-    def beat(self) -> dict[int, int]:
-        """Return this broker's publishers by their numbers, with their next sequence numbers."""
-        held: dict[int, int] = {}
+    def beat(self) -> dict[int, Held]:
+        """Return those of this broker by their numbers."""
+        held: dict[int, Held] = {}
         latched, self._latched = self._latched, {}
         for publisher in self._router.routes.publishers.values():
             route = publisher.routes.get(self._mesh)
@@ -48,8 +50,18 @@ class HeldPublishers:
                 beats = beats + 1 if before == next_sequence else 0
                 self._latched[publisher.key] = next_sequence, beats
             if 0 < beats <= LATCHED_BEATS or _waits_for_credit(publisher, route):
-                held[publisher.number] = next_sequence
+                held[publisher.number] = Held(next_sequence, self._waits_for(publisher))
         return held
+
+    def _waits_for(self, publisher: PublisherRecord) -> tuple[int, ...]:
+        """Return the brokers with subscriptions whose credit is used up."""
+        credit, next_sequence = publisher.credit, publisher.next_sequence
+        brokers = {
+            subscription.broker
+            for key, subscription in publisher.matched.items()
+            if subscription.peer.mesh and credit.limits.used_up(key, next_sequence, credit.bytes)
+        }
+        return tuple(sorted(brokers))
 
 
 def _waits_for_credit(publisher: PublisherRecord, route: Route) -> bool:
@@ -59,10 +71,10 @@ def _waits_for_credit(publisher: PublisherRecord, route: Route) -> bool:
     return not queue.empty or publisher.credit.used_up(publisher.next_sequence)
 
 
-def has_lost(router: Router, broker: int, held: Mapping[int, int]) -> bool:
+def has_lost(router: Router, broker: int, held: Mapping[int, Held]) -> bool:
     """Return whether the last messages of another broker's held publishers have not come."""
     publishers = router.routes.publishers
-    for number, next_sequence in held.items():
+    for number, (next_sequence, _) in held.items():
         publisher = publishers.get(broker << 32 | number)
         if publisher is None or not (publisher.peer.mesh and publisher.opened):
             continue
@@ -71,20 +83,28 @@ def has_lost(router: Router, broker: int, held: Mapping[int, int]) -> bool:
     return False
 
 
-def stuck_publishers(router: Router, broker: int, held: Mapping[int, int]) -> dict[tuple[int, int], int]:
-    """Return those of another broker's held publishers that have lost messages and have credit here.
+def stuck_publishers(
+    router: Router, here: int, broker: int, held: Mapping[int, Held]
+) -> set[tuple[int, int]]:
+    """Return which of another broker's publishers have lost messages, and wait for credit that they have.
 
-    Readers do not grant again the bytes that were lost.
+    Readers do not grant again the bytes that were lost. What was granted may also be on its way: only a
+    publisher that is here again and again is stuck.
+
+    Args:
+        router: The graph's router.
+        here: This broker's number.
+        broker: The other broker.
+        held: What its heartbeat says.
 
     Returns:
-        By number and next sequence number, how many heartbeats may say so: what has been granted may be on
-        its way, and one with latched messages need not wait for credit.
+        Their numbers and next sequence numbers.
     """
-    stuck: dict[tuple[int, int], int] = {}
-    for number, next_sequence in held.items():
+    stuck: set[tuple[int, int]] = set()
+    for number, (next_sequence, brokers) in held.items():
         publisher = router.routes.publishers.get(broker << 32 | number)
-        if publisher is None or not publisher.has_gap or publisher.credit.limit is None:
+        if here not in brokers or publisher is None or not publisher.has_gap:
             continue
         if not publisher.credit.used_up(publisher.next_sequence):
-            stuck[number, next_sequence] = 1 + (LATCHED_BEATS if publisher.keep else 0)
+            stuck.add((number, next_sequence))
     return stuck

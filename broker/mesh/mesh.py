@@ -281,7 +281,7 @@ class Mesh:
         elif heartbeat.version > self._imports.version(broker):
             self._ask_again(broker, session)
         elif has_lost(self._router, broker, heartbeat.held) or session.is_stuck(
-            stuck_publishers(self._router, broker, heartbeat.held)
+            stuck_publishers(self._router, self._number, broker, heartbeat.held)
         ):
             self._reset(broker, session, epoch + 1)
 

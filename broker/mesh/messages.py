@@ -24,17 +24,26 @@ class Change(NamedTuple):
     """A declaration, RETIRE or UNDECLARE."""
 
 
+class Held(NamedTuple):
+    """A publisher that waits for credit, or whose last message is latched and not old.
+
+    `next_sequence`: its next number. `brokers`: those whose subscriptions it waits for.
+    """
+
+    next_sequence: int
+    brokers: tuple[int, ...] = ()
+
+
 class Heartbeat(NamedTuple):
     """To all brokers, once a second: what they should have received.
 
     `version`: the last change. `sent`: by broker, the epoch, and how many direct messages it was sent in it.
-    `held`: by number, the publishers that wait for credit, and those whose last message is latched and not
-    old, each with its next sequence number.
+    `held`: publishers by their numbers.
     """
 
     version: int
     sent: dict[int, tuple[int, int]]
-    held: Mapping[int, int] = MappingProxyType({})
+    held: Mapping[int, Held] = MappingProxyType({})
 
 
 class Publish(NamedTuple):

@@ -12,7 +12,7 @@ from typing import Annotated, Final, TypeAlias, TypeVar
 
 import msgspec
 
-from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
+from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
 from proto import frames
 from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError
@@ -39,7 +39,7 @@ class _Snapshot(msgspec.Struct):
 
 
 _heartbeats: Final = msgspec.msgpack.Decoder(
-    tuple[_Number, dict[_Number, tuple[_Number, _Number]], dict[_Number, _Number]]
+    tuple[_Number, dict[_Number, tuple[_Number, _Number]], dict[_Number, Held]]
 )
 _snapshots: Final = msgspec.msgpack.Decoder(_Snapshot)
 

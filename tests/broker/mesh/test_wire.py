@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from broker.mesh import wire
-from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
+from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
 from proto import frames
 from proto.codec import encode
 from proto.errors import ProtocolError
@@ -30,7 +30,7 @@ def test_messages_are_decoded_as_they_were() -> None:
     assert DECODER.change(*wire.encode_change(change)) == change
     direct = Direct(2, MAX_U64, MAX_U64, MAX_U64, frames.Grant(1, 2, 3, 4))
     assert DECODER.direct(2, *wire.encode_direct(direct)) == direct
-    heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)}, {3: MAX_U64})
+    heartbeat = Heartbeat(MAX_U64, {7: (MAX_U64, 0)}, {3: Held(MAX_U64, (1, 2)), 4: Held(0)})
     assert wire.decode_heartbeat(wire.encode_heartbeat(heartbeat)) == heartbeat
     snapshot = Snapshot(1, 2, (NODE, make.publisher(2, node=1)))
     assert DECODER.snapshot(wire.encode_snapshot(snapshot)) == snapshot
