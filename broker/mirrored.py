@@ -23,11 +23,13 @@ class Open(NamedTuple):
     """The messages of another broker's publisher arrive from now on.
 
     `next_sequence`: the number of the first. `live_sequence`: messages with smaller numbers are latched ones.
+    `subscriptions`: keys of those for which nothing is left out from `live_sequence` on.
     """
 
     publisher: int
     next_sequence: int
     live_sequence: int
+    subscriptions: tuple[int, ...]
 
 
 class Forward(NamedTuple):

@@ -218,6 +218,9 @@ class PublisherRecord(Endpoint):
     matched: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
     opened: bool = True
     """False for one of another broker whose messages do not arrive yet."""
+    unattached: set[int] = field(default_factory=set[int])
+    """Keys of matched KEEP_ALL subscriptions that another broker, whose KEEP_ALL publisher this is, has not
+    attached: for other readers here it may leave messages out."""
     has_gap: bool = False
     """Whether numbers of one of another broker were left out: messages were dropped or lost."""
     awaited_by: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)

@@ -100,19 +100,26 @@ class Topics:
         publisher.awaited_by.clear()
 
     def open_publisher(self, peer: Peer, frame: Open) -> None:
-        """Attach the subscriptions of a publisher of another broker, unless it is open.
+        """Attach subscriptions to a publisher of another broker: those it has not been open for.
 
         Raises:
             ProtocolError: The peer does not have the publisher.
         """
         publisher = self._routes.publisher(peer, frame.publisher)
-        if publisher.opened or not publisher.matched:
+        if not publisher.matched:
             return
-        publisher.opened = True
-        publisher.next_sequence = frame.next_sequence
-        # Of a publisher that has come back, what it sends again is latched, too.
-        publisher.live_sequence = max(publisher.live_sequence, frame.live_sequence)
-        for subscription in publisher.matched.values():
+        announced = publisher.unattached.intersection(frame.subscriptions)
+        publisher.unattached -= announced
+        if publisher.opened:
+            publisher.next_sequence = max(publisher.next_sequence, frame.live_sequence)
+            attached = [publisher.matched[key] for key in sorted(announced)]
+        else:
+            publisher.opened = True
+            publisher.next_sequence = frame.next_sequence
+            # Of a publisher that has come back, what it sends again is latched, too.
+            publisher.live_sequence = max(publisher.live_sequence, frame.live_sequence)
+            attached = [*publisher.matched.values()]
+        for subscription in attached:
             self._attach(publisher, subscription)
         self._routes.flush()
 
@@ -129,6 +136,7 @@ class Topics:
                 publisher.awaited_by[subscription.key] = subscription
                 subscription.awaits[publisher.key] = publisher
         publisher.matched.clear()
+        publisher.unattached.clear()
         publisher.credit.limits = CreditLimits()
         if publisher.peer.suspended:  # it may be restored to readers that set no limit
             if self._held:
@@ -143,8 +151,9 @@ class Topics:
         for publisher in subscription.matched.values():
             publisher.matched.pop(subscription.key, None)
             self._notices.set_count(publisher, publisher.peers - 1)
-            if publisher.opened and not (subscription.stalled and publisher.waits_for_readers):
+            if _is_attached(publisher, subscription):
                 self._routes.detach(publisher, subscription)
+            publisher.unattached.discard(subscription.key)
             if publisher.credit.limits.remove(subscription.key):
                 self._update_credit(publisher)
             if publisher.peer.mesh and not publisher.matched:
@@ -185,10 +194,12 @@ class Topics:
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
         self._notices.set_count(subscription, subscription.peers + 1)
+        if publisher.peer.mesh and publisher.waits_for_readers and subscription.depth is None:
+            publisher.unattached.add(subscription.key)
         self._attach(publisher, subscription)
 
     def _attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        if not publisher.opened or (subscription.stalled and publisher.waits_for_readers):
+        if not _is_attached(publisher, subscription):
             return
         self._routes.attach(publisher, subscription)
         if subscription.depth is not None:
@@ -279,7 +290,8 @@ class Topics:
         self._notices.begin(publisher)
         for subscription in stalled:
             publisher.credit.limits.remove(subscription.key)
-            self._routes.pause(publisher, subscription)
+            if subscription.key not in publisher.unattached:
+                self._routes.pause(publisher, subscription)
             visible = publisher.peer.may(Action.SEE, subscription.node_name)
             whose = f"the KEEP_ALL subscription of {subscription.node_name}" if visible else HIDDEN
             text = f"'{subscription.name}': {whose} {self.stalls.describe(subscription)}"
@@ -325,6 +337,13 @@ def subscription_depth(qos: Qos) -> int | None:
     if qos.needs_credit:
         return None
     return BEST_EFFORT_DEPTH if qos.history == KEEP_ALL else qos.depth
+
+
+def _is_attached(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
+    """Return whether a publisher's messages go to a subscription that matches it."""
+    if not publisher.opened or subscription.key in publisher.unattached:
+        return False
+    return not (subscription.stalled and publisher.waits_for_readers)
 
 
 def _same_type(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:

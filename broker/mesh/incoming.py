@@ -118,7 +118,8 @@ class MeshReceiver:
         if self._publisher(broker, frame.publisher) is None:
             self.unexpected += 1
             return
-        self._handle(Open(frame.publisher, first, frame.first_sequence))
+        subscriptions = tuple(map(self._router.declarations.key_of, frame.subscriptions))
+        self._handle(Open(frame.publisher, first, frame.first_sequence, subscriptions))
 
     def _replayed(self, broker: int, frame: frames.Replay, _endpoint: int) -> None:
         self.published(broker, with_raw(frames.Batch(*frame[1:], b"")), "")

@@ -250,8 +250,9 @@ def _check_sums(world: World, sub: SubscriptionHistory) -> None:
         numbers = sub.numbers.get(pub.name, [])
         lossless = keep_all(subscription.qos_profile) and keep_all(pub.publisher.qos_profile)
         end = sub.ends[gid] if pub.gone else pub.published
-        right = list(range(first, end))
-        if world.calm and lossless and [n for n in numbers if n >= first] != right:
+        start = max(first, world.live_from(pub, sub))
+        right = list(range(start, end))
+        if world.calm and lossless and [n for n in numbers if n >= start] != right:
             world.complain(f"{sub.name} has lost something of {pub.name}, though both keep all")
     _check_event_counts(world, sub.name, subscription)
     if subscription.received != sum(map(len, sub.numbers.values())):

@@ -18,7 +18,7 @@ from broker.mesh import wire
 from broker.mesh.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from proto.errors import ProtocolError
-from proto.frames import Batch
+from proto.frames import Attached, Batch
 from tests.simulation.network import host_in
 
 if TYPE_CHECKING:
@@ -341,7 +341,11 @@ class SimulatedEngine:
     def _take(self, broker: int, domain: int, decode: Callable[[], Change | Direct]) -> None:
         mesh = self.meshes[domain]
         try:
-            mesh.receive(broker, decode())
+            message = decode()
+            if isinstance(message.frame, Attached):
+                live, key = self._network.live, (self.place, message.frame.gid)
+                live[key] = max(live.get(key, 0), message.frame.first_sequence)
+            mesh.receive(broker, message)
         except ProtocolError as error:
             mesh.reject(broker, str(error))
 
@@ -379,6 +383,8 @@ class MeshNetwork:
         handled: Called with the host of a broker that has handled something.
         lost: By a broker's host and the key of a publisher, the numbers of the messages that a change of
             routes has lost, and that nothing repairs.
+        live: By a broker's host and the public gid of a publisher, from which number on it has been attached;
+            what comes before is latched, and may be replaced by newer messages before it is sent.
     """
 
     def __init__(self, loop: SimulatedLoop, seed: int) -> None:
@@ -388,6 +394,7 @@ class MeshNetwork:
         self.rates: tuple[int | None, ...] = SLOW_RATES
         self.handled: Callable[[str], object] = lambda _: None
         self.lost: dict[tuple[str, int], set[int]] = {}
+        self.live: dict[tuple[str, bytes], int] = {}
         self._random = Random(f"{seed} mesh network")
         self._engines: dict[int, SimulatedEngine] = {}
         self._paths: dict[tuple[int, int], _Path] = {}

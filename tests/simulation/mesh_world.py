@@ -90,10 +90,15 @@ class MeshWorld(World):
         await asyncio.sleep(SETTLE_SEC)
         self.mesh.unanswered = 0.0
 
+    def live_from(self, pub: PublisherHistory, sub: SubscriptionHistory) -> int:
+        """Return the number before which a latched publisher's messages came late to a reader's broker."""
+        if pub.publisher.qos_profile.durability is not actors.DurabilityPolicy.TRANSIENT_LOCAL:
+            return 0
+        return self.mesh.live.get((self._place_of(sub), pub.publisher.gid), 0)
+
     def lost_between_brokers(self, pub: PublisherHistory, sub: SubscriptionHistory) -> set[int]:
         """Return the numbers of a publisher's messages that were lost before a subscription's broker."""
-        url = endpoint_of(sub.subscription).context.link.url
-        place = next(process.host for process in self._brokers if process.url == url)
+        place = self._place_of(sub)
         routers = [router for process in self._brokers for router in process.routers()]
         keys = {
             key
@@ -102,6 +107,11 @@ class MeshWorld(World):
             if record.gid == pub.publisher.gid
         }
         return {number for key in keys for number in self.mesh.lost.get((place, key), ())}
+
+    def _place_of(self, sub: SubscriptionHistory) -> str:
+        """Return the host of a subscription's broker."""
+        url = endpoint_of(sub.subscription).context.link.url
+        return next(process.host for process in self._brokers if process.url == url)
 
     async def _suffer_in_mesh(self, end: float) -> None:
         while self.loop.time() < end:

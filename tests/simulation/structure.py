@@ -86,9 +86,13 @@ def _of_endpoint(endpoint: Endpoint) -> Wrongs:
         readers = {
             (reader.peer.id, reader.id)
             for reader in endpoint.matched.values()
-            if endpoint.opened and not (reader.stalled and endpoint.waits_for_readers)
+            if endpoint.opened
+            and reader.key not in endpoint.unattached
+            and not (reader.stalled and endpoint.waits_for_readers)
         }
         routed = {(peer, reader) for peer, route in endpoint.routes.items() for reader in route.subscriptions}
+        if not endpoint.unattached <= endpoint.matched.keys():
+            yield f"publisher {endpoint.key} waits for {endpoint.unattached}, not all of which match"
         if readers != routed:
             yield f"publisher {endpoint.key} is matched with {readers} and sends to {routed}"
         kept = endpoint.latched

@@ -143,6 +143,10 @@ class World:
         """All of them."""
         return [self.home] if self.standby is None else [self.home, self.standby]
 
+    def live_from(self, pub: PublisherHistory, sub: SubscriptionHistory) -> int:
+        """Return the number before which a publisher's messages may have been replaced by newer ones."""
+        return 0
+
     def lost_between_brokers(self, pub: PublisherHistory, sub: SubscriptionHistory) -> set[int]:
         """Return the numbers of a publisher's messages that no broker could forward to a subscription's."""
         return set()

@@ -63,9 +63,15 @@ class Attack:
         self.number[broker] += 1
         self.mesh.receive(broker, Direct(HERE, 1, self.number[broker], endpoint, frame))
 
-    def attached(self, number: int = 2, *, broker: int = THERE) -> frames.Attached:
-        """Return ATTACHED of a publisher."""
-        return frames.Attached(broker << 32 | number, (2,), make.GID, 0, "/remote", {})
+    def attached(self, number: int = 2, reader: int = 2, *, broker: int = THERE) -> frames.Attached:
+        """Return ATTACHED of a publisher, for the subscription with a number."""
+        return frames.Attached(broker << 32 | number, (reader,), make.GID, 0, "/remote", {})
+
+    def number_of(self, endpoint: int) -> int:
+        """Return by which number other brokers know an endpoint of the local node."""
+        record = self.broker.router.endpoint(self.node, endpoint)
+        assert record is not None
+        return record.number
 
     def settle(self) -> list[Any]:
         """Let the broker do what there is to do, and return its messages."""

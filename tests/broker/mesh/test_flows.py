@@ -11,8 +11,10 @@ from broker.mesh.messages import Publish
 from proto import frames
 from proto.codes import NoticeKind
 from tests.broker import frame_makers as make
+from tests.broker.mesh.attack import THERE, Attack
 from tests.broker.mesh.network import Network
 from tests.fuzz.router import check_tables
+from tests.simulation.structure import of_router
 
 if TYPE_CHECKING:
     from tests.broker.mesh.network import MeshBroker
@@ -191,3 +193,25 @@ def test_every_published_message_is_accounted_for(seed: int) -> None:
         assert taken == tally.delivered
         assert published == taken + tally.dropped + dropped + lost
         assert broker.mesh.counts()["ignored"] == 0
+
+
+def test_a_keep_all_reader_gets_all_from_where_its_publisher_has_attached_it() -> None:
+    """Until then the other broker may leave messages out, for a KEEP_LAST reader that was there before."""
+    attack = Attack()
+    broker, node = attack.broker, attack.node
+    broker.send(node, make.subscription(30, "/all"))
+    attack.change(make.publisher(7, "/all", node=1, qos=make.KEEP_ALL))
+    attack.direct(attack.attached(7, attack.number_of(30)))
+    attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 0, 2), "/all")
+    broker.read_all(node)
+    broker.send(node, make.subscription(31, "/all", qos=make.KEEP_ALL))
+    attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 4), "/all")
+    assert broker.read(node, frames.Attached) == []
+    attached = attack.attached(7, attack.number_of(31))._replace(first_sequence=8)
+    attack.direct(attached)
+    (told,) = broker.read(node, frames.Attached)
+    assert (told.subscriptions, told.first_sequence) == ((31,), 8)
+    attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 8, 3), "/all")
+    assert [each.first_sequence for each in broker.read(node, frames.Batch)] == [8]
+    broker.send(node, frames.Undeclare(30), frames.Undeclare(31))
+    assert list(of_router(broker.router)) == []

@@ -165,7 +165,7 @@ def test_a_publisher_of_another_broker_that_ignores_credit_ends_no_link() -> Non
     attack = Congestion(max_keep_all_queue_bytes=10 * KIB)
     attack.broker.send(attack.node, make.subscription(30, "/all", qos=make.KEEP_ALL, window=2))
     attack.change(make.publisher(7, "/all", node=1, qos=make.KEEP_ALL))
-    attack.direct(attack.attached(7))
+    attack.direct(attack.attached(7, attack.number_of(30)))
     for number in range(12):
         attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, number, size=KIB))
     assert attack.asked() == [THERE]
