@@ -111,7 +111,7 @@ class Topics:
         announced = publisher.unattached.intersection(frame.subscriptions)
         publisher.unattached -= announced
         if publisher.opened:
-            publisher.next_sequence = max(publisher.next_sequence, frame.live_sequence)
+            publisher.next_sequence = max(publisher.next_sequence, frame.next_sequence)
             attached = [publisher.matched[key] for key in sorted(announced)]
         else:
             publisher.opened = True

@@ -208,10 +208,24 @@ def test_a_keep_all_reader_gets_all_from_where_its_publisher_has_attached_it() -
     attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 4), "/all")
     assert broker.read(node, frames.Attached) == []
     attached = attack.attached(7, attack.number_of(31))._replace(first_sequence=8)
-    attack.direct(attached)
+    attack.direct(attached, 8)
     (told,) = broker.read(node, frames.Attached)
     assert (told.subscriptions, told.first_sequence) == ((31,), 8)
     attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 8, 3), "/all")
     assert [each.first_sequence for each in broker.read(node, frames.Batch)] == [8]
     broker.send(node, frames.Undeclare(30), frames.Undeclare(31))
     assert list(of_router(broker.router)) == []
+
+
+def test_a_reader_that_joins_while_a_publisher_sends_again_leaves_nothing_out() -> None:
+    """Messages before the first live one come as any, and nobody else would get them."""
+    attack = Attack()
+    broker, node = attack.broker, attack.node
+    broker.send(node, make.subscription(30, "/all", qos=make.KEEP_ALL))
+    attack.change(make.publisher(7, "/all", node=1, qos=make.KEEP_ALL, next_sequence=4, live_sequence=8))
+    attack.direct(attack.attached(7, attack.number_of(30))._replace(first_sequence=8), 4)
+    broker.send(node, make.subscription(31, "/all", qos=make.KEEP_ALL))
+    attack.direct(attack.attached(7, attack.number_of(31))._replace(first_sequence=8), 4)
+    broker.read_all(node)
+    attack.mesh.receive(THERE, make.batch(THERE << 32 | 7, 4, 4), "/all")
+    assert [each.first_sequence for each in broker.read(node, frames.Batch)] == [4]
