@@ -17,11 +17,13 @@ from actors.cli.output import print_err
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.rates import LEAST_SEC, CounterRate
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
+    from actors.cli.parsing import Options
     from actors.graph.broker_report import BrokerReport
     from actors.graph.inspector import Inspector
 
@@ -145,3 +147,15 @@ def _warn_unpublished(report: BrokerReport, watched: list[WatchedTopic]) -> None
         found = report.topics.get(each.topic)
         if found is None or not found.publishers:
             print_unpublished(each.topic, report.topics)
+
+
+def publishes_elsewhere(options: Options, topics: Iterable[str]) -> bool:
+    """Return whether topics have publishers of other brokers of the mesh.
+
+    A broker gets and counts their messages only while its own nodes subscribe.
+    """
+    names = set(map(TOPIC.full_name, topics))
+    with open_inspector(options) as inspector:
+        entries = inspector.graph().of_kind(EntryKind.PUBLISHER)
+        brokers = {entry.broker for entry in entries if entry.name in names}
+        return any(brokers) and brokers != {next(iter(inspector.report().brokers), 0)}

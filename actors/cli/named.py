@@ -239,14 +239,14 @@ def print_info(named: Named, options: Options) -> int:
     Raises:
         CommandError: There is no such name.
     """
-    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
+    from actors.cli.mesh_names import read_broker_names
     from actors.cli.output import print_json
 
     name = named.full_name(getattr(options, named.noun))
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-        names = broker_names(inspector, snapshot) if options.json or options.verbose else None
+        names = read_broker_names(inspector, snapshot) if options.json or options.verbose else None
     types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
     if name not in types:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)

@@ -74,14 +74,14 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print the drawing, or write it to a file."""
-    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
+    from actors.cli.mesh_names import read_broker_names
     from actors.tools.graph_drawing.model import model_of
 
     chosen, kind = _filter(options), _format(options)
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-        names = broker_names(inspector, snapshot)
+        names = read_broker_names(inspector, snapshot)
     brokers = {} if names is None else snapshot.node_brokers()
     places = {} if names is None else {node: names.joined(each) for node, each in brokers.items()}
     model = model_of(snapshot, chosen, places)

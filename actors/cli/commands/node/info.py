@@ -36,9 +36,9 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print what a node publishes, subscribes to, serves and calls."""
-    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
     from actors.cli.errors import USAGE, CommandError
+    from actors.cli.mesh_names import read_broker_names
     from actors.cli.output import print_err, print_json
 
     if not options.node.strip("/"):
@@ -49,7 +49,7 @@ def run(options: Options) -> int:
         number = snapshot.nodes().count(name)
         if not number:
             raise _missing(inspector, name, snapshot)
-        names = broker_names(inspector, snapshot)
+        names = read_broker_names(inspector, snapshot)
     if number > 1:
         print_err(
             f'There are {number} nodes in the graph with the exact name "{name}".'

@@ -20,15 +20,15 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print the nodes' full names; in a mesh with their brokers."""
-    from actors.cli.broker_names import broker_names
     from actors.cli.broker_target import open_inspector
+    from actors.cli.mesh_names import read_broker_names
     from actors.cli.node_names import visible_nodes, warn_of_shared_names
     from actors.cli.output import print_json
     from actors.cli.tables import print_table
 
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-        brokers = broker_names(inspector, snapshot)
+        brokers = read_broker_names(inspector, snapshot)
     found = visible_nodes(snapshot, hidden=options.all)
     if options.count_nodes:
         print_json(len(found))

@@ -30,7 +30,7 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print bandwidths until a signal."""
-    from actors.cli.broker_names import publishes_elsewhere
+    from actors.cli.broker_counters import publishes_elsewhere, watch
 
     options.subscribe = options.subscribe or publishes_elsewhere(options, options.topics)
     if options.subscribe:
@@ -43,7 +43,6 @@ def run(options: Options) -> int:
             lambda meters: _print(options, [(each.topic, each.summary()) for each in meters]),
             announce_from=1,
         )
-    from actors.cli.broker_counters import watch
     from actors.tools.rates import BANDWIDTH_WINDOW
 
     def show(watched: list[WatchedTopic]) -> bool:

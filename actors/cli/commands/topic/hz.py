@@ -41,12 +41,11 @@ def add_arguments(parser: Parser) -> None:
 
 def run(options: Options) -> int:
     """Print rates until a signal."""
-    from actors.cli.broker_names import publishes_elsewhere
+    from actors.cli.broker_counters import publishes_elsewhere, watch
 
     options.subscribe = options.subscribe or options.filter or publishes_elsewhere(options, options.topics)
     if options.subscribe:
         return _run_subscribed(options)
-    from actors.cli.broker_counters import watch
     from actors.tools.rates import RATE_WINDOW
 
     return watch(options, RATE_WINDOW, lambda watched: print_counted(options, watched))
