@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.deliveries import Delivery
-    from broker.exports import Exports
+    from broker.export_listener import ExportListener
     from broker.mirrored import Mirror
     from broker.refusals import Refusals
     from broker.router_limits import RouterLimits
@@ -130,7 +130,7 @@ class Declarations:
         self._report = report
         self._key_base = key_base
         self._keys = count(key_base + 1)
-        self.exports: Exports | None = None
+        self.exports: ExportListener | None = None
         self.request_definition: Callable[[int, str], bool] = _request_from_nobody
         self._names = NodeNames(emit, replace_peer)
         self.definitions = Definitions(
@@ -312,7 +312,7 @@ class Declarations:
         elif isinstance(endpoint, _OF_SERVICE):
             self._services.leave(endpoint)
 
-    def renew_exports(self, exports: Exports) -> None:
+    def renew_exports(self, exports: ExportListener) -> None:
         """Let endpoints leave and join again if other brokers may now know them, or not any more."""
         own = [each for each in self._graph.endpoints() if not each.peer.mesh]
         for endpoint in sorted(own, key=lambda each: each.kind is not EntryKind.NODE):

@@ -1,4 +1,4 @@
-"""Whom a graph tells which of its own nodes' endpoints come and go."""
+"""What learns which endpoints of this broker's own nodes are added to the graph and removed from it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from broker.records import Endpoint, ServiceRecord
 
 
-class Exports(Protocol):
+class ExportListener(Protocol):
     """Learns which endpoints of this broker are in the graph, to tell other brokers."""
 
     def allows(self, endpoint: Endpoint) -> bool:

@@ -34,7 +34,7 @@ _COUNTERPARTS: Final = {
 
 
 class MeshExports:
-    """The endpoints of one graph that its own nodes have declared (`declarations.Exports`).
+    """The endpoints of one graph that its own nodes have declared (`export_listener.ExportListener`).
 
     Args:
         emit: Takes each change.

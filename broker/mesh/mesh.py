@@ -14,11 +14,11 @@ from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports
 from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
 from broker.mesh.imports import MeshImports
-from broker.mesh.incoming import MeshReceiver
 from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
-from broker.mesh.outgoing import MeshSender
 from broker.mesh.overflows import MeshOverflows
 from broker.mesh.queries import MeshQueries
+from broker.mesh.receiver import MeshReceiver
+from broker.mesh.sender import MeshSender
 from broker.mesh.wanted_topics import WantedTopics
 from proto.errors import ErrorCode, ProtocolError
 from proto.identity import VERSION

@@ -8,8 +8,8 @@ from unittest import mock
 
 from broker.latched import is_replayed
 from broker.mesh.imports import MeshImports
-from broker.mesh.incoming import MeshReceiver
-from broker.mesh.outgoing import MeshSender
+from broker.mesh.receiver import MeshReceiver
+from broker.mesh.sender import MeshSender
 from tests.simulation.breakages import does_nothing
 
 if TYPE_CHECKING:
