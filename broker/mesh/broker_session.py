@@ -27,11 +27,15 @@ MAX_BROKERS: Final = 1000
 MAX_EPOCHS: Final = 10_000
 """Brokers, gone ones included, whose last epoch is remembered."""
 
-MAX_BEATS: Final = 2
-"""Heartbeats until a program that does not ask for the snapshot counts as one that needs none."""
+MAX_SNAPSHOT_HEARTBEATS: Final = 2
+"""Heartbeats, one a second, for which a broker's snapshot waits until it asks for this broker's.
 
-STUCK_BEATS: Final = 4
-"""Heartbeats in a row in which a publisher may wait for credit that was granted: it may be on its way."""
+A program that has not asked by then counts as one that needs none."""
+
+STUCK_HEARTBEATS: Final = 4
+"""Heartbeats, one a second, in a row in which a publisher may wait for granted credit.
+
+The credit may be on its way."""
 
 MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
@@ -42,12 +46,20 @@ MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
 
 @dataclass(slots=True)
 class BrokerSession:
-    """The exchange with a broker that is alive.
+    """What is kept about the messages to and from a broker that is alive.
 
-    `sent`, `received`: direct messages in this epoch. `ready`: whether the broker's endpoints are known; if
-    not, `waiting` has what has come since its snapshot was requested (`asked`). `snapshot`: its answer, until
-    it has asked for this broker's, for `beats` heartbeats. `name`, `software`: as in it. `stuck`: in how many
-    results of `stuck_publishers` in a row a publisher has been with one number.
+    Attributes:
+        epoch: The current epoch.
+        sent, received: Direct messages in this epoch.
+        ready: Whether the broker's endpoints are known.
+        asked: Whether its snapshot has been requested and not received.
+        snapshot: Its snapshot, until the broker asks for this broker's.
+        heartbeats: For how many heartbeats `snapshot` has been kept.
+        waiting: Messages and their topics, received before the session was ready.
+        waiting_bytes: The size of their contents.
+        name, software: As in the broker's snapshot.
+        stuck: By a publisher's number and next sequence number, in how many results of `stuck_publishers` in
+            a row they were.
     """
 
     epoch: int
@@ -56,7 +68,7 @@ class BrokerSession:
     ready: bool = False
     asked: bool = False
     snapshot: Snapshot | None = None
-    beats: int = 0
+    heartbeats: int = 0
     waiting: list[tuple[Received, str]] = field(default_factory=list["tuple[Received, str]"])
     waiting_bytes: int = 0
     name: str = ""
@@ -73,22 +85,22 @@ class BrokerSession:
         self.take_waiting()
 
     def wait(self, message: Received, topic: str) -> bool:
-        """Keep a message and its topic until the snapshot has come; return False if it is lost."""
+        """Keep a message and its topic until the snapshot arrives; return False if it is dropped."""
         if len(self.waiting) >= MAX_WAITING or self.waiting_bytes > MAX_WAITING_BYTES:
             return False
         self.waiting.append((message, topic))
         self.waiting_bytes += _size(message)
         return True
 
-    def beat(self) -> Snapshot | None:
-        """Return the snapshot of a program that does not ask for this broker's, after `MAX_BEATS`."""
-        self.beats += self.snapshot is not None
-        return self.snapshot if self.beats > MAX_BEATS else None
+    def overdue_snapshot(self) -> Snapshot | None:
+        """Count a heartbeat; return the snapshot if it has waited for too many, else None."""
+        self.heartbeats += self.snapshot is not None
+        return self.snapshot if self.heartbeats > MAX_SNAPSHOT_HEARTBEATS else None
 
     def is_stuck(self, stuck: AbstractSet[tuple[int, int]]) -> bool:
-        """Return whether a publisher is in more than `STUCK_BEATS` results of `stuck_publishers`."""
+        """Return whether a publisher is in more than `STUCK_HEARTBEATS` results of `stuck_publishers`."""
         self.stuck = {each: self.stuck.get(each, 0) + 1 for each in stuck}
-        return any(count > STUCK_BEATS for count in self.stuck.values())
+        return any(count > STUCK_HEARTBEATS for count in self.stuck.values())
 
     def take_waiting(self) -> list[tuple[Received, str]]:
         """Remove and return the messages that wait, each with its topic."""

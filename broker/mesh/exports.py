@@ -39,20 +39,20 @@ class MeshExports:
     Args:
         emit: Takes each change.
         touch: Takes the topic of each subscription that comes or goes.
-        mesh: The id of the router's peer for the mesh.
+        peer: The id of the router's peer for the mesh.
 
     Attributes:
         version: The number of changes so far.
         rights: What other brokers may know; None for everything.
-        imports: What their nodes may do here; likewise.
+        import_rights: What their nodes may do here; likewise.
     """
 
-    def __init__(self, emit: Callable[[Change], None], touch: Callable[[str], None], mesh: int) -> None:
+    def __init__(self, emit: Callable[[Change], None], touch: Callable[[str], None], peer: int) -> None:
         self._emit = emit
         self._touch = touch
-        self._mesh = mesh
+        self._peer = peer
         self.rights: Rights | None = None
-        self.imports: Rights | None = None
+        self.import_rights: Rights | None = None
         self.version = 0
         self._declarations: dict[int, Frame] = {}
         """By number, what the others know."""
@@ -80,7 +80,11 @@ class MeshExports:
         if node is not None and node.private:
             return False
         counterpart = _COUNTERPARTS.get(action)
-        if counterpart is not None and self.imports is not None and not self.imports.may(counterpart, name):
+        if (
+            counterpart is not None
+            and self.import_rights is not None
+            and not self.import_rights.may(counterpart, name)
+        ):
             return False
         return self.rights is None or self.rights.may(action, name)
 
@@ -103,7 +107,7 @@ class MeshExports:
         if endpoint.number not in self._declarations and endpoint.number not in self._retired:
             return
         if isinstance(endpoint, PublisherRecord):
-            route = endpoint.routes.get(self._mesh)
+            route = endpoint.routes.get(self._peer)
             waits = route is not None
             if route is not None:
                 self._queues[endpoint.key] = route.queue
@@ -138,8 +142,8 @@ class MeshExports:
             if isinstance(endpoint, PublisherRecord):
                 self._undeclare(endpoint)
 
-    def beat(self) -> None:
-        """Note publishers that are gone and whose last messages have been discarded with their readers."""
+    def forget_emptied(self) -> None:
+        """Undeclare publishers that are gone, if their last messages were discarded with the readers."""
         for publisher in [key for key, queue in self._queues.items() if queue.empty]:
             self.sent_all(publisher)
 

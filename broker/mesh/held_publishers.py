@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from broker.records import PublisherRecord, Route
     from broker.router import Router
 
-LATCHED_BEATS: Final = 10
-"""Heartbeats that name a publisher with latched messages after its last message."""
+LATCHED_HEARTBEATS: Final = 10
+"""Heartbeats, one a second, that name a publisher with latched messages after its last message."""
 
 
 class HeldPublishers:
@@ -26,30 +26,30 @@ class HeldPublishers:
 
     Args:
         router: The graph's router.
-        mesh: The id of its peer for the mesh.
+        peer: The id of its peer for the mesh.
     """
 
-    def __init__(self, router: Router, mesh: int) -> None:
+    def __init__(self, router: Router, peer: int) -> None:
         self._router = router
-        self._mesh = mesh
+        self._peer = peer
         self._latched: dict[int, tuple[int, int]] = {}
         """By key, the next numbers of publishers with latched messages, and since how many heartbeats."""
 
-    def beat(self) -> dict[int, Held]:
-        """Return those of this broker by their numbers."""
+    def next_sequences(self) -> dict[int, Held]:
+        """Return the publishers that the next heartbeat names, by their numbers."""
         held: dict[int, Held] = {}
         latched, self._latched = self._latched, {}
         for publisher in self._router.routes.publishers.values():
-            route = publisher.routes.get(self._mesh)
+            route = publisher.routes.get(self._peer)
             if route is None:
                 continue
             next_sequence = route.queue.next_sequence or publisher.next_sequence
-            beats = 0
+            heartbeats = 0
             if publisher.keep and route.queue.empty:
-                before, beats = latched.get(publisher.key, (next_sequence, -1))
-                beats = beats + 1 if before == next_sequence else 0
-                self._latched[publisher.key] = next_sequence, beats
-            if 0 < beats <= LATCHED_BEATS or _waits_for_credit(publisher, route):
+                before, heartbeats = latched.get(publisher.key, (next_sequence, -1))
+                heartbeats = heartbeats + 1 if before == next_sequence else 0
+                self._latched[publisher.key] = next_sequence, heartbeats
+            if 0 < heartbeats <= LATCHED_HEARTBEATS or _waits_for_credit(publisher, route):
                 held[publisher.number] = Held(next_sequence, self._waits_for(publisher))
         return held
 

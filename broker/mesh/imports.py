@@ -62,7 +62,7 @@ class MeshImports:
 
     Args:
         router: The graph's router.
-        mesh: The id of the router's peer for the mesh.
+        peer: The id of the router's peer for the mesh.
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
         report_refusal: Called with a broker and why an endpoint of it is refused.
@@ -76,7 +76,7 @@ class MeshImports:
     def __init__(
         self,
         router: Router,
-        mesh: int,
+        peer: int,
         calls: MeshCalls,
         deliver: Callable[[list[Delivery]], None],
         report_refusal: Callable[[int, str], None],
@@ -84,7 +84,7 @@ class MeshImports:
         max_endpoints: int,
     ) -> None:
         self._router = router
-        self._mesh = mesh
+        self._peer = peer
         self._calls = calls
         self._deliver = deliver
         self._report_refusal = report_refusal
@@ -156,12 +156,12 @@ class MeshImports:
             for number in tuple(reversed(known.ids)):  # nodes after their endpoints
                 self._remove(broker, number)
             del self._brokers[broker]
-            mesh = self._router.peer(self._mesh)
-            if mesh is not None:
-                mesh.brokers.pop(broker, None)
+            peer = self._router.peer(self._peer)
+            if peer is not None:
+                peer.brokers.pop(broker, None)
 
     def _undeclare(self, broker: int, known: _Broker, number: int) -> None:
-        record = self._router.endpoint(self._mesh, known.ids.get(number, 0))
+        record = self._router.endpoint(self._peer, known.ids.get(number, 0))
         if isinstance(record, NodeRecord) and record.endpoints:
             text = f"it has removed the node {number} before its endpoints"
             raise ProtocolError(ErrorCode.UNEXPECTED, text)
@@ -190,7 +190,7 @@ class MeshImports:
             self._refuse(broker, f"the access rules do not import '{name}' ({action.value})")
             return
         try:
-            deliveries = self._router.handle(self._mesh, Mirror(frame._replace(**changed), remote.key))
+            deliveries = self._router.handle(self._peer, Mirror(frame._replace(**changed), remote.key))
         except (Refusal, InvalidNameError) as error:
             self._refuse(broker, str(error))
             return
@@ -211,4 +211,4 @@ class MeshImports:
             self._handle(frames.Undeclare(endpoint))
 
     def _handle(self, frame: Frame) -> None:
-        self._deliver(self._router.handle(self._mesh, frame))
+        self._deliver(self._router.handle(self._peer, frame))

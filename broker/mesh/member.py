@@ -68,8 +68,8 @@ class MeshMember:
     async def start(self) -> None:
         """Connect to other brokers."""
         await self._engine.start()
-        beats = keep_running("The mesh's heartbeat", self._beat)
-        self._heartbeat = asyncio.get_running_loop().create_task(beats)
+        heartbeats = keep_running("The mesh's heartbeat", self._send_heartbeats)
+        self._heartbeat = asyncio.get_running_loop().create_task(heartbeats)
 
     async def stop(self) -> None:
         """Disconnect when the others have received what was sent."""
@@ -92,11 +92,11 @@ class MeshMember:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._all_answered.wait(), LAST_ANSWER_SEC)
 
-    async def _beat(self) -> None:
+    async def _send_heartbeats(self) -> None:
         while True:
             await asyncio.sleep(HEARTBEAT_SEC)
             for mesh in self._meshes.values():
-                mesh.beat()
+                mesh.send_heartbeat()
             self.flush()
 
     def add(self, router: Router) -> MeshChannel:

@@ -88,7 +88,7 @@ class Mesh:
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
         self.sessions = BrokerSessions(self._out.append)
-        self._answered: set[int] = set()
+        self._snapshot_sent_to: set[int] = set()
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
         self._rejected: set[int] = set()
         """Brokers that are alive and ignored."""
@@ -123,11 +123,10 @@ class Mesh:
         """
         if imports != self._imports.rights:
             self._imports.rights = imports
-            for broker in self.sessions.names():
-                if (session := self.sessions.get(broker)) is not None:
-                    self._reset(broker, session)
-        if (imports, exports) != (self._exports.imports, self._exports.rights):
-            self._exports.imports, self._exports.rights = imports, exports
+            for broker, session in self.sessions.items():
+                self._reset(broker, session)
+        if (imports, exports) != (self._exports.import_rights, self._exports.rights):
+            self._exports.import_rights, self._exports.rights = imports, exports
             self._router.declarations.renew_exports(self._exports)
             self._deliver(self._router.report())
 
@@ -153,21 +152,21 @@ class Mesh:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
         own = Snapshot(0 if session is None else session.epoch, version, declarations, self._name, VERSION)
-        if broker and len(self._answered) < MAX_BROKERS:
-            self._answered.add(broker)
+        if broker and len(self._snapshot_sent_to) < MAX_BROKERS:
+            self._snapshot_sent_to.add(broker)
         if session is not None and session.snapshot is not None:
             self._import(broker, session, session.snapshot)
         return own
 
-    def beat(self) -> None:
+    def send_heartbeat(self) -> None:
         """Send a heartbeat, if there is another broker."""
-        self.queries.beat()
+        self.queries.expire()
         for broker, session in self.sessions.items():
-            if (snapshot := session.beat()) is not None:
+            if (snapshot := session.overdue_snapshot()) is not None:
                 self._import(broker, session, snapshot)
-        self._exports.beat()
+        self._exports.forget_emptied()
         if self.sessions or self._rejected:
-            self._out.append(self.sessions.heartbeat(self._exports.version, self._held.beat()))
+            self._out.append(self.sessions.heartbeat(self._exports.version, self._held.next_sequences()))
 
     def _change(self, change: Change) -> None:
         self.wanted.update()  # before others learn of the subscription
@@ -198,7 +197,7 @@ class Mesh:
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
         self._rejected.discard(broker)
-        self._answered.discard(broker)
+        self._snapshot_sent_to.discard(broker)
         if self.sessions.remove(broker):
             self._imports.remove_broker(broker)
             self.queries.remove_broker(broker)
@@ -238,8 +237,8 @@ class Mesh:
             return
         if session.asked:
             return
-        session.snapshot, session.beats = snapshot, 0
-        if broker in self._answered:
+        session.snapshot, session.heartbeats = snapshot, 0
+        if broker in self._snapshot_sent_to:
             self._import(broker, session, snapshot)
 
     def _import(self, broker: int, session: BrokerSession, snapshot: Snapshot) -> None:
@@ -354,7 +353,7 @@ class Mesh:
         self.resets += 1
         self._imports.remove_broker(broker)
         self.queries.remove_broker(broker)
-        self._answered.discard(broker)
+        self._snapshot_sent_to.discard(broker)
         self.sessions.begin(broker, session, epoch or session.epoch + 1)
         self._ask(broker, session)
-        self.beat()
+        self.send_heartbeat()

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from broker.router import Router
     from proto.frames import Frame
 
-MAX_BEATS: Final = 2
-"""How many heartbeats of this broker a request waits for its answer."""
+MAX_ANSWER_HEARTBEATS: Final = 2
+"""Heartbeats of this broker, one a second, for which a request waits for its answer."""
 
 
 @dataclass(slots=True)
@@ -30,7 +30,7 @@ class _Request:
 
     untried: list[int]
     broker: int = 0
-    beats: int = 0
+    heartbeats: int = 0
     peers: dict[int, None] = field(default_factory=dict[int, None])
 
 
@@ -67,7 +67,7 @@ class MeshQueries:
         self.ponged: Callable[[int, int], None] = _ignore
         self.handlers: Mapping[type[Any], Callable[[int, Any], None]] = {
             frames.Describe: self._describe,
-            frames.Definition: self._take,
+            frames.Definition: self._take_definition,
             frames.Ping: lambda broker, frame: direct(broker, frames.Pong(frame.token)),
             frames.Pong: lambda broker, frame: self.ponged(broker, frame.token),
         }
@@ -96,7 +96,7 @@ class MeshQueries:
             definition = None
         self._direct(broker, frames.Definition(frame.type_hash, definition))
 
-    def _take(self, broker: int, frame: frames.Definition) -> None:
+    def _take_definition(self, broker: int, frame: frames.Definition) -> None:
         """Take another broker's answer; one that has not been asked is ignored."""
         request = self._requests.get(frame.type_hash)
         if request is None or request.broker != broker:
@@ -106,11 +106,11 @@ class MeshQueries:
         else:
             self._ask_next(frame.type_hash, request)
 
-    def beat(self) -> None:
-        """Give up those that have not answered."""
+    def expire(self) -> None:
+        """Count a heartbeat; ask the next broker where one has not answered in time."""
         for type_hash, request in tuple(self._requests.items()):
-            request.beats += 1
-            if request.beats > MAX_BEATS:
+            request.heartbeats += 1
+            if request.heartbeats > MAX_ANSWER_HEARTBEATS:
                 self._ask_next(type_hash, request)
 
     def remove_broker(self, broker: int) -> None:
@@ -124,7 +124,7 @@ class MeshQueries:
         if not request.untried:
             self._answer(frames.Definition(type_hash, None), request)
             return
-        request.broker, request.beats = request.untried.pop(), 0
+        request.broker, request.heartbeats = request.untried.pop(), 0
         self._direct(request.broker, frames.Describe(type_hash))
 
     def _answer(self, frame: frames.Definition, request: _Request) -> None:

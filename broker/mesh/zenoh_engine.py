@@ -91,7 +91,7 @@ class ZenohEngine:
         self._open = True
         self._sending.start(self._session)
         tokens = self._session.liveliness().declare_subscriber(
-            "callboard/*/*/alive/*", self._received.callback(self._token, 0), history=True
+            "callboard/*/*/alive/*", self._received.callback(self._on_token, 0), history=True
         )
         self._declared.append(tokens)
         if self._endpoints:
@@ -107,16 +107,16 @@ class ZenohEngine:
         session, base, calling = self._session, f"{PREFIX}/{domain}", self._received.callback
         mine = f"{base}/brokers/{self._id}"
         keys = {
-            f"{base}/brokers/*/changes": self._changed,
-            f"{base}/brokers/*/heartbeat": self._beaten,
-            f"{mine}/frames/*": self._direct,
+            f"{base}/brokers/*/changes": self._on_change,
+            f"{base}/brokers/*/heartbeat": self._on_heartbeat,
+            f"{mine}/frames/*": self._on_direct,
         }
         self._declared += [
             *(
                 session.declare_subscriber(key, calling(handler, domain, MAX_NUMBERED_BYTES))
                 for key, handler in keys.items()
             ),
-            session.declare_queryable(f"{mine}/graph", calling(self._answer, domain)),
+            session.declare_queryable(f"{mine}/graph", calling(self._on_query, domain)),
             session.liveliness().declare_token(f"{base}/alive/{self._id}"),
         ]
 
@@ -146,7 +146,7 @@ class ZenohEngine:
             elif isinstance(message, Ask):
                 self._ask(domain, message)
             elif message.wanted:
-                handler = partial(self._published, message.topic)
+                handler = partial(self._on_message, message.topic)
                 self._topics[domain, message.topic] = self._session.declare_subscriber(
                     f"{base}/topics{message.topic}",
                     self._received.callback(handler, domain, MAX_RECEIVED_BYTES),
@@ -186,7 +186,7 @@ class ZenohEngine:
 
     # Receiving
 
-    def _token(self, _domain: int, sample: zenoh.Sample) -> None:
+    def _on_token(self, _domain: int, sample: zenoh.Sample) -> None:
         _, version, domain_name, _, broker_id = str(sample.key_expr).split("/")
         if version != VERSION:
             others = self._of_other_versions
@@ -208,25 +208,25 @@ class ZenohEngine:
             self._traffic.pop(broker, None)
             mesh.remove_broker(broker)
 
-    def _changed(self, domain: int, sample: zenoh.Sample) -> None:
+    def _on_change(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
                 mesh.receive(broker, self._decode.change(self._payload(broker, sample), _attachment(sample)))
 
-    def _beaten(self, domain: int, sample: zenoh.Sample) -> None:
+    def _on_heartbeat(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
                 mesh.take_heartbeat(broker, wire.decode_heartbeat(self._payload(broker, sample)))
 
-    def _direct(self, domain: int, sample: zenoh.Sample) -> None:
+    def _on_direct(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 6)
         with self._from(domain, broker) as mesh:
             payload, attachment = self._payload(broker, sample), _attachment(sample)
             mesh.receive(broker, self._decode.direct(self._number, payload, attachment))
 
-    def _published(self, topic: str, domain: int, sample: zenoh.Sample) -> None:
+    def _on_message(self, topic: str, domain: int, sample: zenoh.Sample) -> None:
         payload = sample.payload.to_bytes()
         frame = self._decode.published(payload)
         broker = frame.publisher >> 32
@@ -260,7 +260,7 @@ class ZenohEngine:
         broker = ask.broker
         key = f"{PREFIX}/{domain}/brokers/{broker:08x}/graph"
         payload = wire.encode_ask(self._number, ask.epoch)
-        replied = self._received.callback(self._answered, domain)
+        replied = self._received.callback(self._on_reply, domain)
         answered = False
 
         def reply(item: zenoh.Reply) -> None:
@@ -275,7 +275,7 @@ class ZenohEngine:
         handler = zenoh.handlers.Callback(reply, end, indirect=False)
         self._session.get(key, handler, payload=payload, timeout=ASK_TIMEOUT_SEC)
 
-    def _answered(self, domain: int, item: tuple[int, zenoh.Reply | None]) -> None:
+    def _on_reply(self, domain: int, item: tuple[int, zenoh.Reply | None]) -> None:
         broker, reply = item
         mesh = self._host.mesh(domain)
         if reply is None or reply.ok is None:
@@ -288,7 +288,7 @@ class ZenohEngine:
             with self._from(domain, broker):
                 mesh.take_snapshot(broker, self._decode.snapshot(reply.ok.payload.to_bytes()))
 
-    def _answer(self, domain: int, query: zenoh.Query) -> None:
+    def _on_query(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()
         snapshot = self._host.mesh(domain).snapshot(*wire.decode_ask(asked))
         key = f"{PREFIX}/{domain}/brokers/{self._id}/graph"

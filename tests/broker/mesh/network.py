@@ -103,7 +103,7 @@ class Network:
     def beat(self) -> None:
         """Let every broker send a heartbeat, and carry on."""
         for broker in self:
-            broker.mesh.beat()
+            broker.mesh.send_heartbeat()
         self.settle()
 
     def partition(self, number: int) -> None:

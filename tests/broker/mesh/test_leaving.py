@@ -194,5 +194,5 @@ def test_a_publisher_whose_last_messages_are_discarded_is_forgotten() -> None:
     a.publisher(talker, make.publisher(1, next_sequence=1))
     a.mesh.remove_broker(2)
     a.forward()
-    a.mesh.beat()
+    a.mesh.send_heartbeat()
     assert len(a.mesh.snapshot(0, 0).declarations) == 2

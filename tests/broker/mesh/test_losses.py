@@ -80,7 +80,7 @@ def test_brokers_that_begin_anew_at_the_same_time_agree() -> None:
     assert network.lost == 2
     network.lose = ()
     for broker in network:
-        broker.mesh.beat()
+        broker.mesh.send_heartbeat()
     network.settle()
     resets = [broker.mesh.resets for broker in network]
     assert all(resets)
@@ -179,7 +179,7 @@ def test_nothing_is_sent_to_a_broker_that_does_not_know_who_sends() -> None:
             a.mesh.snapshot(2, 1)
         else:
             for _ in range(3):
-                a.mesh.beat()
+                a.mesh.send_heartbeat()
         a.forward()
         assert a.read(talker, frames.Matched) == [frames.Matched(1, 1, 1)]
 
@@ -275,7 +275,7 @@ def test_the_last_latched_message_is_sent_again_if_it_was_lost() -> None:
         network.beat()
     assert a.mesh.resets == resets
     a.mesh.take()
-    a.mesh.beat()
+    a.mesh.send_heartbeat()
     assert [each.held for each in a.mesh.take() if isinstance(each, Heartbeat)] == [{}]
 
 

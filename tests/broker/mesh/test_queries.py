@@ -84,7 +84,7 @@ def test_no_question_waits_for_ever() -> None:
     b.mesh.remove_broker(3)
     assert described(b, reader) == []
     for _ in range(3):
-        b.mesh.beat()
+        b.mesh.send_heartbeat()
     assert described(b, reader) == [None]
 
 
