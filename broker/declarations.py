@@ -30,6 +30,7 @@ from proto.codec import encode
 from proto.codes import EntryKind
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
 from proto.identity import public_gid
+from proto.mesh_keys import broker_of_key
 from proto.names import (
     full_node_name,
     split_node_name,
@@ -179,7 +180,7 @@ class Declarations:
         Raises:
             ProtocolError, Refusal, InvalidNameError: The other broker should not have accepted it.
         """
-        endpoint = self._make(peer.of_broker(frame.key >> 32), frame.declaration, frame.key)
+        endpoint = self._make(peer.of_broker(broker_of_key(frame.key)), frame.declaration, frame.key)
         if not self.fits(endpoint):
             text = f"the endpoints of one broker may have {self._max_mesh_matches} matches"
             raise Refusal(ErrorCode.LIMIT, f"{text} (--max-mesh-matches)")

@@ -16,6 +16,7 @@ from broker.router import Router
 from broker.router_limits import RouterLimits
 from proto.errors import ErrorCode
 from proto.fragments import ByteTotal, ReassemblyTotal
+from proto.mesh_keys import mesh_key
 from proto.outbox import Outbox
 
 if TYPE_CHECKING:
@@ -201,7 +202,7 @@ class Dispatcher:
                 ),
                 latched=self.latched,
                 memory_full=lambda: self.memory.full,
-                key_base=0 if self.mesh is None else self.mesh.number << 32,
+                key_base=0 if self.mesh is None else mesh_key(self.mesh.number, 0),
             )
             self.joined[router] = joined
             if self.mesh is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from broker.link import logger
 from broker.records import NodeRecord
 from proto.limited_log import LimitedLog
+from proto.mesh_keys import broker_id
 from proto.names import is_hidden
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class PresenceLog:
             return
         if level > logging.DEBUG and not self._limit.admits("changes"):
             return
-        mesh = f"broker {endpoint.broker:08x}" if endpoint.peer.mesh else "?"
+        mesh = f"broker {broker_id(endpoint.broker)}" if endpoint.peer.mesh else "?"
         address = mesh if link is None else link.address
         place = f"{address}, domain {domain}" if domain else address
         if not is_node:

@@ -12,6 +12,7 @@ from proto.codes import EntryKind
 from proto.fragments import ByteTotal
 from proto.frames import GraphEntry, Matched, Options
 from proto.limits import MAX_U32
+from proto.mesh_keys import broker_of_key
 from proto.qos import KEEP_ALL
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ class Endpoint:
     @property
     def broker(self) -> int:
         """The number of its broker in the mesh; 0 without a mesh."""
-        return self.key >> 32
+        return broker_of_key(self.key)
 
     @property
     def action(self) -> Action:

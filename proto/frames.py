@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from proto.codes import Op
+from proto.mesh_keys import broker_of_key
 
 if TYPE_CHECKING:
     from proto.stats import LinkStats, MeshBrokerStats, TopicStats
@@ -57,7 +58,7 @@ class GraphEntry(NamedTuple):
     @property
     def broker(self) -> int:
         """The number of its broker in the mesh; 0 without a mesh."""
-        return self.key >> 32
+        return broker_of_key(self.key)
 
 
 class Hello(NamedTuple):

@@ -260,7 +260,7 @@ def _nodes(line: _Line) -> Iterator[Offer]:
 
 def _brokers(line: _Line) -> Iterator[Offer]:
     """Yield the names of the brokers of a mesh, each with its id."""
-    from actors.tools.broker_names import broker_id  # noqa: PLC0415
+    from proto.mesh_keys import broker_id  # noqa: PLC0415
 
     with _inspector(line) as inspector:
         brokers = inspector.report().brokers.values()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from proto.mesh_keys import broker_id
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -43,12 +45,3 @@ class BrokerNames:
             numbers: The brokers.
         """
         return ", ".join(sorted({self[number] for number in numbers}))
-
-
-def broker_id(number: int) -> str:
-    """Return the id of a broker as people see it: eight hexadecimal digits.
-
-    Args:
-        number: The broker.
-    """
-    return f"{number:08x}"

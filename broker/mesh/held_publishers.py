@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.messages import Held
+from proto.mesh_keys import mesh_key
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -75,7 +76,7 @@ def has_lost(router: Router, broker: int, held: Mapping[int, Held]) -> bool:
     """Return whether the last messages of another broker's held publishers have not come."""
     publishers = router.routes.publishers
     for number, (next_sequence, _) in held.items():
-        publisher = publishers.get(broker << 32 | number)
+        publisher = publishers.get(mesh_key(broker, number))
         if publisher is None or not (publisher.peer.mesh and publisher.opened):
             continue
         if publisher.next_sequence < next_sequence:
@@ -102,7 +103,7 @@ def stuck_publishers(
     """
     stuck: set[tuple[int, int]] = set()
     for number, (next_sequence, brokers) in held.items():
-        publisher = router.routes.publishers.get(broker << 32 | number)
+        publisher = router.routes.publishers.get(mesh_key(broker, number))
         if here not in brokers or publisher is None or not publisher.has_gap:
             continue
         if not publisher.credit.used_up(publisher.next_sequence):

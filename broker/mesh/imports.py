@@ -11,6 +11,7 @@ from broker.mirrored import Mirror
 from broker.records import NodeRecord
 from proto import frames
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
+from proto.mesh_keys import mesh_key
 from proto.qos import Refusal
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Remote(NamedTuple):
     @property
     def key(self) -> int:
         """Its key in the mesh."""
-        return self.broker << 32 | self.number
+        return mesh_key(self.broker, self.number)
 
 
 @dataclass(slots=True)

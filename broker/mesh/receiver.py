@@ -10,6 +10,7 @@ from proto import frames
 from proto.batches import with_raw
 from proto.codes import Status
 from proto.errors import ErrorCode, ProtocolError
+from proto.mesh_keys import broker_of_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -110,7 +111,7 @@ class MeshReceiver:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"it has sent {kind.__name__} to a broker")
 
     def _publisher(self, broker: int, key: int) -> PublisherRecord | None:
-        if key >> 32 != broker:
+        if broker_of_key(key) != broker:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"the publisher {key} is of another broker")
         return self._router.routes.publishers.get(key)
 

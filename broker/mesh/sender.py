@@ -8,6 +8,7 @@ from broker.mesh.messages import Publish
 from broker.records import ServiceRecord
 from proto import frames
 from proto.codec import encode
+from proto.mesh_keys import broker_of_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -106,7 +107,7 @@ class MeshSender:
         self._exports.sent_all(frame.publisher)
 
     def _send_grant(self, frame: frames.Grant) -> None:
-        self._direct(frame.publisher >> 32, frame, 0)
+        self._direct(broker_of_key(frame.publisher), frame, 0)
 
     def _send_request(self, frame: frames.Request) -> None:
         server = self._imports.remote(frame.endpoint)

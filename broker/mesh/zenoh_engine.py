@@ -21,6 +21,7 @@ from broker.mesh.zenoh_config import connect_endpoints, plain_text
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import ProtocolError, escape
 from proto.limits import MAX_DOMAIN
+from proto.mesh_keys import broker_id, broker_of_key, zenoh_id
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -57,10 +58,10 @@ class ZenohEngine:
 
     def __init__(self, number: int, host: Host, budget: ReadBudget, config: zenoh.Config) -> None:
         self._number = number
-        self._id = f"{number:08x}"
+        self._id = broker_id(number)
         self._host = host
         self._config = config
-        config.insert_json5("id", f'"{number:x}"')  # pyright: ignore[reportUnknownMemberType]
+        config.insert_json5("id", f'"{zenoh_id(number)}"')  # pyright: ignore[reportUnknownMemberType]
         self._loop = asyncio.get_running_loop()
         self._received = ReceivedQueue(self._loop, budget, host)
         warn = partial(host.warn, "messages that could not be sent", "Mesh: could not send to %s: %s")
@@ -133,7 +134,7 @@ class ZenohEngine:
                 put(f"{base}/topics{message.topic}", message.raw)
             elif isinstance(message, Direct):
                 payload, attachment = wire.encode_direct(message)
-                put(f"{base}/brokers/{message.broker:08x}/frames/{self._id}", payload, attachment)
+                put(f"{base}/brokers/{broker_id(message.broker)}/frames/{self._id}", payload, attachment)
                 traffic = self._traffic.get(message.broker)
                 if traffic is not None:
                     traffic.sent += 1
@@ -187,15 +188,15 @@ class ZenohEngine:
     # Receiving
 
     def _on_token(self, _domain: int, sample: zenoh.Sample) -> None:
-        _, version, domain_name, _, broker_id = str(sample.key_expr).split("/")
+        _, version, domain_name, _, sender = str(sample.key_expr).split("/")
         if version != VERSION:
             others = self._of_other_versions
-            if broker_id not in others and len(others) < MAX_OTHERS:
-                others.add(broker_id)
+            if sender not in others and len(others) < MAX_OTHERS:
+                others.add(sender)
                 text = "Mesh: the broker %.20s speaks version %.20s of the mesh, this one %s: %s"
-                logger.warning(text, escape(broker_id), escape(version), VERSION, "update the older one")
+                logger.warning(text, escape(sender), escape(version), VERSION, "update the older one")
             return
-        domain, broker = int(domain_name), int(broker_id, 16)
+        domain, broker = int(domain_name), int(sender, 16)
         if not 0 <= domain <= MAX_DOMAIN:
             raise ValueError(f"there is no domain {domain}")
         if broker == self._number:
@@ -229,7 +230,7 @@ class ZenohEngine:
     def _on_message(self, topic: str, domain: int, sample: zenoh.Sample) -> None:
         payload = sample.payload.to_bytes()
         frame = self._decode.published(payload)
-        broker = frame.publisher >> 32
+        broker = broker_of_key(frame.publisher)
         self._count(broker, payload)
         self._host.mesh(domain).receive(broker, frame, topic)
 
@@ -258,7 +259,7 @@ class ZenohEngine:
     def _ask(self, domain: int, ask: Ask) -> None:
         """Request a broker's snapshot."""
         broker = ask.broker
-        key = f"{PREFIX}/{domain}/brokers/{broker:08x}/graph"
+        key = f"{PREFIX}/{domain}/brokers/{broker_id(broker)}/graph"
         payload = wire.encode_ask(self._number, ask.epoch)
         replied = self._received.callback(self._on_reply, domain)
         answered = False

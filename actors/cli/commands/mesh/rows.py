@@ -7,8 +7,8 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.cli.errors import CommandError
-from actors.tools.broker_names import broker_id
 from proto.codes import EntryKind
+from proto.mesh_keys import broker_id
 
 if TYPE_CHECKING:
     from actors.graph.broker_report import BrokerReport
