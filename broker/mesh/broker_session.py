@@ -1,4 +1,4 @@
-"""What one graph's mesh keeps about its exchange with other brokers.
+"""One graph's sessions with the other brokers of the mesh (none of them is a session of Zenoh).
 
 Messages between brokers may be lost when their route changes. Lost changes show by their version: the
 broker's snapshot replaces them. Lost direct messages show by their number: both brokers forget what they know
@@ -75,8 +75,8 @@ class BrokerSession:
     software: str = ""
     stuck: dict[tuple[int, int], int] = field(default_factory=dict[tuple[int, int], int])
 
-    def begin(self, epoch: int) -> None:
-        """Begin an epoch."""
+    def reset(self, epoch: int) -> None:
+        """Begin an epoch, without what is known of the last one."""
         self.epoch = epoch
         self.sent = self.received = 0
         self.ready = False
@@ -110,7 +110,7 @@ class BrokerSession:
 
 
 class BrokerSessions:
-    """The exchanges with all brokers that are alive.
+    """The sessions with all brokers that are alive.
 
     Args:
         emit: Takes each direct message.
@@ -120,7 +120,7 @@ class BrokerSessions:
         self._emit = emit
         self._sessions: dict[int, BrokerSession] = {}
         self._epochs: dict[int, int] = {}
-        """By broker, the epoch of the last exchange with it, also if it is gone."""
+        """By broker, the epoch of the last session with it, also if it is gone."""
 
     def __len__(self) -> int:
         return len(self._sessions)
@@ -134,11 +134,11 @@ class BrokerSessions:
         return len(self._sessions) >= MAX_BROKERS
 
     def get(self, broker: int) -> BrokerSession | None:
-        """Return the exchange with a broker; None if it is not alive."""
+        """Return the session with a broker; None if it is not alive."""
         return self._sessions.get(broker)
 
     def items(self) -> tuple[tuple[int, BrokerSession], ...]:
-        """Return the numbers of the brokers, and the exchanges with them."""
+        """Return the numbers of the brokers, and the sessions with them."""
         return tuple(self._sessions.items())
 
     def names(self) -> dict[int, tuple[str, str]]:
@@ -146,20 +146,20 @@ class BrokerSessions:
         return {number: (each.name, each.software) for number, each in self._sessions.items()}
 
     def add(self, broker: int) -> BrokerSession:
-        """Begin an exchange with a broker."""
+        """Begin a session with a broker."""
         session = self._sessions[broker] = BrokerSession(0)
-        self.begin(broker, session, self._epochs.pop(broker, 0) + 1)
+        self.reset(broker, session, self._epochs.pop(broker, 0) + 1)
         if len(self._epochs) > MAX_EPOCHS:
             del self._epochs[next(iter(self._epochs))]
         return session
 
     def remove(self, broker: int) -> bool:
-        """End the exchange with a broker; return whether there was one."""
+        """End the session with a broker; return whether there was one."""
         return self._sessions.pop(broker, None) is not None
 
-    def begin(self, broker: int, session: BrokerSession, epoch: int) -> None:
-        """Begin an epoch."""
-        session.begin(epoch)
+    def reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
+        """Begin an epoch, without what is known of the last one."""
+        session.reset(epoch)
         self._epochs[broker] = epoch
 
     def rename(self, broker: int, session: BrokerSession, epoch: int) -> None:

@@ -79,7 +79,7 @@ class MeshChannel:
         self._pass_on()
 
     def _limit(self) -> None:
-        """Begin anew with the broker, or with all, for which more waits than may, as a link would end.
+        """Reset the session with the broker, or with all, for which more waits than may, as a link would end.
 
         All share the engine: if it takes nothing, for whom what waits is unknown, large replies excepted.
         """
@@ -94,7 +94,7 @@ class MeshChannel:
                     if mesh.sender.broker_of(key[0]) == broker:
                         outbox.drop_call(key)
                 text = f"{size} bytes of large replies wait for it (--max-bulk-bytes)"
-                mesh.overflows.begin_anew((broker,), text)
+                mesh.overflows.reset((broker,), text)
         if outbox.bulk_bytes > options.max_bulk_bytes:
             self.drop_all(f"{outbox.bulk_bytes} bytes of large replies wait (--max-bulk-bytes)")
         elif outbox.undroppable_bytes > options.max_queue_bytes:
@@ -103,7 +103,7 @@ class MeshChannel:
             self.drop_all(f"{outbox.held_bytes} bytes of messages wait (--max-link-bytes)")
 
     def drop_all(self, reason: str) -> None:
-        """Drop all that waits, and begin anew with all brokers.
+        """Drop all that waits, and reset the sessions with all brokers.
 
         Args:
             reason: For the log.

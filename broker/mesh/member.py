@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from contextlib import suppress
-from dataclasses import astuple
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.channel import MeshChannel
@@ -13,7 +13,9 @@ from broker.mesh.engine import Traffic
 from broker.mesh.mesh import Mesh
 from broker.mesh.round_trips import RoundTrips
 from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.errors import escape
 from proto.identity import VERSION
+from proto.mesh_keys import broker_id, zenoh_id
 from proto.stats import MeshBrokerStats, MeshStats
 
 if TYPE_CHECKING:
@@ -109,7 +111,7 @@ class MeshMember:
 
         most = self._dispatcher.options.max_mesh_endpoints
         mesh = self._meshes[domain] = Mesh(
-            self.number, router, deliver, self._warn, max_endpoints=most, name=self._name
+            self.number, router, deliver, partial(self._warn, domain), max_endpoints=most, name=self._name
         )
 
         def ponged(broker: int, token: int) -> None:
@@ -138,17 +140,21 @@ class MeshMember:
         if self._round_trips.begin(now):
             self._meshes[domain].queries.ping(names, now)
         engine = self._engine.statistics()
-        others = [
-            MeshBrokerStats(
+        others: list[MeshBrokerStats] = []
+        for number, (name, version) in names.items():
+            traffic = engine.traffic.get(number, Traffic())
+            stats = MeshBrokerStats(
                 number,
                 name,
                 version,
-                f"{number:x}" in engine.neighbours,
-                self._round_trips.by_broker.get(number, 0),
-                *astuple(engine.traffic.get(number, Traffic())),
+                direct=zenoh_id(number) in engine.neighbours,
+                round_trip_us=self._round_trips.by_broker.get(number, 0),
+                sent=traffic.sent,
+                bytes_sent=traffic.bytes_sent,
+                received=traffic.received,
+                bytes_received=traffic.bytes_received,
             )
-            for number, (name, version) in names.items()
-        ]
+            others.append(stats)
         return (MeshBrokerStats(self.number, self._name, VERSION), *sorted(others))
 
     def totals(self) -> MeshStats:
@@ -186,8 +192,13 @@ class MeshMember:
         """Log a warning, or count it (`engine.Host`)."""
         self._dispatcher.warnings.warn(reason, text, *values)
 
-    def _warn(self, what: str, broker: int, text: str) -> None:
-        self._dispatcher.warnings.warn(what, "Mesh: %s: %08x: %s", what, broker, text)
+    def _warn(self, domain: int, what: str, broker: int, text: str) -> None:
+        session = self._meshes[domain].sessions.get(broker)
+        shown = broker_id(broker)
+        if session is not None and session.name:
+            shown = f"{escape(session.name)} ({shown})"
+        reason = f"the mesh {what} a broker"
+        self._dispatcher.warnings.warn(reason, "Mesh: %s the broker %s: %s", what, shown, text)
 
     def mesh(self, domain: int) -> Mesh:
         """Return the mesh of a domain, in which this broker takes part from now on."""

@@ -38,8 +38,8 @@ def _ignore(*_: object) -> None:
     """Take a line for the log, and do nothing."""
 
 
-REFUSED: Final = "refused endpoints of brokers"
-"""What a broker warns of."""
+REFUSED: Final = "refused an endpoint of"
+"""What a warning says that this broker has done: the other broker follows."""
 
 MAX_EPOCH: Final = 2**63
 """Epochs that brokers reach are far smaller."""
@@ -55,7 +55,7 @@ class Mesh:
         number: This broker's number.
         router: The graph's router.
         deliver: Takes what the router returns; a `report` must follow.
-        warn: For logs. Called with what has happened (for all such lines the same), a broker, and why.
+        warn: For logs. Called with what was done ("rejected"; "the broker NAME" follows), a broker, and why.
         max_endpoints: Nodes and endpoints that one other broker may have. Others are refused.
         name: This broker's name for people.
 
@@ -63,10 +63,10 @@ class Mesh:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
         sender: Takes frames from the router.
         queries: What brokers ask each other.
-        sessions: The exchanges with the brokers that are alive.
+        sessions: The sessions with the brokers that are alive.
         wanted: The topics whose messages are wanted of them.
-        overflows: Begins anew with brokers for which too much waits.
-        resets: How often messages to or from a broker were lost, so that the exchange has begun anew.
+        overflows: Resets the sessions with brokers for which too much waits.
+        resets: How often a session was reset, mostly because messages to or from the broker were lost.
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
         rejected: How many brokers were rejected.
@@ -117,8 +117,8 @@ class Mesh:
         """Apply the access rules' rights of other brokers.
 
         Args:
-            imports: What their nodes may do here; None for everything. If it changes, the exchange with all
-                brokers begins anew.
+            imports: What their nodes may do here; None for everything. If it changes, the sessions with
+                all brokers are reset.
             exports: What they may know of the nodes here; likewise.
         """
         if imports != self._imports.rights:
@@ -190,7 +190,7 @@ class Mesh:
         if broker in self.sessions or broker in self._rejected:
             return
         if not 0 < broker <= MAX_U32 or broker == self._number or self.sessions.full:
-            self._warn("ignored brokers", broker, f"no valid number, or more than {MAX_BROKERS} brokers")
+            self._warn("ignored", broker, f"no valid number, or more than {MAX_BROKERS} brokers")
             return
         self._ask(broker, self.sessions.add(broker))
 
@@ -210,10 +210,10 @@ class Mesh:
             reason: What it has done, for the log.
         """
         if broker in self.sessions:
+            self._warn("rejected", broker, reason)  # while its name is known
             self.remove_broker(broker)
             self._rejected.add(broker)
             self.rejected += 1
-            self._warn("rejected brokers", broker, reason)
 
     def take_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
         """Replace what is known of a broker.
@@ -259,7 +259,7 @@ class Mesh:
             self._ask(broker, session)
 
     def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
-        """Begin anew if messages have been lost."""
+        """Reset the session if messages have been lost."""
         session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
@@ -354,6 +354,6 @@ class Mesh:
         self._imports.remove_broker(broker)
         self.queries.remove_broker(broker)
         self._snapshot_sent_to.discard(broker)
-        self.sessions.begin(broker, session, epoch or session.epoch + 1)
+        self.sessions.reset(broker, session, epoch or session.epoch + 1)
         self._ask(broker, session)
         self.send_heartbeat()

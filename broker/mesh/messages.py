@@ -82,7 +82,7 @@ class Subscribe(NamedTuple):
 
 
 class Ask(NamedTuple):
-    """To one broker: its snapshot is needed. `epoch`: of the exchange with it."""
+    """To one broker: its snapshot is needed. `epoch`: of the session with it."""
 
     broker: int
     epoch: int
@@ -91,7 +91,7 @@ class Ask(NamedTuple):
 class Snapshot(NamedTuple):
     """The endpoints of a broker after `version` changes, nodes before their endpoints.
 
-    `epoch`: of its exchange with the broker that has asked; 0 for none. `name`: the broker's, for people.
+    `epoch`: of its session with the broker that has asked; 0 for none. `name`: the broker's, for people.
     `software`: its version of callboard.
     """
 

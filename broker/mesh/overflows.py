@@ -1,4 +1,4 @@
-"""Brokers for which too much waits: where a node's link would end, the exchange with them begins anew."""
+"""Brokers for which too much waits: where a node's link would end, the session with them is reset."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 class MeshOverflows:
-    """Begins anew with brokers for which too much waits.
+    """Resets the sessions with brokers for which too much waits.
 
     Args:
-        sessions: The exchanges with the brokers.
+        sessions: The sessions with the brokers.
         exports: What they know of this broker.
-        reset: Begins anew with a broker.
+        reset: Resets the session with a broker.
         warn: As for `Mesh`.
 
     Attributes:
@@ -48,12 +48,12 @@ class MeshOverflows:
         self._noted[broker] = text
 
     def handle(self) -> None:
-        """Begin anew with the brokers that have been noted."""
+        """Reset the sessions with the brokers that have been noted."""
         while self._noted:
             broker, text = self._noted.popitem()
-            self.begin_anew((broker,), text)
+            self.reset((broker,), text)
 
-    def begin_anew(self, brokers: Iterable[int], text: str) -> None:
+    def reset(self, brokers: Iterable[int], text: str) -> None:
         """Forget the endpoints of brokers, and ask for them again.
 
         Args:
@@ -64,14 +64,14 @@ class MeshOverflows:
         for broker in brokers:
             session = self._sessions.get(broker)
             if session is not None:
-                self._warn("brokers begun anew with", broker, text)
+                self._warn("reset the session with", broker, text)
                 self._reset(broker, session)
 
     def lost_all(self, text: str) -> None:
-        """Note that all that waited has been dropped, and begin anew with all brokers.
+        """Note that all that waited has been dropped, and reset all sessions.
 
         Args:
             text: Why, for the log.
         """
         self._exports.lost_all()
-        self.begin_anew(self._sessions.names(), text)
+        self.reset(self._sessions.names(), text)

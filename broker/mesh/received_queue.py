@@ -23,7 +23,7 @@ MAX_RECEIVED_BYTES: Final = 64 * 1024 * 1024
 """Bytes that wait for the event loop. Zenoh, and by that the senders, wait while there are more."""
 
 MAX_NUMBERED_BYTES: Final = 2 * MAX_RECEIVED_BYTES
-"""The same for messages whose loss the next ones or a heartbeat show: brokers begin anew then."""
+"""The same for messages whose loss the next ones or a heartbeat show: sessions are reset then."""
 
 MAX_BLOCK_SEC: Final = 1.0
 """How long Zenoh waits for the event loop before a message is dropped: it must answer its peers, too."""

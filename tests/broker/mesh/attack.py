@@ -84,7 +84,7 @@ class Attack:
 
     def assert_rejected(self) -> None:
         """Broker 2 has left no trace, the reason is logged, and the others work as before."""
-        assert [broker for what, broker, _ in self.warnings if what == "rejected brokers"] == [THERE]
+        assert [broker for what, broker, _ in self.warnings if what == "rejected"] == [THERE]
         assert self.mesh.rejected == 1
         assert tuple(self.mesh.sessions.names()) == (OTHER,)
         keys = {endpoint.key >> 32 for endpoint in self.broker.router.graph._entries.values()}

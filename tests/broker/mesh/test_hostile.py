@@ -196,7 +196,7 @@ def test_endpoints_of_one_broker_have_a_limit() -> None:
     keys = {key for key in attack.broker.router.graph._entries if key >> 32 == THERE}
     assert {key & 0xFFFF for key in keys} == {1, 2, 3, 4, 5, 6}
     assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
-    assert {what for what, *_ in attack.warnings} == {"refused endpoints of brokers"}
+    assert {what for what, *_ in attack.warnings} == {"refused an endpoint of"}
     assert attack.broker.router.refusals.count == 3
     attack.change(frames.Undeclare(6), make.publisher(10, node=1))
     assert THERE << 32 | 10 in attack.broker.router.graph._entries

@@ -22,7 +22,7 @@ def test_matches_of_one_broker_have_a_limit() -> None:
     assert THERE << 32 | 5 in keys
     assert THERE << 32 | 6 not in keys
     assert {OTHER << 32 | 5, OTHER << 32 | 6} <= keys
-    assert {what for what, *_ in attack.warnings} == {"refused endpoints of brokers"}
+    assert {what for what, *_ in attack.warnings} == {"refused an endpoint of"}
 
 
 def test_endpoints_of_other_brokers_do_not_count_as_matches_of_each_other() -> None:

@@ -96,7 +96,7 @@ def test_small_replies_that_wait_for_a_mesh_have_a_limit() -> None:
     assert attack.channel.outbox.urgent_bytes == 0
     assert attack.asked() == [THERE, OTHER]
     assert (attack.mesh.overflows.count, attack.mesh.rejected, attack.broker.closed) == (1, 0, {})
-    assert {what for what, *_ in attack.warnings} == {"brokers begun anew with"}
+    assert {what for what, *_ in attack.warnings} == {"reset the session with"}
     attack.rejoin(NODE, make.subscription(3, node=1))
     attack.flush()
     attack.broker.send(attack.node, make.batch(attack.publisher, 0))
