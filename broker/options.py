@@ -132,7 +132,10 @@ class BrokerOptions:
         20_000, "nodes, publishers, subscriptions, services and clients of one connection", 1, 10_000_000
     )
     max_mesh_endpoints: int = _option(
-        100_000, "the same for another broker of the mesh, with all its nodes, in one domain", 1, 10_000_000
+        100_000,
+        "nodes, publishers, subscriptions, services and clients of another broker of the mesh, in one domain",
+        1,
+        10_000_000,
     )
     max_matches: int = _option(
         200_000,
@@ -143,7 +146,7 @@ class BrokerOptions:
     )
     max_mesh_matches: int = _option(
         2_000_000,
-        "the same for another broker of the mesh, with all its nodes, in one domain",
+        "counterparts of all endpoints of another broker of the mesh together, in one domain",
         1,
         100_000_000,
     )

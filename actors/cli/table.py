@@ -139,7 +139,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
         "show the brokers that form one graph",
         {
             "list": Verb("list the brokers"),
-            "info": Verb("print the traffic between brokers, and what was lost"),
+            "info": Verb("print the traffic between brokers, and problems"),
         },
     ),
     "graph": Verb("draw the graph of nodes, topics and services"),

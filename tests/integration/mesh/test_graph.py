@@ -142,7 +142,7 @@ async def test_commands_show_brokers(
         assert min(info["traffic"].values()) > 0
         _, info, _ = await callboard(beta, capsys, "mesh", "info")
         assert info["neighbours"] == [{"id": other["id"], "name": "alpha"}]
-        assert info["lost"]["malformed"] == 0
+        assert info["problems"]["malformed"] == 0
         assert beta.mesh_stats().brokers == 1
 
 

@@ -14,7 +14,7 @@ EXAMPLES: Final = {
     "callboard mesh info": "traffic with all other brokers, what was dropped, and what waits",
     "callboard mesh info robot2": "one broker, by its name or id",
 }
-_DROPS: Final = {
+_PROBLEMS: Final = {
     "dropped": "dropped before they were sent: the network or another broker is slow",
     "overruns": "dropped on arrival: this broker is slow",
     "failed": "could not be sent",
@@ -22,8 +22,8 @@ _DROPS: Final = {
     "ignored": "about endpoints that were not, or no longer, known",
     "refused": "endpoints of other brokers that this one does not take",
     "rejected": "brokers removed because they broke the rules",
-    "overflows": "times that too much waited for brokers, so that the exchange began anew",
-    "resets": "exchanges begun anew, because messages were lost",
+    "overflows": "times that too much waited for brokers, so that sessions were reset",
+    "resets": "sessions with brokers reset, mostly because messages were lost",
 }
 _WAITING: Final = {
     "waiting_bytes": "bytes in the broker's queues",
@@ -40,7 +40,7 @@ def add_arguments(parser: Parser) -> None:
         nargs="?",
         help="a name or an id, as `callboard mesh list` prints it",
     )
-    add_json_option(parser, "one object: a broker as in mesh list, its traffic, drops, waiting, neighbours")
+    add_json_option(parser, "one object: a broker as in mesh list, traffic, problems, waiting, neighbours")
     add_broker_options(parser)
 
 
@@ -59,7 +59,7 @@ def run(options: Options) -> int:
         return 0
     _print_row(row, report)
     if row.route == HERE:
-        _print_counts("Lost", _DROPS, report)
+        _print_counts("Problems", _PROBLEMS, report)
         _print_counts("Waiting", _WAITING, report)
         _print_neighbours(rows, report)
     return 0
@@ -96,7 +96,7 @@ def _document(row: Row, rows: list[Row], report: BrokerReport) -> dict[str, Any]
 
     document = {**document_of(row), "traffic": _traffic(row, report)}
     if row.route == HERE:
-        document["lost"] = {name: getattr(report.mesh, name) for name in _DROPS}
+        document["problems"] = {name: getattr(report.mesh, name) for name in _PROBLEMS}
         document["waiting"] = {name: getattr(report.mesh, name) for name in _WAITING}
         document["neighbours"] = _neighbours(rows, report)
     return document

@@ -22,7 +22,7 @@ SETTLED_SEC: Final = 0.25
 PAUSE_SEC: Final = 0.05
 
 HERE: Final = "here"
-ROUTES: Final = {HERE: "this broker", "direct": "direct", "indirect": "by way of others"}
+ROUTES: Final = {HERE: "this broker", "direct": "direct", "indirect": "indirect"}
 
 
 class Row(NamedTuple):
