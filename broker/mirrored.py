@@ -11,8 +11,9 @@ if TYPE_CHECKING:
 class Mirror(NamedTuple):
     """Declares an endpoint that another broker has accepted.
 
-    `declaration`: its frame, with an id that the mesh chooses, and the public gid of a publisher. `key`: its
-    key at the other broker.
+    Attributes:
+        declaration: Its frame, with an id that the mesh chooses, and the public gid of a publisher.
+        key: Its key at the other broker.
     """
 
     declaration: Any
@@ -22,8 +23,11 @@ class Mirror(NamedTuple):
 class Open(NamedTuple):
     """The messages of another broker's publisher arrive from now on.
 
-    `next_sequence`: the number of the first. `live_sequence`: messages with smaller numbers are latched ones.
-    `subscriptions`: keys of those for which nothing is left out from `live_sequence` on.
+    Attributes:
+        publisher: Its key.
+        next_sequence: The number of the first message.
+        live_sequence: Messages with smaller numbers are latched ones.
+        subscriptions: Keys of those for which nothing is left out from `live_sequence` on.
     """
 
     publisher: int

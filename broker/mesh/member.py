@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from broker.router import Router
 
 HEARTBEAT_SEC: Final = 1.0
+"""A lost last message is noticed within about this time; a heartbeat costs each other broker one message."""
 
 LAST_PING: Final = 0
 """The token of the PING at a stop; others are times."""
@@ -43,7 +44,7 @@ class MeshMember:
     """A broker in a mesh (`engine.Host`).
 
     Args:
-        number: The broker's number in the mesh, 1 to 2^31 - 1.
+        number: The broker's number in the mesh, 1 to 2^31 - 1 (others may have up to `MAX_U32`).
         dispatcher: The broker's links.
         make_engine: Returns an engine for a broker's number and host.
         name: The broker's name for people.

@@ -37,8 +37,10 @@ class Held(NamedTuple):
 class Heartbeat(NamedTuple):
     """To all brokers, once a second: what they should have received.
 
-    `version`: the last change. `sent`: by broker, the epoch, and how many direct messages it was sent in it.
-    `held`: publishers by their numbers.
+    Attributes:
+        version: The last change.
+        sent: By broker, the epoch, and how many direct messages it was sent in it.
+        held: Publishers by their numbers.
     """
 
     version: int
@@ -91,8 +93,12 @@ class Ask(NamedTuple):
 class Snapshot(NamedTuple):
     """The endpoints of a broker after `version` changes, nodes before their endpoints.
 
-    `epoch`: of its session with the broker that has asked; 0 for none. `name`: the broker's, for people.
-    `software`: its version of callboard.
+    Attributes:
+        epoch: Of its session with the broker that has asked; 0 for none.
+        version: The number of changes that it includes.
+        declarations: Frames that declare the endpoints.
+        name: The broker's name for people.
+        software: Its version of callboard.
     """
 
     epoch: int

@@ -17,10 +17,13 @@ if TYPE_CHECKING:
 logger: Final = logging.getLogger("callboard.broker")
 
 PERIOD_SEC: Final = 0.5
+"""Between two looks at the connections: short enough for the log, and each look is cheap."""
+
 GRACE_SEC: Final = 3.0
 """How long connections may be missing before the log says so."""
 
 PROBE_SEC: Final = 2.0
+"""How long a test connection may take; a host that drops packets never answers."""
 
 
 async def watch(neighbours: Callable[[], Sequence[str]], endpoints: Sequence[str]) -> None:

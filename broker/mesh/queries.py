@@ -26,7 +26,14 @@ MAX_ANSWER_HEARTBEATS: Final = 2
 
 @dataclass(slots=True)
 class _Request:
-    """`peers`: who has asked. `untried`: brokers to ask next. `broker`: the one that has been asked."""
+    """A definition that nodes of this broker wait for.
+
+    Attributes:
+        untried: Brokers to ask next.
+        broker: The one that has been asked.
+        heartbeats: For how many heartbeats it has not answered.
+        peers: The peers of the router that have asked, in order.
+    """
 
     untried: list[int]
     broker: int = 0

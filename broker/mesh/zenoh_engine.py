@@ -42,6 +42,8 @@ MAX_OTHERS: Final = 100
 PREFIX: Final = f"callboard/{VERSION}"
 
 ASK_TIMEOUT_SEC: Final = 5.0
+"""How long Zenoh waits for a snapshot; after that, the broker is asked again."""
+
 ASK_AGAIN_SEC: Final = 0.1
 """A broker that has just joined can often not be asked yet, because Zenoh does not know the way."""
 
