@@ -73,7 +73,7 @@ def _waits_for_credit(publisher: PublisherRecord, route: Route) -> bool:
 
 
 def has_lost(router: Router, broker: int, held: Mapping[int, Held]) -> bool:
-    """Return whether the last messages of another broker's held publishers have not come."""
+    """Return whether last messages of another broker's held publishers are missing."""
     publishers = router.routes.publishers
     for number, (next_sequence, _) in held.items():
         publisher = publishers.get(mesh_key(broker, number))

@@ -142,7 +142,7 @@ class Mesh:
         """Return this broker's endpoints.
 
         Args:
-            broker: Who has asked; 0 for a program that is none.
+            broker: The broker that asks; 0 for a program that is none.
             epoch: As in its request.
         """
         if broker in self._rejected:

@@ -59,14 +59,20 @@ async def _report(endpoints: Sequence[str], *, alone: bool) -> None:
             logger.warning("Mesh: no connection with %s: %s; trying again", endpoint, reason)
 
 
-def _probe(endpoint: str) -> tuple[str, bool]:
-    """Return why there may be no connection, and whether somebody may answer there; blocks."""
+def address_of(endpoint: str) -> tuple[str, str, str]:
+    """Return the protocol, host and port of an endpoint of Zenoh, without its options."""
     protocol, _, rest = endpoint.partition("/")
     host, _, port = re.split(r"[?#]", rest)[0].rpartition(":")
+    return protocol, host.strip("[]"), port
+
+
+def _probe(endpoint: str) -> tuple[str, bool]:
+    """Return why there may be no connection, and whether somebody may answer there; blocks."""
+    protocol, host, port = address_of(endpoint)
     if protocol not in {"tcp", "tls"} or not port.isdecimal():
         return "nobody answers there, or it does not let this broker in", True
     try:
-        socket.create_connection((host.strip("[]"), int(port)), PROBE_SEC).close()
+        socket.create_connection((host, int(port)), PROBE_SEC).close()
     except (OSError, UnicodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "this is no name of a host"
         return f"nobody answers there ({reason or error})", False

@@ -77,7 +77,7 @@ def encode_ask(broker: int, epoch: int) -> bytes:
 
 
 def decode_ask(payload: bytes) -> tuple[int, int]:
-    """Return who has asked, and the epoch; zeros for a program that is no broker and sends nothing.
+    """Return the broker that asks, and the epoch; zeros for a program that is no broker and sends nothing.
 
     Raises:
         ProtocolError: It is malformed.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import zenoh
 
 from broker.errors import ConfigurationError, UnprotectedError
+from broker.mesh.neighbours import address_of
 from proto.addresses import is_loopback
 
 if TYPE_CHECKING:
@@ -115,8 +116,7 @@ def _check_protected(config: zenoh.Config) -> None:
     """Check that nobody on another machine can join without a certificate."""
     certificates = bool(_get(config, "transport/link/tls/enable_mtls"))
     for endpoint in (*_endpoints(config, "listen"), *_endpoints(config, "connect")):
-        protocol, _, rest = endpoint.partition("/")
-        host = re.split(r"[?#]", rest)[0].rpartition(":")[0].strip("[]")
+        protocol, host, _ = address_of(endpoint)
         local = protocol in _LOCAL_PROTOCOLS or host == "localhost" or is_loopback(host)
         if not (local or (certificates and protocol in _ENCRYPTED_PROTOCOLS)):
             raise _unprotected(endpoint)
