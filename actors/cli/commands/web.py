@@ -1,0 +1,86 @@
+"""`callboard web`: the graph in a browser."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Final
+
+from actors.cli.errors import FAILURE, OK, CommandError
+from actors.cli.output import print_out
+from actors.cli.parsing import Options, Parser, add_broker_options
+
+if TYPE_CHECKING:
+    from actors.web.options import WebOptions
+
+EXAMPLES: Final = {
+    "callboard web": "the page, opened in the browser, until Ctrl-C",
+    "callboard web --allow-control": "also calls, goals, parameters and transitions",
+    "callboard web --listen 0.0.0.0:8080 --no-browser": "for other machines, which need the printed token",
+}
+MISSING: Final = "The page needs more packages: pip install 'callboard[web]'"
+
+
+def add_arguments(parser: Parser) -> None:
+    """Describe the arguments."""
+    parser.add_argument(
+        "--listen", metavar="HOST:PORT", default="127.0.0.1:7412",
+        help="the address to serve; port 0: any that is free; default: 127.0.0.1:7412",
+    )  # fmt: skip
+    parser.add_flag("--allow-control", help="allow calls, goals, parameters and transitions, with the token")
+    parser.add_argument(
+        "--allow-host", action="append", default=[], metavar="NAME",
+        help="a name by which browsers may call the server; may be repeated",
+    )  # fmt: skip
+    parser.add_flag("--no-browser", help="open no browser")
+    add_broker_options(parser)
+
+
+def run(options: Options) -> int:
+    """Serve the page until SIGINT or SIGTERM."""
+    from actors.cli.loop import run_async
+
+    if find_spec("aiohttp") is None or find_spec("prometheus_client") is None:
+        raise CommandError(MISSING, FAILURE)
+    chosen = _web_options(options)
+    run_async(lambda: _serve(options, chosen))
+    return OK
+
+
+def _web_options(options: Options) -> WebOptions:
+    from actors.web.options import WebOptions
+
+    host, _, port = options.listen.rpartition(":")
+    if not host or not port.isdigit() or int(port) > 65535:
+        raise CommandError(f"--listen needs HOST:PORT, such as 127.0.0.1:7412, not '{options.listen}'")
+    return WebOptions(
+        host=host.strip("[]"),
+        port=int(port),
+        allow_control=options.allow_control,
+        allowed_hosts=tuple(options.allow_host),
+    )
+
+
+async def _serve(options: Options, chosen: WebOptions) -> None:
+    import asyncio
+
+    from actors.cli.broker_target import target_of, why_unreachable
+    from actors.errors import BrokerUnreachable
+    from actors.web.observer import Observer
+    from actors.web.server import WebServer
+
+    target = target_of(options)
+    observer = Observer(target.url, target.domain)
+    try:
+        await observer.__aenter__()
+    except BrokerUnreachable:
+        raise await asyncio.to_thread(why_unreachable, target) from None
+    try:
+        async with WebServer(observer, chosen) as server:
+            print_out(f"callboard web listening on {server.url_with_token}")
+            if not options.no_browser:
+                import webbrowser
+
+                await asyncio.to_thread(webbrowser.open, server.url_with_token)
+            await asyncio.Event().wait()
+    finally:
+        await observer.__aexit__(None, None, None)

@@ -1,0 +1,112 @@
+// @ts-check
+// The HTTP API, with the token of the page's address.
+
+const KEY = "callboard-token";
+
+/** The server's answer to a request that failed. */
+export class ApiError extends Error {
+  /**
+   * @param {number} status
+   * @param {string} text
+   */
+  constructor(status, text) {
+    super(text);
+    this.status = status;
+  }
+}
+
+/** Keep the token of the address (`#token=...`) for this tab, and take it out of the address. */
+export function takeToken() {
+  const match = /^#token=([\w-]+)$/.exec(location.hash);
+  if (match) {
+    sessionStorage.setItem(KEY, match[1]);
+    history.replaceState(null, "", location.pathname);
+  }
+}
+
+/** Whether the address had a token. */
+export function hasToken() {
+  return sessionStorage.getItem(KEY) !== null;
+}
+
+/**
+ * Ask the API; the answer is JSON.
+ *
+ * @param {string} method
+ * @param {string} path such as "/api/topics"
+ * @param {unknown} [body] becomes JSON
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<any>}
+ */
+export async function request(method, path, body, signal) {
+  const response = await send(method, path, body, signal);
+  return response.json();
+}
+
+/**
+ * Ask the API for a stream of server-sent events.
+ *
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} body
+ * @param {(event: string, data: any) => void} onEvent
+ * @param {AbortSignal} [signal] ends it
+ */
+export async function stream(method, path, body, onEvent, signal) {
+  const response = await send(method, path, body, signal);
+  const reader = /** @type {ReadableStream<Uint8Array>} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) {
+      return;
+    }
+    text += value;
+    const events = text.split("\n\n");
+    text = /** @type {string} */ (events.pop());
+    for (const event of events) {
+      const [, kind, data] = /** @type {RegExpExecArray} */ (/^event: (.*)\ndata: (.*)$/.exec(event));
+      onEvent(kind, JSON.parse(data));
+    }
+  }
+}
+
+/**
+ * Return the path of something with a name.
+ *
+ * @param {string} area such as "topics"
+ * @param {string} name a full name
+ * @param {string} [rest] such as "/echo"
+ */
+export function pathOf(area, name, rest = "") {
+  return `/api/${area}/${encodeURIComponent(name)}${rest}`;
+}
+
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} body
+ * @param {AbortSignal} [signal]
+ */
+async function send(method, path, body, signal) {
+  /** @type {Record<string, string>} */
+  const headers = {};
+  const token = sessionStorage.getItem(KEY);
+  if (token !== null) {
+    headers.Authorization = `Bearer ${token}`;
+  }
+  if (body !== undefined) {
+    headers["Content-Type"] = "application/json";
+  }
+  const response = await fetch(path, {
+    method,
+    headers,
+    signal,
+    body: body === undefined ? undefined : JSON.stringify(body),
+  });
+  if (!response.ok) {
+    const answer = await response.json().catch(() => ({}));
+    throw new ApiError(response.status, answer.error ?? response.statusText);
+  }
+  return response;
+}

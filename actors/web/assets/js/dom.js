@@ -1,0 +1,65 @@
+// @ts-check
+// Elements without HTML texts: names, messages and log lines of strangers only ever become text nodes.
+
+/** @typedef {Node | string | number | null | undefined | false} Child */
+
+/**
+ * Make an element.
+ *
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, unknown>} [attributes] functions under `on...` become listeners; true becomes an
+ *   attribute without a value; false, null and undefined are left out
+ * @param {...Child} children
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function h(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (typeof value === "function") {
+      element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+    } else if (value !== false && value !== null && value !== undefined) {
+      element.setAttribute(name, value === true ? "" : String(value));
+    }
+  }
+  add(element, ...children);
+  return element;
+}
+
+/**
+ * Append children; empty ones are left out.
+ *
+ * @param {Element} parent
+ * @param {...Child} children
+ */
+export function add(parent, ...children) {
+  for (const child of children) {
+    if (child !== null && child !== undefined && child !== false) {
+      parent.append(child instanceof Node ? child : String(child));
+    }
+  }
+}
+
+/**
+ * Replace the content of an element if it is not the same text already.
+ *
+ * @param {Element} element
+ * @param {string} text
+ */
+export function setText(element, text) {
+  if (element.textContent !== text) {
+    element.textContent = text;
+  }
+}
+
+/**
+ * Tell readers of the screen something.
+ *
+ * @param {string} text
+ */
+export function announce(text) {
+  const place = document.getElementById("announcements");
+  if (place) {
+    place.textContent = text;
+  }
+}

@@ -1,0 +1,49 @@
+// @ts-check
+// Numbers and names for people.
+
+const UNITS = ["", "k", "M", "G", "T"];
+
+/**
+ * Return a number with three digits and a unit, such as "1.23 M"; "-" for none.
+ *
+ * @param {number | null | undefined} value
+ * @param {number} [step] 1000, or 1024 for sizes
+ */
+export function short(value, step = 1000) {
+  if (value === null || value === undefined || Number.isNaN(value)) {
+    return "-";
+  }
+  let unit = 0;
+  while (Math.abs(value) >= step && unit < UNITS.length - 1) {
+    value /= step;
+    unit += 1;
+  }
+  const digits = Math.abs(value) >= 100 || Number.isInteger(value) ? 0 : Math.abs(value) >= 10 ? 1 : 2;
+  return `${value.toFixed(digits)}${unit ? ` ${UNITS[unit]}` : ""}`;
+}
+
+/** @param {number | null | undefined} value bytes */
+export function bytes(value) {
+  const text = short(value, 1024);
+  return text === "-" ? text : /[kMGT]$/.test(text) ? `${text}iB` : `${text} B`;
+}
+
+/** @param {number | null | undefined} seconds */
+export function duration(seconds) {
+  if (seconds === null || seconds === undefined) {
+    return "-";
+  }
+  if (seconds < 1) {
+    return seconds < 1e-3 ? `${(seconds * 1e6).toFixed(0)} µs` : `${(seconds * 1e3).toFixed(1)} ms`;
+  }
+  if (seconds < 60) {
+    return `${seconds.toFixed(1)} s`;
+  }
+  const minutes = Math.floor(seconds / 60);
+  return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+/** @param {number} nanoseconds since the epoch */
+export function clock(nanoseconds) {
+  return new Date(nanoseconds / 1e6).toLocaleTimeString(undefined, { hour12: false, fractionalSecondDigits: 3 });
+}

@@ -1,0 +1,83 @@
+// @ts-check
+// The page: its views, which one is shown, and the state of the connection.
+
+import { takeToken } from "./api.js";
+import { Connection } from "./connection.js";
+import { h, setText } from "./dom.js";
+
+/**
+ * What views get.
+ * @typedef {object} Context
+ * @property {Connection} connection
+ * @property {string} name the rest of the address: what of the view is shown, such as a topic; may be empty
+ * @property {boolean} control whether anything may be controlled
+ */
+/**
+ * A view's module.
+ * @typedef {object} View
+ * @property {(place: HTMLElement, context: Context) => (() => void)} show fills the place; returns what clears up
+ */
+
+/** @type {Record<string, [title: string, load: () => Promise<View>]>} */
+const VIEWS = {
+  topics: ["Topics", () => import("./views/topics.js")],
+};
+const FIRST = "topics";
+
+takeToken();
+const connection = new Connection(`${location.origin.replace(/^http/, "ws")}/api/live`);
+const content = /** @type {HTMLElement} */ (document.getElementById("content"));
+const views = /** @type {HTMLElement} */ (document.getElementById("views"));
+let clear = () => {};
+let shown = 0;
+
+for (const [id, [title]] of Object.entries(VIEWS)) {
+  views.append(h("a", { href: `#/${id}`, "data-view": id }, title));
+}
+
+/** Show the view that the address names: `#/VIEW` or `#/VIEW/NAME`. */
+async function show() {
+  const [, id = FIRST, name = ""] = /^#\/(\w+)(?:\/(.*))?$/.exec(location.hash) ?? [];
+  const entry = VIEWS[id] ?? VIEWS[FIRST];
+  const mine = ++shown;
+  const view = await entry[1]();
+  if (mine !== shown) {
+    return; // another one has been chosen meanwhile
+  }
+  clear();
+  for (const link of views.querySelectorAll("a")) {
+    link.toggleAttribute("aria-current", false);
+    if (link.dataset.view === id) {
+      link.setAttribute("aria-current", "page");
+    }
+  }
+  document.title = `${entry[0]} - callboard`;
+  content.replaceChildren();
+  clear = view.show(content, { connection, name: decodeURIComponent(name), control: false });
+}
+
+/** Say whether what is shown is up to date. */
+function showStatus() {
+  const status = /** @type {HTMLElement} */ (document.getElementById("status"));
+  status.classList.toggle("lost", !connection.connected);
+  setText(status, connection.connected ? "live" : "not connected: what you see is old");
+}
+
+const theme = /** @type {HTMLElement} */ (document.getElementById("theme"));
+const THEMES = ["system", "light", "dark"];
+
+/** @param {string} name */
+function setTheme(name) {
+  document.documentElement.dataset.theme = name;
+  localStorage.setItem("callboard-theme", name);
+  setText(theme, `Theme: ${name}`);
+}
+
+theme.addEventListener("click", () => {
+  const now = THEMES.indexOf(document.documentElement.dataset.theme ?? "");
+  setTheme(THEMES[(now + 1) % THEMES.length]);
+});
+setTheme(localStorage.getItem("callboard-theme") ?? THEMES[0]);
+connection.addEventListener("change", showStatus);
+window.addEventListener("hashchange", show);
+show();

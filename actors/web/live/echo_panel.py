@@ -1,0 +1,65 @@
+"""The messages of a topic as trees of fields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.interfaces.convert import message_to_ordereddict
+from actors.interfaces.errors import InvalidMessageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.web.topic_feed import Received, TopicFeeds, TopicReader
+
+AT_ONCE: Final = 20
+"""Messages of one update; further ones are counted."""
+
+SHOWN_LENGTH: Final = 512
+"""Characters or elements of a text or sequence that are shown."""
+
+
+class EchoPanel:
+    """The newest messages of a topic.
+
+    Args:
+        feeds: Read topics.
+        topic: The full name.
+        wake: Called when there are messages.
+
+    Raises:
+        InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.
+    """
+
+    def __init__(self, feeds: TopicFeeds, topic: str, wake: Callable[[], None]) -> None:
+        self._reader: TopicReader = feeds.read(topic, AT_ONCE, wake)
+
+    def take(self) -> dict[str, Any] | None:
+        """Return `messages`, and how many were `skipped` before them."""
+        reader = self._reader
+        taken = reader.take()
+        if not taken:
+            return None
+        skipped, reader.skipped = reader.skipped, 0
+        return {"messages": [shown(each, reader) for each in taken], "skipped": skipped}
+
+    def close(self) -> None:
+        """Read no more."""
+        self._reader.close()
+
+
+def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
+    """Return a message for JSON: `node`, `sent_ns`, `delay_sec`, `bytes`, and `message` or `error`."""
+    info = received.info
+    found: dict[str, Any] = {
+        "node": info.publisher_node,
+        "sent_ns": info.source_timestamp,
+        "delay_sec": (info.received_timestamp - info.source_timestamp) / 1e9,
+        "bytes": len(received.data),
+    }
+    try:
+        message = reader.decode(received.data)
+        found["message"] = message_to_ordereddict(message, truncate_length=SHOWN_LENGTH)
+    except InvalidMessageError as error:
+        found["error"] = str(error)
+    return found

@@ -1,0 +1,69 @@
+"""What a panel is to the session that it belongs to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+from actors.web.merge_patch import merge_patch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.web.merge_patch import Document
+
+
+class PanelError(Exception):
+    """A panel cannot be opened; the text says why."""
+
+
+class Panel(Protocol):
+    """A part of the page, which wakes its session when something is new; the session takes it when it can.
+
+    So what a slow browser misses is never queued: the newest state wins.
+    """
+
+    def take(self) -> dict[str, Any] | None:
+        """Return the body of the next message to the page; None if nothing is new."""
+        ...
+
+    def close(self) -> None:
+        """Cause no more work."""
+        ...
+
+
+class DocumentPanel:
+    """A panel that shows a document, and sends how it differs from what the page has.
+
+    Args:
+        wake: Called when the document may have changed.
+        watches: Each takes a listener and returns a function that ends it; see `Observer.on_graph`.
+    """
+
+    def __init__(
+        self,
+        wake: Callable[[], None],
+        *watches: Callable[[Callable[[], None]], Callable[[], None]],
+    ) -> None:
+        self._sent: Document = {}
+        self._ends = [watch(wake) for watch in watches]
+        self._first = True
+        wake()
+
+    def document(self) -> Document:
+        """Return the document as it is now; JSON's types only."""
+        raise NotImplementedError
+
+    def take(self) -> dict[str, Any] | None:
+        """Return `patch`: a JSON Merge Patch of what the page has; at first of an empty document."""
+        document = self.document()
+        patch = merge_patch(self._sent, document)
+        self._sent = document
+        if not patch and not self._first:
+            return None
+        self._first = False
+        return {"patch": patch}
+
+    def close(self) -> None:
+        """End the watches."""
+        for end in self._ends:
+            end()

@@ -1,0 +1,86 @@
+"""The panels by their names."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import msgspec
+
+from actors.tools.graph_drawing.model import GraphFilter
+from actors.web.live.echo_panel import EchoPanel
+from actors.web.live.graph_panel import GraphPanel
+from actors.web.live.overview_panel import OverviewPanel
+from actors.web.live.panel import PanelError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from actors.web.live.panel import Panel
+    from actors.web.observer import Observer
+    from actors.web.topic_feed import TopicFeeds
+
+T = TypeVar("T")
+
+
+class TopicParameters(msgspec.Struct, forbid_unknown_fields=True):
+    """Parameters of a panel for one topic.
+
+    Attributes:
+        topic: Its full name.
+    """
+
+    topic: str
+
+
+class NoParameters(msgspec.Struct, forbid_unknown_fields=True):
+    """A panel without parameters."""
+
+
+class Panels:
+    """Makes panels for one graph.
+
+    Args:
+        observer: Watches the graph.
+        feeds: Read its topics.
+    """
+
+    def __init__(self, observer: Observer, feeds: TopicFeeds) -> None:
+        self._observer = observer
+        self._feeds = feeds
+        self._makers: dict[str, Callable[[Mapping[str, Any], Callable[[], None]], Panel]] = {
+            "overview": self._overview,
+            "graph": self._graph,
+            "echo": self._echo,
+        }
+
+    def make(self, name: str, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        """Return a new panel.
+
+        Args:
+            name: Which.
+            parameters: What the page has sent with it.
+            wake: Called when the panel has something new.
+
+        Raises:
+            PanelError: There is no such panel.
+            msgspec.ValidationError: Parameters are missing, unknown or of other types.
+            CallboardError: It cannot show what it should.
+        """
+        maker = self._makers.get(name)
+        if maker is None:
+            raise PanelError(f"There is no panel {name!r}; there is {', '.join(self._makers)}")
+        return maker(parameters, wake)
+
+    def _overview(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        _converted(parameters, NoParameters)
+        return OverviewPanel(self._observer, wake)
+
+    def _graph(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return GraphPanel(self._observer, _converted(parameters, GraphFilter), wake)
+
+    def _echo(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return EchoPanel(self._feeds, _converted(parameters, TopicParameters).topic, wake)
+
+
+def _converted(parameters: Mapping[str, Any], kind: type[T]) -> T:
+    return msgspec.convert(dict(parameters), kind)

@@ -1,0 +1,139 @@
+"""One browser's connection: the panels that its page has opened, and what they send.
+
+The page sends JSON objects: `{"open": ID, "panel": NAME, ...parameters}` and `{"close": ID}`. It gets
+`{"id": ID, ...}` with what the panel of that id has to say, and `{"id": ID, "error": TEXT}` for a panel that
+cannot be opened or has failed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+from aiohttp import WSMsgType
+
+from actors.web.live.panel import PanelError
+from proto.aio.tasks import cancel_and_wait
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from aiohttp.web import WebSocketResponse
+
+    from actors.web.live.panel import Panel
+
+PERIOD_SEC: Final = 0.05
+"""The least time between two messages to a browser: twenty updates a second look continuous."""
+
+MAX_PANELS: Final = 32
+"""That a page has open at the same time."""
+
+MAX_REQUEST_BYTES: Final = 64 * 1024
+"""Of a message from the page."""
+
+
+class LiveSession:
+    """A browser's session.
+
+    Args:
+        socket: The prepared WebSocket.
+        make_panel: Returns the panel of a name, its parameters and the function that wakes the session.
+    """
+
+    def __init__(
+        self,
+        socket: WebSocketResponse,
+        make_panel: Callable[[str, Mapping[str, Any], Callable[[], None]], Panel],
+    ) -> None:
+        self._socket = socket
+        self._make_panel = make_panel
+        self._panels: dict[int, Panel] = {}
+        self._dirty: dict[int, None] = {}
+        """Panels with something new, in the order in which they woke the session."""
+        self._errors: dict[int, str] = {}
+        self._news = asyncio.Event()
+
+    async def run(self) -> None:
+        """Serve the browser until it leaves."""
+        loop = asyncio.get_running_loop()
+        tasks = [loop.create_task(self._receive()), loop.create_task(self._send_regularly())]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+        except ConnectionError:
+            pass  # the browser has gone
+        finally:
+            for task in tasks:
+                await cancel_and_wait(task)
+            for panel in self._panels.values():
+                panel.close()
+
+    async def _receive(self) -> None:
+        async for message in self._socket:
+            if message.type is not WSMsgType.TEXT:
+                break
+            self._handle(message.data)
+
+    def _handle(self, text: str) -> None:
+        try:
+            request = msgspec.json.decode(text, type=dict[str, Any])
+        except msgspec.DecodeError as error:
+            self._fail(0, f"Not a JSON object: {error}")
+            return
+        if "close" in request:
+            self._close(request["close"])
+            return
+        number = request.pop("open", None)
+        if type(number) is not int or number in self._panels:
+            self._fail(0, "Give a panel to open a number of its own")
+        elif len(self._panels) >= MAX_PANELS:
+            self._fail(number, f"{MAX_PANELS} panels are open already; close one")
+        else:
+            try:
+                name = str(request.pop("panel", ""))
+                self._panels[number] = self._make_panel(name, request, lambda: self._wake(number))
+            except (PanelError, CallboardError, msgspec.ValidationError) as error:
+                self._fail(number, str(error))
+
+    def _close(self, number: object) -> None:
+        panel = self._panels.pop(number, None) if isinstance(number, int) else None
+        if panel is not None:
+            panel.close()
+
+    def _wake(self, number: int) -> None:
+        self._dirty[number] = None
+        self._news.set()
+
+    def _fail(self, number: int, text: str) -> None:
+        self._errors[number] = text
+        self._news.set()
+
+    async def _send_regularly(self) -> None:
+        while True:
+            await self._news.wait()
+            self._news.clear()
+            errors, self._errors = self._errors, {}
+            dirty, self._dirty = self._dirty, {}
+            for number, text in errors.items():
+                await self._send({"id": number, "error": text})
+            for number in dirty:
+                if (body := self._taken(number)) is not None:
+                    await self._send({"id": number, **body})
+            await asyncio.sleep(PERIOD_SEC)
+
+    def _taken(self, number: int) -> dict[str, Any] | None:
+        panel = self._panels.get(number)
+        if panel is None:
+            return None
+        try:
+            return panel.take()
+        except CallboardError as error:  # such as a graph too large to be drawn
+            self._close(number)
+            return {"error": str(error)}
+
+    async def _send(self, document: dict[str, Any]) -> None:
+        """Send, and wait while the browser is slow: what changes meanwhile is combined."""
+        await self._socket.send_str(msgspec.json.encode(document).decode())

@@ -1,0 +1,178 @@
+"""What the server knows of the graph: one node that watches it, and samples of the broker's counters."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, Self
+
+from actors.errors import BrokerUnreachable
+from actors.graph.snapshot import GraphSnapshot
+from actors.node.node import Node
+from actors.tools.broker_names import BrokerNames
+from actors.tools.overview import Overview, Sample, Samples
+from proto.aio.tasks import cancel_and_wait, keep_running
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from types import TracebackType
+
+    from actors.graph.broker_report import BrokerReport
+
+SAMPLE_SEC: Final = 1.0
+"""Between two samples of the broker's counters, while anybody reads them."""
+
+CHANGES_SEC: Final = 0.1
+"""The least time between two reports of changes: a launch makes hundreds."""
+
+CONNECT_SEC: Final = 2.0
+STOP_SEC: Final = 1.0
+
+
+class Observer:
+    """Watches one graph through a hidden node, which reconnects by itself.
+
+    Args:
+        url: The broker's URLs.
+        domain: The domain id.
+
+    Raises:
+        As `Node`. Entering raises BrokerUnreachable if no broker answers within `CONNECT_SEC`.
+
+    Attributes:
+        node: The node, for other queries and for controls.
+        snapshot: The graph as it was last, without the node itself.
+        report: The broker's counters; None before the first sample.
+        overview: The graph at work; None before the first sample.
+    """
+
+    def __init__(self, url: str, domain: int) -> None:
+        self.target = f"{url} domain {domain}"
+        self.node = Node(
+            f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}",
+            url=url,
+            domain=domain,
+            use_global_arguments=False,
+            parameter_overrides={"start_type_description_service": False},
+            start_parameter_services=False,
+            enable_rosout=False,
+            connect_timeout_sec=CONNECT_SEC,
+            stop_timeout_sec=STOP_SEC,
+            slow_callback_sec=None,
+        )
+        self.snapshot = GraphSnapshot()
+        self.report: BrokerReport | None = None
+        self.overview: Overview | None = None
+        self._samples = Samples()
+        self._graph_listeners: set[Callable[[], None]] = set()
+        self._sample_listeners: set[Callable[[], None]] = set()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._sampled = asyncio.Event()
+        """Set while anybody reads samples."""
+
+    async def __aenter__(self) -> Self:
+        """Connect the node and begin to watch."""
+        await self.node.__aenter__()
+        loop = asyncio.get_running_loop()
+        for name, work in (("The watch of the graph", self._watch), ("The sampling", self._sample_regularly)):
+            self._tasks.append(loop.create_task(keep_running(name, work)))
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Stop the node."""
+        for task in self._tasks:
+            await cancel_and_wait(task)
+        await self.node.__aexit__(kind, error, traceback)
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a broker now. What is known is old if not."""
+        return self.node.connected
+
+    def broker_names(self) -> BrokerNames | None:
+        """Return the names of the mesh's brokers if it has several, as of the last sample; else None."""
+        names = None if self.report is None else BrokerNames(self.report)
+        return names if names is not None and names.several else None
+
+    def node_places(self) -> Mapping[str, str]:
+        """Return the brokers of nodes by their names, if a mesh has several; else nothing."""
+        names = self.broker_names()
+        if names is None:
+            return {}
+        return {node: names.joined(each) for node, each in self.snapshot.node_brokers().items()}
+
+    def on_graph(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call a function when the graph may have changed, at most every `CHANGES_SEC`.
+
+        Args:
+            listener: Takes nothing, does not block.
+
+        Returns:
+            Ends it.
+        """
+        self._graph_listeners.add(listener)
+        return lambda: self._graph_listeners.discard(listener)
+
+    def on_sample(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call a function after each sample, and sample every `SAMPLE_SEC` as long as anybody wants it.
+
+        Args:
+            listener: Takes nothing, does not block.
+
+        Returns:
+            Ends it.
+        """
+        self._sample_listeners.add(listener)
+        self._sampled.set()
+
+        def end() -> None:
+            self._sample_listeners.discard(listener)
+            if not self._sample_listeners:
+                self._sampled.clear()
+
+        return end
+
+    async def sample(self) -> Overview:
+        """Take a sample now.
+
+        Raises:
+            BrokerUnreachable: There is no broker now.
+        """
+        report = await self.node.get_broker_stats()
+        self.report = report
+        self.overview = self._samples.add(Sample(self.snapshot, report))
+        return self.overview
+
+    async def _watch(self) -> None:
+        watch = self.node.watch_graph()
+        try:
+            async for _ in watch.batches():
+                self.snapshot = self._without_own(watch.snapshot)
+                for listener in tuple(self._graph_listeners):
+                    listener()
+                await asyncio.sleep(CHANGES_SEC)
+        finally:
+            watch.destroy()
+
+    def _without_own(self, snapshot: GraphSnapshot) -> GraphSnapshot:
+        own = self.node.get_fully_qualified_name()
+        entries = {
+            key: entry for key, entry in snapshot.entries.items() if own not in {entry.node, entry.name}
+        }
+        return GraphSnapshot(entries, dict(snapshot.suspended))
+
+    async def _sample_regularly(self) -> None:
+        while True:
+            await self._sampled.wait()
+            with suppress(BrokerUnreachable):  # `connected` says so; the node reconnects
+                await self.sample()
+            for listener in tuple(self._sample_listeners):
+                listener()
+            await asyncio.sleep(SAMPLE_SEC)

@@ -1,0 +1,39 @@
+"""What the web server is told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from ssl import SSLContext
+
+DEFAULT_HOST: Final = "127.0.0.1"
+DEFAULT_PORT: Final = 7412
+
+MAX_LIVE: Final = 64
+"""Browsers and streams at the same time."""
+
+MAX_BODY_BYTES: Final = 4 * 1024 * 1024
+"""Of a request."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WebOptions:
+    """What the web server is told.
+
+    Attributes:
+        host: The address to listen on.
+        port: The port; 0 for any that is free.
+        allow_control: Whether calls, goals, parameters and transitions are allowed, with the token.
+        token: What grants control, and beyond loopback also reading; None for a random one.
+        allowed_hosts: Names by which browsers may call the server, besides loopback ones and `host`.
+        tls: For HTTPS; None for HTTP.
+    """
+
+    host: str = DEFAULT_HOST
+    port: int = DEFAULT_PORT
+    allow_control: bool = False
+    token: str | None = None
+    allowed_hosts: tuple[str, ...] = ()
+    tls: SSLContext | None = None

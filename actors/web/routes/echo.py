@@ -1,0 +1,38 @@
+"""Topics as streams of events."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+from aiohttp import web
+
+from actors.web.live.echo_panel import AT_ONCE, shown
+from actors.web.live.session import PERIOD_SEC
+from actors.web.routes.answers import event_stream, send_event
+from actors.web.routes.graph import name_in
+from actors.web.routes.live import counted
+from actors.web.routes.state import state_of
+
+
+async def echo(request: web.Request) -> web.StreamResponse:
+    """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
+    state, news = state_of(request), asyncio.Event()
+    with counted(state):
+        reader = state.feeds.read(name_in(request), AT_ONCE, news.set)
+        try:
+            stream = await event_stream(request)
+            while True:
+                await news.wait()
+                news.clear()
+                for received in reader.take():
+                    await send_event(stream, shown(received, reader))
+                if reader.skipped:
+                    skipped, reader.skipped = reader.skipped, 0
+                    await send_event(stream, {"skipped": skipped}, "skipped")
+                await asyncio.sleep(PERIOD_SEC)
+        finally:
+            reader.close()
+
+
+ROUTES: Final = (web.get("/api/topics/{name:.+}/echo", echo),)

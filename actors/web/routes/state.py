@@ -1,0 +1,47 @@
+"""What handlers find in the application."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from aiohttp import web
+
+if TYPE_CHECKING:
+    from actors.web.assets import Assets
+    from actors.web.live.panels import Panels
+    from actors.web.observer import Observer
+    from actors.web.options import WebOptions
+    from actors.web.security import Door
+    from actors.web.topic_feed import TopicFeeds
+
+
+@dataclass(kw_only=True, slots=True)
+class State:
+    """What handlers share.
+
+    Attributes:
+        options: What the server was told.
+        door: Who may ask for what.
+        observer: Watches the graph.
+        feeds: Read topics.
+        panels: Make the panels of pages.
+        assets: The page's files.
+        live: Browsers and streams that are connected now.
+    """
+
+    options: WebOptions
+    door: Door
+    observer: Observer
+    feeds: TopicFeeds
+    panels: Panels
+    assets: Assets
+    live: int = 0
+
+
+STATE: Final = web.AppKey("STATE", State)
+
+
+def state_of(request: web.Request) -> State:
+    """Return what handlers share."""
+    return request.app[STATE]

@@ -1,0 +1,130 @@
+"""Who may ask the web server for what. Pure: no I/O.
+
+A page of another site must neither read the graph nor steer it, also where the server listens on loopback
+only. So the Host header must name this server (no DNS rebinding), a request that has an Origin must come from
+this server's own page, and controls need a token in a header, which no form and no link of another site has.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
+
+from proto.addresses import is_loopback
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+TOKEN_BYTES: Final = 24
+
+HEADERS: Final = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+"""On every answer."""
+
+SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+def new_token() -> str:
+    """Return a token that nobody can guess."""
+    return secrets.token_urlsafe(TOKEN_BYTES)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Refusal:
+    """Why a request is refused.
+
+    Attributes:
+        status: The status of the answer.
+        reason: One line for who asked.
+    """
+
+    status: int
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Door:
+    """What the server requires of a request.
+
+    Attributes:
+        token: What grants control, and reading if `private`.
+        hosts: The names by which the server may be called, without a port, besides loopback ones.
+        private: Whether reading needs the token, too: the server listens beyond loopback.
+        control: Whether anything may be controlled.
+    """
+
+    token: str
+    hosts: frozenset[str] = frozenset()
+    private: bool = False
+    control: bool = False
+
+    def refuses_origin(self, headers: Mapping[str, str]) -> Refusal | None:
+        """Return why a request cannot come from this server's page or from a program; None if it can.
+
+        Args:
+            headers: Of the request; keys in any case.
+        """
+        host = headers.get("Host", "")
+        if not self._knows(host):
+            text = "This server does not go by that name: use the address that it printed, or --allow-host"
+            return Refusal(status=421, reason=text)
+        origin = headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc != host:
+            return Refusal(status=403, reason="Pages of other sites may not ask this server")
+        if origin is None and headers.get("Sec-Fetch-Site", "none") not in {"none", "same-origin"}:
+            return Refusal(status=403, reason="Pages of other sites may not ask this server")
+        return None
+
+    def refuses_reading(self, token: str) -> Refusal | None:
+        """Return why somebody with a token (empty: without) may not read; None if he may.
+
+        Args:
+            token: As presented.
+        """
+        if not self.private or self._fits(token):
+            return None
+        return Refusal(status=401, reason="A token is required: use the address that the server printed")
+
+    def refuses_control(self, token: str) -> Refusal | None:
+        """Return why somebody with a token (empty: without) may not control anything; None if he may.
+
+        Args:
+            token: As presented in the Authorization header.
+        """
+        if not self.control:
+            return Refusal(status=403, reason="This server is read-only: start it with --allow-control")
+        if not self._fits(token):
+            return Refusal(
+                status=401, reason="Control needs the token in the address that the server printed"
+            )
+        return None
+
+    def _fits(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(), self.token.encode())
+
+    def _knows(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        return name == "localhost" or name in self.hosts or is_loopback(name)
+
+
+def bearer(headers: Mapping[str, str]) -> str:
+    """Return the token of an Authorization header; empty if there is none.
+
+    Args:
+        headers: Of the request.
+    """
+    scheme, _, token = headers.get("Authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else ""

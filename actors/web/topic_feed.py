@@ -1,0 +1,217 @@
+"""Topics for browsers: one subscription a topic, however many read it; slow readers get the newest."""
+
+from __future__ import annotations
+
+from collections import deque
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.qos.profile import DurabilityPolicy
+from actors.tools.generic_subscription import decoder_of, profile_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.web.observer import Observer
+
+DEPTH: Final = 1000
+"""Messages that wait for this process at most."""
+
+MAX_TOPICS: Final = 256
+"""Topics that are read at the same time."""
+
+MAX_BYTES: Final = 16 * 1024 * 1024
+"""Of the messages that wait for a reader, and of the latched ones for later readers; the newest is kept."""
+
+
+class TooManyTopicsError(Exception):
+    """So many topics are read already. Close one."""
+
+
+class Received(NamedTuple):
+    """A message as it came.
+
+    Attributes:
+        data: Its bytes.
+        info: Its metadata.
+    """
+
+    data: bytes
+    info: MessageInfo
+
+
+class NewestMessages:
+    """A queue that makes room by dropping the oldest.
+
+    Args:
+        limit: Messages at most; `MAX_BYTES` is the other limit.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._messages: deque[Received] = deque()
+        self._bytes = 0
+
+    def add(self, received: Received) -> int:
+        """Add a message; return how many have made room."""
+        messages, dropped = self._messages, 0
+        messages.append(received)
+        self._bytes += len(received.data)
+        while len(messages) > self._limit or (self._bytes > MAX_BYTES and len(messages) > 1):
+            self._bytes -= len(messages.popleft().data)
+            dropped += 1
+        return dropped
+
+    def clear(self) -> None:
+        """Drop all."""
+        self._messages.clear()
+        self._bytes = 0
+
+    def __iter__(self) -> Iterator[Received]:
+        """Return the messages, oldest first."""
+        return iter(self._messages)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._messages)
+
+
+class TopicReader:
+    """One reader's newest messages of a topic.
+
+    Args:
+        feed: The topic.
+        kept: How many messages wait for the reader at most.
+        wake: Called when there is something to take.
+
+    Attributes:
+        skipped: Messages that made room, or were lost on their way, since the last `take`.
+    """
+
+    def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None]) -> None:
+        self._feed = feed
+        self._waiting = NewestMessages(kept)
+        self._wake = wake
+        self.skipped = 0
+
+    def add(self, received: Received) -> None:
+        """Queue a message."""
+        if not self._waiting:
+            self._wake()
+        self.skipped += self._waiting.add(received)
+
+    def take(self) -> list[Received]:
+        """Return what has come since the last call."""
+        taken = [*self._waiting]
+        self._waiting.clear()
+        return taken
+
+    def decode(self, data: bytes) -> Any:
+        """Return a message as an instance of its class, or as a dict.
+
+        Raises:
+            InvalidMessageError: The bytes are no message.
+        """
+        return self._feed.decode(data)
+
+    def close(self) -> None:
+        """Read no more."""
+        self._feed.remove(self)
+
+
+class TopicFeed:
+    """One topic, its subscription, and who reads it.
+
+    Args:
+        observer: Has the node and the graph.
+        topic: The topic's full name.
+        unused: Called when the last reader has gone.
+    """
+
+    def __init__(self, observer: Observer, topic: str, unused: Callable[[], None]) -> None:
+        self._observer = observer
+        self._topic = topic
+        self._unused = unused
+        self._readers: list[TopicReader] = []
+        self._decode: Callable[[bytes], Any] | None = None
+        self._end_watch = observer.on_graph(self._forget_type)
+        profile = profile_of(observer.snapshot, topic, depth=DEPTH)
+        latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+        self._latched = NewestMessages(DEPTH) if latched else None
+        self._subscription: Subscription[Any] = observer.node.create_subscription(
+            None, topic, self._receive, profile, raw=True
+        )
+        self._lost = 0
+
+    def add(self, kept: int, wake: Callable[[], None]) -> TopicReader:
+        """Return a new reader."""
+        reader = TopicReader(self, kept, wake)
+        self._readers.append(reader)
+        for received in self._latched or ():
+            reader.add(received)
+        return reader
+
+    def remove(self, reader: TopicReader) -> None:
+        """Take a reader out; the last one ends the subscription."""
+        if reader not in self._readers:
+            return
+        self._readers.remove(reader)
+        if not self._readers:
+            self._end_watch()
+            self._observer.node.destroy_subscription(self._subscription)
+            self._unused()
+
+    def decode(self, data: bytes) -> Any:
+        """Decode a message; see `TopicReader.decode`."""
+        if self._decode is None:
+            self._decode = decoder_of(self._observer.snapshot, self._topic)
+        return self._decode(data)
+
+    def _forget_type(self) -> None:
+        """Look the type up again: a publisher may have come."""
+        self._decode = None
+
+    def _receive(self, data: bytes, info: MessageInfo) -> None:
+        subscription = self._subscription
+        lost = subscription.dropped + subscription.lost
+        missed, self._lost = lost - self._lost, lost
+        received = Received(data, info)
+        if self._latched is not None:
+            self._latched.add(received)
+        for reader in self._readers:
+            reader.skipped += missed
+            reader.add(received)
+
+
+class TopicFeeds:
+    """The topics that are read.
+
+    Args:
+        observer: Has the node and the graph.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self._feeds: dict[str, TopicFeed] = {}
+
+    def read(self, topic: str, kept: int, wake: Callable[[], None]) -> TopicReader:
+        """Begin to read a topic.
+
+        Args:
+            topic: Its full name; it need not exist yet.
+            kept: How many messages wait for the reader at most; the oldest makes room.
+            wake: Called when there is something to take.
+
+        Raises:
+            InvalidTopicNameError: The name breaks the rules.
+            TooManyTopicsError: `MAX_TOPICS` are read already.
+        """
+        feed = self._feeds.get(topic)
+        if feed is None:
+            if len(self._feeds) >= MAX_TOPICS:
+                raise TooManyTopicsError(f"{MAX_TOPICS} topics are being read already; close one")
+            feed = TopicFeed(self._observer, topic, partial(self._feeds.__delitem__, topic))
+            self._feeds[topic] = feed
+        return feed.add(kept, wake)
