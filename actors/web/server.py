@@ -78,7 +78,6 @@ class WebServer:
             panels=Panels(observer, feeds),
             assets=assets,
         )
-        self._app[live.SOCKETS] = set()
         for area in AREAS:
             self._app.add_routes(area.ROUTES)
         self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
@@ -154,5 +153,5 @@ async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:
 
 
 async def _close_sockets(app: web.Application) -> None:
-    for socket in tuple(app[live.SOCKETS]):
+    for socket in tuple(app[STATE].sockets):
         await socket.close(code=1001, message=b"the server stops")

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 HEARTBEAT_SEC: Final = 20.0
 """A browser that does not answer a ping within half of it is gone."""
 
-SOCKETS: Final = web.AppKey("SOCKETS", set[web.WebSocketResponse])
-"""Those that are open, for the stop."""
-
 
 @contextmanager
 def counted(state: State) -> Generator[None]:
@@ -41,15 +38,15 @@ def counted(state: State) -> Generator[None]:
 
 async def live(request: web.Request) -> web.WebSocketResponse:
     """Serve a page until it is closed."""
-    state, sockets = state_of(request), request.app[SOCKETS]
+    state = state_of(request)
     with counted(state):
         socket = web.WebSocketResponse(heartbeat=HEARTBEAT_SEC, max_msg_size=MAX_REQUEST_BYTES, compress=True)
         await socket.prepare(request)
-        sockets.add(socket)
+        state.sockets.add(socket)
         try:
             await LiveSession(socket, state.panels.make).run()
         finally:
-            sockets.discard(socket)
+            state.sockets.discard(socket)
             await socket.close()
     return socket
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
@@ -27,7 +27,8 @@ class State:
         feeds: Read topics.
         panels: Make the panels of pages.
         assets: The page's files.
-        live: Browsers and streams that are connected now.
+        live: How many browsers and streams are connected now.
+        sockets: Those of the browsers, for the stop.
     """
 
     options: WebOptions
@@ -37,6 +38,7 @@ class State:
     panels: Panels
     assets: Assets
     live: int = 0
+    sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
 
 
 STATE: Final = web.AppKey("STATE", State)
