@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from actors.cli.errors import CommandError
     from actors.cli.tables import Styled
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
-    from actors.time.types import Duration
     from actors.tools.broker_names import BrokerNames
 
 
@@ -252,8 +251,10 @@ def print_info(named: Named, options: Options) -> int:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)
     found = {side: snapshot.endpoints(side.kind, name) for side in named.sides}
     if options.json:
+        from actors.tools import graph_documents
+
         lists = {
-            f"{side.noun}s": [_document(each, names) for each in endpoints]
+            f"{side.noun}s": [graph_documents.endpoint(each, names) for each in endpoints]
             for side, endpoints in found.items()
         }
         print_json({"name": name, "types": types[name], **lists})
@@ -283,37 +284,6 @@ def _print_info(
                     if label == "Node namespace" and names is not None:
                         print_styled(Styled("Broker", "dim"), ": ", names[endpoint.broker])
                 print()
-
-
-def _document(endpoint: EndpointInfo, names: BrokerNames | None) -> dict[str, Any]:
-    """Return an endpoint for JSON."""
-    from proto.names import full_node_name
-
-    qos = endpoint.qos_profile
-    return {
-        "node": full_node_name(endpoint.node_namespace, endpoint.node_name),
-        **({} if names is None else {"broker": names[endpoint.broker]}),
-        "type": endpoint.topic_type,
-        "type_hash": endpoint.topic_type_hash,
-        "endpoint_id": endpoint.endpoint_id,
-        "qos": {
-            "history": qos.history.short_key,
-            "depth": qos.depth,
-            "reliability": qos.reliability.short_key,
-            "durability": qos.durability.short_key,
-            "lifespan_ns": _nanoseconds(qos.lifespan),
-            "deadline_ns": _nanoseconds(qos.deadline),
-            "liveliness": qos.liveliness.short_key,
-            "liveliness_lease_duration_ns": _nanoseconds(qos.liveliness_lease_duration),
-            "strict": endpoint.strict_qos,
-        },
-    }
-
-
-def _nanoseconds(limit: Duration) -> int | None:
-    from actors.qos.profile import UNLIMITED
-
-    return None if limit == UNLIMITED else limit.nanoseconds
 
 
 def _names_and_types(named: Named, options: Options, *, hidden: bool) -> NamesAndTypes:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.cli.named import ACTION, types_shown
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-
-if TYPE_CHECKING:
-    from actors.graph.snapshot import GraphSnapshot
-    from proto.codes import EntryKind
 
 EXAMPLES: Final = {
     "callboard action info /fibonacci": "which nodes are its clients and servers",
@@ -31,35 +27,22 @@ def run(options: Options) -> int:
     from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
     from actors.cli.tables import Styled, print_styled
+    from actors.tools.graph_documents import action_nodes
 
     name = ACTION.full_name(options.action)
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-    found = {side: _owners(snapshot, side.kind, name) for side in ACTION.sides}
+    found = {side: action_nodes(snapshot, side.kind, name) for side in ACTION.sides}
     if options.json:
         types = dict(ACTION.names_and_types(snapshot)).get(name, [])
-        lists = {
-            f"{side.noun}s": [{"node": node, "types": used} for node, used in owners]
-            for side, owners in found.items()
-        }
+        lists = {f"{side.noun}s": owners for side, owners in found.items()}
         print_json({"name": name, "types": types, **lists})
         return 0
     print_styled("Action: ", Styled(name, "name"))
     for side, owners in found.items():
         print_styled(f"{side.heading}: ", Styled(str(len(owners)), "heading"))
         if not options.count:
-            for node, used in owners:
-                print_styled("    ", Styled(node, "name"), *(types_shown(used) if options.show_types else ()))
+            for each in owners:
+                types = types_shown(each["types"]) if options.show_types else ()
+                print_styled("    ", Styled(each["node"], "name"), *types)
     return 0
-
-
-def _owners(snapshot: GraphSnapshot, kind: EntryKind, action: str) -> list[tuple[str, list[str]]]:
-    """Return the nodes with servers or clients of an action, and the types that each uses."""
-    from actors.graph.snapshot import actions_among
-
-    owners: list[tuple[str, list[str]]] = []
-    for node in dict.fromkeys(snapshot.nodes()):  # nodes that share a name are one here
-        types = dict(actions_among(snapshot.names_and_types(kind, node=node)))
-        if action in types:
-            owners.append((node, types[action]))
-    return owners

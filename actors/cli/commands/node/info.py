@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.named import absolute, unknown
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-from proto.codes import EntryKind
-from proto.names import is_hidden
 
 if TYPE_CHECKING:
     from actors.cli.errors import CommandError
     from actors.graph.inspector import Inspector
-    from actors.graph.snapshot import GraphSnapshot, NamesAndTypes
+    from actors.graph.snapshot import GraphSnapshot
 
 EXAMPLES: Final = {"callboard node info /talker": "what it publishes, subscribes to, serves and calls"}
-_KINDS: Final = {
-    "Subscribers": EntryKind.SUBSCRIPTION,
-    "Publishers": EntryKind.PUBLISHER,
-    "Service Servers": EntryKind.SERVICE,
-    "Service Clients": EntryKind.CLIENT,
-}
-_ACTIONS: Final = {"Action Servers": EntryKind.SERVICE, "Action Clients": EntryKind.CLIENT}
+_HEADINGS: Final = (
+    "Subscribers",
+    "Publishers",
+    "Service Servers",
+    "Service Clients",
+    "Action Servers",
+    "Action Clients",
+)
 
 
 def add_arguments(parser: Parser) -> None:
@@ -40,57 +39,42 @@ def run(options: Options) -> int:
     from actors.cli.errors import USAGE, CommandError
     from actors.cli.mesh_names import read_broker_names
     from actors.cli.output import print_err, print_json
+    from actors.tools import graph_documents
 
     if not options.node.strip("/"):
         raise CommandError("Which node? Write its full name, such as /talker", USAGE)
     name = absolute(options.node)
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
-        number = snapshot.nodes().count(name)
-        if not number:
-            raise _missing(inspector, name, snapshot)
         names = read_broker_names(inspector, snapshot)
+        found = graph_documents.node(snapshot, name, names, hidden=options.include_hidden)
+        if found is None:
+            raise _missing(inspector, name, snapshot)
+    number = snapshot.nodes().count(name)
     if number > 1:
         print_err(
             f'There are {number} nodes in the graph with the exact name "{name}".'
             " You are seeing information about all of them."
         )
-    sections = _sections(snapshot, name, hidden=options.include_hidden)
-    broker = "" if names is None else names.joined(snapshot.node_brokers()[name])
     if options.json:
-        lists = {
-            heading.lower().replace(" ", "_"): [{"name": each, "types": types} for each, types in names]
-            for heading, names in sections.items()
-        }
-        print_json({"name": name, **({"broker": broker} if broker else {}), **lists})
+        print_json(found)
     else:
-        _print(name, broker, sections)
+        _print(found)
     return 0
 
 
-def _sections(snapshot: GraphSnapshot, node: str, *, hidden: bool) -> dict[str, NamesAndTypes]:
-    from actors.graph.snapshot import actions_among
-
-    found = {heading: snapshot.names_and_types(kind, node=node) for heading, kind in _KINDS.items()}
-    for heading, kind in _ACTIONS.items():
-        found[heading] = actions_among(snapshot.names_and_types(kind, node=node))
-    return {
-        heading: [each for each in names if hidden or not is_hidden(each[0])]
-        for heading, names in found.items()
-    }
-
-
-def _print(node: str, broker: str, sections: dict[str, NamesAndTypes]) -> None:
+def _print(node: dict[str, Any]) -> None:
     from actors.cli.tables import Styled, print_styled
 
-    print_styled(Styled(node, "name"))
-    if broker:
-        print_styled("  ", Styled("Broker: ", "heading"), broker)
-    for heading, names in sections.items():
+    print_styled(Styled(node["name"], "name"))
+    if "broker" in node:
+        print_styled("  ", Styled("Broker: ", "heading"), node["broker"])
+    for heading in _HEADINGS:
         print_styled("  ", Styled(f"{heading}:", "heading"))
-        for name, types in names:
-            print_styled("    ", name, ": ", Styled(", ".join(types), "type"))
-        if not names:
+        found = node[heading.lower().replace(" ", "_")]
+        for each in found:
+            print_styled("    ", each["name"], ": ", Styled(", ".join(each["types"]), "type"))
+        if not found:
             print()  # as ROS 2 prints it
 
 

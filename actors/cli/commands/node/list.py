@@ -25,6 +25,7 @@ def run(options: Options) -> int:
     from actors.cli.node_names import visible_nodes, warn_of_shared_names
     from actors.cli.output import print_json
     from actors.cli.tables import print_table
+    from actors.tools import graph_documents
 
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
@@ -43,14 +44,8 @@ def run(options: Options) -> int:
         places = {name: brokers.joined(numbers) for name, numbers in duplicates.items()}
         rows = [(*node, *(["duplicate"] if node[0] in duplicates else [])) for node in nodes]
     if options.json:
-        print_json([_document(*row) for row in rows])
+        print_json(graph_documents.nodes(snapshot, brokers, hidden=options.all))
     else:
         print_table(rows, style=("name", "dim", "warn"))
     warn_of_shared_names(found, places)
     return 0
-
-
-def _document(name: str, broker: str | None = None, duplicate: str = "") -> dict[str, object]:
-    if broker is None:
-        return {"name": name}
-    return {"name": name, "broker": broker, "duplicate": bool(duplicate)}

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Any, Final
 
 from actors.cli.named import TOPIC, add_hidden_option, add_list_options, list_names, types_shown
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-from proto.names import is_hidden
-
-if TYPE_CHECKING:
-    from collections import Counter
-
-    from actors.graph.snapshot import NamesAndTypes
 
 EXAMPLES: Final = {
     "callboard topic list -t": "all topics, with their types",
@@ -34,45 +28,26 @@ def run(options: Options) -> int:
     """Print the topics that have a publisher or a subscription."""
     if options.count_topics or not options.verbose:
         return list_names(TOPIC, options)
-    from collections import Counter
-
     from actors.cli.broker_target import open_inspector
     from actors.cli.output import print_json
+    from actors.tools import graph_documents
 
     with open_inspector(options) as inspector:
-        snapshot = inspector.graph()
-    topics = [
-        (name, types)
-        for name, types in snapshot.names_and_types(*TOPIC.kinds)
-        if options.include_hidden_topics or not is_hidden(name)
-    ]
-    publishers, subscriptions = (
-        Counter(entry.name for entry in snapshot.of_kind(kind)) for kind in TOPIC.kinds
-    )
+        topics = graph_documents.topics(inspector.graph(), hidden=options.include_hidden_topics)
     if options.json:
-        print_json(
-            [
-                {
-                    "name": name,
-                    "types": types,
-                    "publisher_count": publishers[name],
-                    "subscription_count": subscriptions[name],
-                }
-                for name, types in topics
-            ]
-        )
+        print_json(topics)
     elif topics:
-        _print_block("Published topics:", "publisher", topics, publishers)
-        _print_block("Subscribed topics:", "subscriber", topics, subscriptions)
+        _print_block("Published topics:", "publisher", topics, "publisher_count")
+        _print_block("Subscribed topics:", "subscriber", topics, "subscription_count")
     return 0
 
 
-def _print_block(heading: str, word: str, topics: NamesAndTypes, counts: Counter[str]) -> None:
+def _print_block(heading: str, word: str, topics: list[dict[str, Any]], count_key: str) -> None:
     from actors.cli.tables import Styled, print_styled
 
     print_styled(Styled(heading, "heading"))
-    for name, types in topics:
-        if count := counts[name]:
+    for topic in topics:
+        if count := topic[count_key]:
             end = f" {count} {word}{'s' if count > 1 else ''}"
-            print_styled(" * ", Styled(name, "name"), *types_shown(types), end)
+            print_styled(" * ", Styled(topic["name"], "name"), *types_shown(topic["types"]), end)
     print()
