@@ -83,7 +83,9 @@ class WebServer:
         self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
-        self._runner = web.AppRunner(self._app, access_log=None, shutdown_timeout=STOP_SEC)
+        self._runner = web.AppRunner(
+            self._app, access_log=None, shutdown_timeout=STOP_SEC, handler_cancellation=True
+        )
 
     @property
     def url(self) -> str:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
+    from actors.qos.profile import QoSProfile
     from actors.web.observer import Observer
 
 DEPTH: Final = 1000
@@ -136,12 +137,14 @@ class TopicFeed:
         self._unused = unused
         self._readers: list[TopicReader] = []
         self._decode: Callable[[bytes], Any] | None = None
-        self._end_watch = observer.on_graph(self._forget_type)
-        profile = profile_of(observer.snapshot, topic, depth=DEPTH)
+        self._end_watch = observer.on_graph(self._adapt)
+        self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
+
+    def _subscribe(self, profile: QoSProfile) -> None:
         latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
         self._latched = NewestMessages(DEPTH) if latched else None
-        self._subscription: Subscription[Any] = observer.node.create_subscription(
-            None, topic, self._receive, profile, raw=True
+        self._subscription: Subscription[Any] = self._observer.node.create_subscription(
+            None, self._topic, self._receive, profile, raw=True
         )
         self._lost = 0
 
@@ -169,9 +172,13 @@ class TopicFeed:
             self._decode = decoder_of(self._observer.snapshot, self._topic)
         return self._decode(data)
 
-    def _forget_type(self) -> None:
-        """Look the type up again: a publisher may have come."""
+    def _adapt(self) -> None:
+        """Look type and QoS up again: a publisher may have come, with messages that are kept for us."""
         self._decode = None
+        profile = profile_of(self._observer.snapshot, self._topic, depth=DEPTH)
+        if self._latched is None and profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
+            self._observer.node.destroy_subscription(self._subscription)
+            self._subscribe(profile)
 
     def _receive(self, data: bytes, info: MessageInfo) -> None:
         subscription = self._subscription

@@ -1,0 +1,118 @@
+"""What a page gets over its WebSocket."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.std_msgs.msg import String
+from actors.web.live.echo_panel import AT_ONCE
+from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
+from tests.actors.meeting import until
+from tests.actors.web.site import Page
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from tests.actors.meeting import Meeting
+    from tests.actors.web.site import Site
+
+
+@pytest.fixture
+async def page(site: Site) -> AsyncIterator[Page]:
+    """A page that has just connected."""
+    async with site.client.ws_connect("/api/live") as socket:
+        yield Page(socket)
+
+
+async def test_the_graph_panel_sends_what_changes(page: Page, meeting: Meeting) -> None:
+    """First everything, then a node that comes, then one that goes, as null."""
+    await page.open(1, "graph")
+    first = await page.next()
+    assert first["id"] == 1
+    assert first["patch"]["vertices"] == {}
+    node = await meeting.node("talker")
+    node.create_publisher(String, "chatter", 1)
+    found = await page.until(lambda body: "topic /chatter" in body["patch"].get("vertices", {}))
+    assert found["patch"]["vertices"]["topic /chatter"]["types"] == ["std_msgs/msg/String"]
+    await node.__aexit__(None, None, None)
+    await page.until(lambda body: body["patch"].get("vertices", {}).get("node /talker", 0) is None)
+
+
+async def test_the_overview_panel_sends_rates(page: Page, meeting: Meeting) -> None:
+    """A topic's row is there as soon as a sample was taken."""
+    node = await meeting.node("talker")
+    node.create_publisher(String, "chatter", 1)
+    await page.open(7, "overview")
+    found = await page.until(lambda body: "/chatter" in body["patch"].get("topics", {}))
+    assert found["id"] == 7
+    assert found["patch"]["topics"]["/chatter"]["publishers"] == 1
+
+
+async def test_a_slow_page_gets_the_newest_messages_and_the_number_of_the_others(
+    page: Page, meeting: Meeting
+) -> None:
+    """More messages than an update holds, published in one go."""
+    node = await meeting.node("talker")
+    publisher = node.create_publisher(String, "chatter", 1000)
+    await page.open(1, "echo", topic="/chatter")
+    await until(publisher.get_subscription_count)
+    for number in range(500):
+        publisher.publish(String(data=str(number)))
+    shown: list[str] = []
+    skipped = 0
+    while not shown or shown[-1] != "499":
+        body = await page.next()
+        assert len(body["messages"]) <= AT_ONCE
+        shown += [each["message"]["data"] for each in body["messages"]]
+        skipped += body["skipped"]
+    assert len(shown) + skipped == 500
+    assert shown == sorted(shown, key=int)
+
+
+async def test_a_closed_panel_sends_nothing_more(page: Page, meeting: Meeting) -> None:
+    """And its topic is no longer subscribed to; its number can be used again."""
+    node = await meeting.node("talker")
+    publisher = node.create_publisher(String, "chatter", 1)
+    await page.open(1, "echo", topic="/chatter")
+    await until(publisher.get_subscription_count)
+    await page.socket.send_json({"close": 1})
+    await until(lambda: not publisher.get_subscription_count())
+    await page.open(1, "nothing")
+    assert "There is no panel" in (await page.next())["error"]
+
+
+@pytest.mark.parametrize(
+    ("request_text", "error"),
+    [
+        ("nonsense", "Not a JSON object"),
+        ("[1]", "Not a JSON object"),
+        ('{"open": "1", "panel": "graph"}', "number"),
+        ('{"open": 5, "panel": "echo"}', "topic"),
+        ('{"open": 5, "panel": "echo", "topic": "/a", "more": 1}', "more"),
+        ('{"open": 5, "panel": "echo", "topic": "not a name"}', "not a name"),
+        ('{"open": 5, "panel": "graph", "hidden": "yes"}', "bool"),
+    ],
+)
+async def test_a_wrong_request_is_answered_with_an_error(page: Page, request_text: str, error: str) -> None:
+    """And the connection goes on."""
+    await page.socket.send_str(request_text)
+    assert error in (await page.next())["error"]
+    await page.open(9, "graph")
+    assert (await page.next())["id"] == 9
+
+
+async def test_a_page_has_a_limited_number_of_panels(page: Page) -> None:
+    """The next one is refused."""
+    for number in range(MAX_PANELS + 1):
+        await page.open(number, "graph")
+    found = await page.until(lambda body: "error" in body)
+    assert found["id"] == MAX_PANELS
+
+
+async def test_a_request_that_is_too_long_ends_the_connection(page: Page) -> None:
+    """Before it is all in memory."""
+    await page.socket.send_str("x" * (MAX_REQUEST_BYTES + 1))
+    await page.socket.receive()
+    assert page.socket.closed

@@ -1,0 +1,101 @@
+"""Who may ask for what."""
+
+from __future__ import annotations
+
+import pytest
+
+from actors.web.security import Door, bearer, new_token
+
+DOOR = Door(token="secret", control=True)
+HOST = {"Host": "127.0.0.1:7412"}
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1:7412", "localhost:7412", "localhost", "[::1]:7412", "robot:7412"]
+)
+def test_the_server_goes_by_loopback_names_and_by_those_it_was_given(host: str) -> None:
+    """With any port: it may be forwarded."""
+    assert Door(token="t", hosts=frozenset({"robot"})).refuses_origin({"Host": host}) is None
+
+
+@pytest.mark.parametrize(
+    "host",
+    ["", "evil.example", "evil.example:7412", "localhost.evil.example", "127.0.0.1.nip.io", "[", "a@b:c"],
+)
+def test_another_host_is_refused(host: str) -> None:
+    """A name that leads to this server by DNS rebinding."""
+    refusal = DOOR.refuses_origin({"Host": host})
+    assert refusal is not None
+    assert refusal.status == 421
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://127.0.0.1:8000"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_a_page_of_another_site_is_refused(headers: dict[str, str]) -> None:
+    """Another port is another site, too."""
+    refusal = DOOR.refuses_origin({**HOST, **headers})
+    assert refusal is not None
+    assert refusal.status == 403
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{}, {"Origin": "http://127.0.0.1:7412"}, {"Sec-Fetch-Site": "same-origin"}, {"Sec-Fetch-Site": "none"}],
+)
+def test_its_own_page_and_programs_are_not_refused(headers: dict[str, str]) -> None:
+    """A program sends neither header."""
+    assert DOOR.refuses_origin({**HOST, **headers}) is None
+
+
+@pytest.mark.parametrize(
+    ("control", "token", "status"), [(False, "secret", 403), (True, "", 401), (True, "x", 401)]
+)
+def test_control_needs_the_option_and_the_token(*, control: bool, token: str, status: int) -> None:
+    """The status tells a missing option from a wrong token."""
+    refusal = Door(token="secret", control=control).refuses_control(token)
+    assert refusal is not None
+    assert refusal.status == status
+
+
+def test_the_token_grants_control() -> None:
+    """Where control is allowed."""
+    assert DOOR.refuses_control("secret") is None
+
+
+def test_reading_needs_the_token_beyond_loopback_only() -> None:
+    """On loopback everybody on this machine may read."""
+    assert DOOR.refuses_reading("") is None
+    private = Door(token="secret", private=True)
+    assert private.refuses_reading("secret") is None
+    refusal = private.refuses_reading("")
+    assert refusal is not None
+    assert refusal.status == 401
+
+
+def test_a_token_that_is_not_ascii_is_just_wrong() -> None:
+    """It may come from anybody."""
+    refusal = DOOR.refuses_control("sécret")
+    assert refusal is not None
+    assert refusal.status == 401
+
+
+@pytest.mark.parametrize(
+    ("header", "token"),
+    [("Bearer abc", "abc"), ("bearer  abc ", "abc"), ("Basic abc", ""), ("Bearer", ""), ("", "")],
+)
+def test_the_token_comes_from_the_header(header: str, token: str) -> None:
+    """Other schemes have none."""
+    assert bearer({"Authorization": header}) == token
+
+
+def test_tokens_differ() -> None:
+    """Each server has its own."""
+    assert new_token() != new_token()
