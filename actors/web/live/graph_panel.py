@@ -2,16 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
+
+from actors.graph.snapshot import GraphSnapshot, actions_among
 from actors.tools.graph_drawing.model import GraphFilter, model_of
+from actors.tools.overview import SUSPENDED
 from actors.web.live.panel import DocumentPanel
+from proto.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from actors.tools.graph_drawing.model import Vertex
     from actors.web.observer import Observer
+
+MAX_VERTICES: Final = 5000
+"""Nodes, topics and services that a page is sent; a browser draws no more."""
+
+
+class GraphParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is drawn besides nodes and topics.
+
+    Attributes:
+        hidden: Names with a token that begins with `_`.
+        debug: What is there for debugging; see `GraphFilter`.
+        services: Services.
+        actions: Actions.
+    """
+
+    hidden: bool = False
+    debug: bool = False
+    services: bool = False
+    actions: bool = False
 
 
 class GraphPanel(DocumentPanel):
@@ -19,58 +43,89 @@ class GraphPanel(DocumentPanel):
 
     Args:
         observer: Watches the graph.
-        chosen: What to leave out.
+        chosen: What is drawn.
         wake: See `DocumentPanel`.
     """
 
-    def __init__(self, observer: Observer, chosen: GraphFilter, wake: Callable[[], None]) -> None:
+    def __init__(self, observer: Observer, chosen: GraphParameters, wake: Callable[[], None]) -> None:
         self._observer = observer
         self._chosen = chosen
         super().__init__(wake, observer.on_graph, observer.on_sample)
 
     def document(self) -> dict[str, Any]:
-        """Return maps of `vertices`, `edges` and `mismatches`."""
-        observer = self._observer
-        model = model_of(observer.snapshot, self._chosen, observer.node_places())
-        vertices: dict[str, Any] = {}
-        for vertex in model.vertices:
-            vertices[_id(vertex)] = {
+        """Return `connected`, `omitted` (vertices), and maps of `vertices`, `edges` and `mismatches`."""
+        observer, chosen = self._observer, self._chosen
+        snapshot = observer.snapshot
+        whole = GraphSnapshot({**snapshot.suspended, **snapshot.entries})
+        wanted = GraphFilter(hidden=chosen.hidden, debug=chosen.debug, services=chosen.services)
+        model = model_of(whole, wanted, observer.node_places())
+        vertices = {
+            _id(vertex): {
                 "kind": vertex.kind.value,
                 "name": vertex.name,
                 "broker": vertex.broker or None,
                 "types": list(model.types.get(vertex, ())) or None,
             }
-        edges: dict[str, Any] = {}
-        for edge in model.edges:
-            source, target = _id(edge.source), _id(edge.target)
-            edges[f"{source} {edge.relation} {target}"] = {
-                "source": source,
-                "target": target,
+            for vertex in model.vertices
+        }
+        edges = {
+            f"{_id(edge.source)} {edge.relation} {_id(edge.target)}": {
+                "source": _id(edge.source),
+                "target": _id(edge.target),
                 "relation": edge.relation.value,
-                "names": list(edge.names) or None,
             }
-        self._add_rates(vertices)
+            for edge in model.edges
+        }
+        if chosen.actions:
+            _add_actions(whole, vertices, edges)
+        self._add_states(vertices, (entry.node for entry in snapshot.suspended.values()))
+        omitted = max(0, len(vertices) - MAX_VERTICES)
+        if omitted:
+            vertices = dict(list(vertices.items())[:MAX_VERTICES])
+            edges = {
+                key: each
+                for key, each in edges.items()
+                if {each["source"], each["target"]} <= vertices.keys()
+            }
         return {
             "connected": observer.connected,
+            "omitted": omitted or None,
             "vertices": vertices,
             "edges": edges,
             "mismatches": {" ".join(each[:3]): each._asdict() for each in model.mismatches},
         }
 
-    def _add_rates(self, vertices: dict[str, Any]) -> None:
+    def _add_states(self, vertices: dict[str, Any], suspended: Iterable[str]) -> None:
+        """Add what the last sample says of topics and nodes."""
         seen = self._observer.overview
-        if seen is None:
-            return
-        for topic in seen.topics:
+        for topic in () if seen is None else seen.topics:
             vertex = vertices.get(f"topic {topic.name}")
             if vertex is not None:
                 vertex["messages_per_sec"] = topic.messages_per_sec
                 vertex["bytes_per_sec"] = topic.bytes_per_sec
                 vertex["drops_per_sec"] = topic.drops_per_sec
-        for node in seen.nodes:
-            vertex = vertices.get(f"node {node.name}")
-            if vertex is not None:
-                vertex["state"] = node.state
+                vertex["dropped"] = topic.dropped
+        for node in suspended:
+            if f"node {node}" in vertices:
+                vertices[f"node {node}"]["state"] = SUSPENDED
+
+
+def _add_actions(snapshot: GraphSnapshot, vertices: dict[str, Any], edges: dict[str, Any]) -> None:
+    """Add actions, and edges from their clients and to their servers."""
+    for kind, relation in ((EntryKind.CLIENT, "calls"), (EntryKind.SERVICE, "serves")):
+        for entry in snapshot.of_kind(kind):
+            node = f"node {entry.node}"
+            for name, types in actions_among([(entry.name, [entry.type_name])]):
+                if node not in vertices:
+                    continue
+                action = f"action {name}"
+                vertices.setdefault(action, {"kind": "action", "name": name, "types": types})
+                source, target = (node, action) if relation == "calls" else (action, node)
+                edges[f"{source} {relation} {target}"] = {
+                    "source": source,
+                    "target": target,
+                    "relation": relation,
+                }
 
 
 def _id(vertex: Vertex) -> str:

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
-from actors.tools.graph_drawing.model import GraphFilter
 from actors.web.live.echo_panel import EchoPanel
-from actors.web.live.graph_panel import GraphPanel
+from actors.web.live.graph_panel import GraphPanel, GraphParameters
 from actors.web.live.overview_panel import OverviewPanel
 from actors.web.live.panel import PanelError
 
@@ -76,7 +75,7 @@ class Panels:
         return OverviewPanel(self._observer, wake)
 
     def _graph(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
-        return GraphPanel(self._observer, _converted(parameters, GraphFilter), wake)
+        return GraphPanel(self._observer, _converted(parameters, GraphParameters), wake)
 
     def _echo(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return EchoPanel(self._feeds, _converted(parameters, TopicParameters).topic, wake)

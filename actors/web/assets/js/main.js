@@ -20,9 +20,10 @@ import { h, setText } from "./dom.js";
 
 /** @type {Record<string, [title: string, load: () => Promise<View>]>} */
 const VIEWS = {
+  graph: ["Graph", () => import("./views/graph.js")],
   topics: ["Topics", () => import("./views/topics.js")],
 };
-const FIRST = "topics";
+const FIRST = "graph";
 
 takeToken();
 const connection = new Connection(`${location.origin.replace(/^http/, "ws")}/api/live`);
@@ -46,8 +47,8 @@ async function show() {
   }
   clear();
   for (const link of views.querySelectorAll("a")) {
-    link.toggleAttribute("aria-current", false);
-    if (link.dataset.view === id) {
+    link.removeAttribute("aria-current");
+    if (link.dataset.view === (id in VIEWS ? id : FIRST)) {
       link.setAttribute("aria-current", "page");
     }
   }
