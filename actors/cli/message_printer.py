@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import base64
-import re
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.output import print_err, print_json, print_out
 from actors.interfaces.convert import message_to_csv, message_to_ordereddict, message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
+from actors.tools.field_paths import InvalidFieldError, require_path, value_at
 from actors.tools.message_filter import InvalidFilterError, MessageFilter
 from proto.errors import peer_text
 
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from actors.endpoints.subscription.backlog import MessageInfo
 
-_FIELD: Final = re.compile(r"\w+(\[\d+\])*(\.\w+(\[\d+\])*)*")
-
 
 class MessagePrinter:
     """Prints messages.
@@ -30,13 +28,14 @@ class MessagePrinter:
         options: Those of `add_print_options`, and `field`, `filter`, `raw` and `include_message_info`.
 
     Raises:
-        CommandError: `--field` is not a path of fields, or options exclude each other.
+        InvalidFieldError: `--field` is not a path of fields.
+        CommandError: Options exclude each other.
         InvalidFilterError: `--filter` is not a Python expression.
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        if options.field is not None and not _FIELD.fullmatch(options.field):
-            raise CommandError(f"Invalid field value '{options.field}'")
+        if options.field is not None:
+            require_path(options.field)
         if options.csv and (options.json or options.raw):
             raise CommandError(f"Give --csv or {'--json' if options.json else '--raw'}, not both", USAGE)
         self._options = options
@@ -60,7 +59,7 @@ class MessagePrinter:
             decode: Decodes bytes.
 
         Raises:
-            CommandError: There is no such field.
+            InvalidFieldError: There is no such field.
             InvalidFilterError: The filter failed.
         """
         try:
@@ -68,7 +67,7 @@ class MessagePrinter:
         except InvalidMessageError as error:
             print_err(peer_text(str(error)))
             return False
-        except (CommandError, InvalidFilterError) as error:
+        except (InvalidFieldError, InvalidFilterError) as error:
             if not self._matched:
                 raise
             print_err(str(error))
@@ -88,7 +87,7 @@ class MessagePrinter:
         if options.raw:
             self._show_raw(message, info_fields)
         else:
-            self._show(whole if options.field is None else _part(whole, options.field), info_fields)
+            self._show(whole if options.field is None else value_at(whole, options.field), info_fields)
         return True
 
     def _show(self, value: Any, info: dict[str, Any] | None) -> None:
@@ -125,23 +124,3 @@ class MessagePrinter:
 
 def _info_fields(info: MessageInfo) -> dict[str, Any]:
     return {**info._asdict(), "publisher_gid": info.publisher_gid.hex()}
-
-
-def _part(message: Any, path: str) -> Any:
-    """Return the value at `path`.
-
-    Raises:
-        CommandError: There is no such field.
-    """
-    value = message
-    for step in re.findall(r"\w+", path):
-        try:
-            if isinstance(value, dict):
-                value = cast("dict[str, Any]", value)[step]
-            elif isinstance(value, Message):
-                value = getattr(value, step if step in value.__struct_fields__ else "")
-            else:
-                value = value[int(step)]
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
-            raise CommandError(f"Invalid field '{path}': there is no '{step}' in it") from None
-    return value

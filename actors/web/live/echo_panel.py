@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.interfaces.convert import message_to_ordereddict
 from actors.interfaces.errors import InvalidMessageError
+from actors.web.plain_values import plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,8 +58,7 @@ def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
         "bytes": len(received.data),
     }
     try:
-        message = reader.decode(received.data)
-        found["message"] = message_to_ordereddict(message, truncate_length=SHOWN_LENGTH)
+        found["message"] = plain(reader.decode(received.data), SHOWN_LENGTH)
     except InvalidMessageError as error:
         found["error"] = str(error)
     return found

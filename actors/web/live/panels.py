@@ -10,6 +10,8 @@ from actors.web.live.echo_panel import EchoPanel
 from actors.web.live.graph_panel import GraphPanel, GraphParameters
 from actors.web.live.overview_panel import OverviewPanel
 from actors.web.live.panel import PanelError
+from actors.web.live.plot_panel import PlotPanel, PlotParameters
+from actors.web.live.topic_panel import TopicPanel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -49,7 +51,9 @@ class Panels:
         self._makers: dict[str, Callable[[Mapping[str, Any], Callable[[], None]], Panel]] = {
             "overview": self._overview,
             "graph": self._graph,
+            "topic": self._topic,
             "echo": self._echo,
+            "plot": self._plot,
         }
 
     def make(self, name: str, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
@@ -79,6 +83,12 @@ class Panels:
 
     def _echo(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return EchoPanel(self._feeds, _converted(parameters, TopicParameters).topic, wake)
+
+    def _topic(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return TopicPanel(self._observer, _converted(parameters, TopicParameters).topic, wake)
+
+    def _plot(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return PlotPanel(self._feeds, _converted(parameters, PlotParameters), wake)
 
 
 def _converted(parameters: Mapping[str, Any], kind: type[T]) -> T:
