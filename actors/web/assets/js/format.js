@@ -43,7 +43,11 @@ export function duration(seconds) {
   return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
+const CLOCK = new Intl.DateTimeFormat(undefined, {
+  hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 3, hour12: false,
+});
+
 /** @param {number} nanoseconds since the epoch */
 export function clock(nanoseconds) {
-  return new Date(nanoseconds / 1e6).toLocaleTimeString(undefined, { hour12: false, fractionalSecondDigits: 3 });
+  return CLOCK.format(new Date(nanoseconds / 1e6));
 }

@@ -4,6 +4,7 @@
 import { takeToken } from "./api.js";
 import { Connection } from "./connection.js";
 import { h, setText } from "./dom.js";
+import { addressOf, readAddress } from "./routes.js";
 
 /**
  * What views get.
@@ -18,10 +19,12 @@ import { h, setText } from "./dom.js";
  * @property {(place: HTMLElement, context: Context) => (() => void)} show fills the place; returns what clears up
  */
 
-/** @type {Record<string, [title: string, load: () => Promise<View>]>} */
+/** @type {Record<string, [title: string, load: () => Promise<View>, inMenu: boolean]>} */
 const VIEWS = {
-  graph: ["Graph", () => import("./views/graph.js")],
-  topics: ["Topics", () => import("./views/topics.js")],
+  graph: ["Graph", () => import("./views/graph.js"), true],
+  topics: ["Topics", () => import("./views/topics.js"), true],
+  topic: ["Topic", () => import("./views/topic.js"), false],
+  plot: ["Plot", () => import("./views/plot.js"), true],
 };
 const FIRST = "graph";
 
@@ -32,29 +35,32 @@ const views = /** @type {HTMLElement} */ (document.getElementById("views"));
 let clear = () => {};
 let shown = 0;
 
-for (const [id, [title]] of Object.entries(VIEWS)) {
-  views.append(h("a", { href: `#/${id}`, "data-view": id }, title));
+for (const [id, [title, , inMenu]] of Object.entries(VIEWS)) {
+  if (inMenu) {
+    views.append(h("a", { href: addressOf(id), "data-view": id }, title));
+  }
 }
 
-/** Show the view that the address names: `#/VIEW` or `#/VIEW/NAME`. */
+/** Show the view that the address names. */
 async function show() {
-  const [, id = FIRST, name = ""] = /^#\/(\w+)(?:\/(.*))?$/.exec(location.hash) ?? [];
-  const entry = VIEWS[id] ?? VIEWS[FIRST];
+  const { view, name } = readAddress(location.hash);
+  const id = view in VIEWS ? view : FIRST;
+  const [title, load] = VIEWS[id];
   const mine = ++shown;
-  const view = await entry[1]();
+  const module = await load();
   if (mine !== shown) {
     return; // another one has been chosen meanwhile
   }
   clear();
   for (const link of views.querySelectorAll("a")) {
     link.removeAttribute("aria-current");
-    if (link.dataset.view === (id in VIEWS ? id : FIRST)) {
+    if (link.dataset.view === id || link.dataset.view === `${id}s`) {
       link.setAttribute("aria-current", "page");
     }
   }
-  document.title = `${entry[0]} - callboard`;
+  document.title = `${name || title} - callboard`;
   content.replaceChildren();
-  clear = view.show(content, { connection, name: decodeURIComponent(name), control: false });
+  clear = module.show(content, { connection, name, control: false });
 }
 
 /** Say whether what is shown is up to date. */

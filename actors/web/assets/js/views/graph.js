@@ -6,6 +6,7 @@ import { add, announce, h, setText } from "../dom.js";
 import { bytes, short } from "../format.js";
 import { elementsOf, placeNear } from "../graph_elements.js";
 import { svgOf } from "../graph_svg.js";
+import { addressOf } from "../routes.js";
 
 /** @typedef {import("../main.js").Context} Context */
 /** @typedef {import("../graph_elements.js").GraphDocument} GraphDocument */
@@ -15,8 +16,6 @@ const MANY_ELEMENTS = 400;
 /** With more, labels of edges are left out and the drawing is simplified while it moves. */
 
 const MAX_FIT_ZOOM = 1.3;
-
-const VIEW_OF = { node: "node", topic: "topic", service: "service", action: "action" };
 
 /**
  * @param {HTMLElement} place
@@ -279,7 +278,7 @@ class GraphView {
     this._details.hidden = !vertex && !edge;
     if (vertex) {
       this._details.replaceChildren(
-        h("h3", {}, h("a", { href: `#/${VIEW_OF[vertex.kind]}/${encodeURIComponent(vertex.name)}` }, vertex.name)),
+        h("h3", {}, h("a", { href: addressOf(vertex.kind, vertex.name) }, vertex.name)),
         h("p", {}, [vertex.kind, ...(vertex.types ?? []), vertex.broker && `on ${vertex.broker}`, vertex.state].filter(Boolean).join(", ")),
       );
       if (vertex.kind === "topic") {

@@ -1,0 +1,134 @@
+// @ts-check
+// One topic: its rates, who publishes and subscribes, and its messages as they come.
+
+import { announce, h, setText } from "../dom.js";
+import { bytes, clock, duration, short } from "../format.js";
+import { MessageTree } from "../message_tree.js";
+import { isPlotted, togglePlotted } from "../plotted_fields.js";
+import { addressOf } from "../routes.js";
+import { Table } from "../table.js";
+
+/** @typedef {import("../main.js").Context} Context */
+
+/** Least time between two messages that are shown, in milliseconds: faster ones cannot be read. */
+const SHOW_MS = 100;
+
+/**
+ * @param {HTMLElement} place
+ * @param {Context} context
+ * @returns {() => void}
+ */
+export function show(place, { connection, name }) {
+  const summary = h("p");
+  const ends = new Table("Publishers and subscriptions", [
+    { title: "Node", value: (row) => row.node, href: (row) => addressOf("node", row.node) },
+    { title: "Side", value: (row) => row.side },
+    { title: "Type", value: (row) => row.type },
+    { title: "QoS", value: (row) => qosText(row.qos) },
+  ]);
+  const head = h("p", { class: "dim" }, "No message yet.");
+  const tree = new MessageTree((path) => plotButton(name, path));
+  let paused = false;
+  let received = 0;
+  let skipped = 0;
+  /** @type {Record<string, any> | null} */
+  let newest = null;
+  const pause = h(
+    "button",
+    {
+      type: "button",
+      "aria-pressed": "false",
+      onclick: () => {
+        paused = !paused;
+        pause.setAttribute("aria-pressed", String(paused));
+        announce(paused ? "paused" : "goes on");
+      },
+    },
+    "Pause",
+  );
+  const plot = h("a", { href: addressOf("plot") }, "Open the plot");
+  place.append(
+    h("h2", {}, name),
+    summary,
+    h("details", { open: true }, h("summary", {}, "Publishers and subscriptions"), ends.element),
+    h("h3", {}, "Messages"),
+    h("div", { class: "toolbar" }, pause, plot),
+    head,
+    tree.element,
+  );
+  const draw = () => {
+    if (newest === null || paused) {
+      return;
+    }
+    const { node, sent_ns, delay_sec, message, error } = newest;
+    setText(head, `${clock(sent_ns)} from ${node}, after ${duration(delay_sec)}, ${bytes(newest.bytes)}; ${received} received, ${skipped} not shown`);
+    if (error) {
+      tree.show(error);
+    } else {
+      tree.show(message);
+    }
+    newest = null;
+  };
+  const timer = setInterval(draw, SHOW_MS);
+  const closeTopic = connection.open("topic", { topic: name }, ({ document }) => {
+    setText(summary, document.name ? summaryOf(document) : "There is no such topic now.");
+    const sides = /** @type {const} */ ([["publishers", "publisher"], ["subscriptions", "subscription"]]);
+    const rows = sides.flatMap(([key, side]) => (document[key] ?? []).map((/** @type {any} */ end) => [`${end.endpoint_id}`, { ...end, side }]));
+    ends.show(Object.fromEntries(rows));
+  });
+  const closeEcho = connection.open("echo", { topic: name }, ({ body }) => {
+    if (body.error) {
+      setText(head, body.error);
+      return;
+    }
+    received += body.messages.length + body.skipped;
+    skipped += body.messages.length + body.skipped - 1;
+    newest = body.messages[body.messages.length - 1];
+  });
+  return () => {
+    clearInterval(timer);
+    closeTopic();
+    closeEcho();
+  };
+}
+
+/** @param {Record<string, any>} topic */
+function summaryOf({ types, rates }) {
+  const parts = [types.join(", ") || "any type"];
+  if (rates) {
+    parts.push(`${short(rates.messages_per_sec)} messages/s`, `${bytes(rates.bytes_per_sec)}/s`, `${short(rates.queued)} queued`);
+    parts.push(`${short(rates.dropped)} dropped`);
+  }
+  return parts.join(" · ");
+}
+
+/** @param {Record<string, any>} qos */
+function qosText(qos) {
+  const depth = qos.history === "keep_last" ? ` ${qos.depth}` : "";
+  const limits = [["deadline", qos.deadline_ns], ["lifespan", qos.lifespan_ns], ["lease", qos.liveliness_lease_duration_ns]];
+  const shown = limits.filter(([, value]) => value).map(([text, value]) => `${text} ${duration(value / 1e9)}`);
+  return [`${qos.history}${depth}`, qos.reliability, qos.durability, qos.strict && "strict", ...shown].filter(Boolean).join(", ");
+}
+
+/**
+ * @param {string} topic
+ * @param {string} path
+ */
+function plotButton(topic, path) {
+  const button = h(
+    "button",
+    {
+      type: "button",
+      class: "plot-button",
+      "aria-label": `Plot ${path}`,
+      "aria-pressed": String(isPlotted(topic, path)),
+      onclick: () => {
+        togglePlotted(topic, path);
+        button.setAttribute("aria-pressed", String(isPlotted(topic, path)));
+        announce(isPlotted(topic, path) ? `${path} is plotted` : `${path} is not plotted any more`);
+      },
+    },
+    "plot",
+  );
+  return button;
+}
