@@ -158,6 +158,7 @@ if __name__ == "__main__":
     bare = {
         "start_parameter_services": False,
         "enable_rosout": False,
+        "start_diagnostics_service": False,
         "parameter_overrides": {"start_type_description_service": False},
     }
     without = bare if arguments.without_standard_endpoints else {}

@@ -79,6 +79,7 @@ def make_hidden_node(
         parameter_overrides={"start_type_description_service": name is not None},
         start_parameter_services=name is not None,
         enable_rosout=name is not None,
+        start_diagnostics_service=name is not None,
         connect_timeout_sec=connect_timeout_sec,
         stop_timeout_sec=stop_timeout_sec,
         slow_callback_sec=None,  # a terminal may be slow

@@ -1,10 +1,10 @@
-"""What the verbs of `callboard param` share: the parameter client of a node, and the texts of types."""
+"""What the verbs of `callboard param` share: the parameter client of a node."""
 
 from __future__ import annotations
 
 import asyncio
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 # Reading arguments needs nothing else.
 # ruff: noqa: PLC0415
@@ -16,12 +16,6 @@ if TYPE_CHECKING:
     from actors.config.contexts import BrokerTarget
     from actors.parameter_client.client import ParameterClient
     from actors.parameters.types import SetParametersResult
-
-TYPE_NAMES: Final = (
-    "not set", "boolean", "integer", "double", "string", "byte array", "boolean array", "integer array",
-    "double array", "string array",
-)  # fmt: skip
-"""By ROS 2's number of the type."""
 
 
 def run_with_client(

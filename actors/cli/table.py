@@ -71,6 +71,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
         {
             "list": Verb("list nodes"),
             "info": Verb("print the topics and services of a node"),
+            "diagnostics": Verb("print where a node runs and what its callbacks take"),
         },
     ),
     "param": Group(

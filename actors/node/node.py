@@ -79,6 +79,8 @@ class Node(NodeGraph, NodeParameters):
             argument `--disable-rosout-logs` turns it off for all nodes of a process.
         enable_logger_service: Let other nodes read and set the levels of this process's loggers: the services
             `~/get_logger_levels` and `~/set_logger_levels`.
+        start_diagnostics_service: Tell other nodes where the node runs and what its callbacks take: the
+            service `~/get_diagnostics`.
         connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
             this; None enters without one, and goes on trying in the background.
         default_call_timeout_sec: The deadline of calls that name none.
@@ -122,6 +124,7 @@ class Node(NodeGraph, NodeParameters):
         start_parameter_services: bool = True,
         enable_rosout: bool = True,
         enable_logger_service: bool = False,
+        start_diagnostics_service: bool = True,
         connect_timeout_sec: float | None = None,
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
@@ -182,6 +185,10 @@ class Node(NodeGraph, NodeParameters):
             from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - hidden nodes do without
 
             TypeDescriptionService(self._context, self._names)
+        if start_diagnostics_service:
+            from actors.node.diagnostics_service import DiagnosticsService  # noqa: PLC0415 - hidden nodes do without
+
+            DiagnosticsService(self._context, self._names, self.diagnostics)
         TimeSource(self._context, self._names, self._parameters)
         if automatically_declare_parameters_from_overrides:
             self._parameters.declare_overrides()

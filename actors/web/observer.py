@@ -58,6 +58,7 @@ class Observer:
             parameter_overrides={"start_type_description_service": False},
             start_parameter_services=False,
             enable_rosout=False,
+            start_diagnostics_service=False,
             connect_timeout_sec=CONNECT_SEC,
             stop_timeout_sec=STOP_SEC,
             slow_callback_sec=None,

@@ -22,6 +22,7 @@ KEEP_ALL: Final = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
 BARE: Final[dict[str, Any]] = {
     "start_parameter_services": False,
     "enable_rosout": False,
+    "start_diagnostics_service": False,
     "parameter_overrides": {"start_type_description_service": False},
 }
 """Options of a node without the endpoints that every node has, for tests that count what they declare."""

@@ -154,23 +154,14 @@ class _LogPrinter:
 
     def _print(self, line: Log, info: MessageInfo) -> None:
         from actors.logging.terminal_text import log_line
+        from actors.tools import node_documents
 
-        severity = _severity(line.level)
         if self._json:
             from actors.cli.output import print_json
-            from actors.interfaces.convert import message_to_ordereddict
 
-            print_json({"node": info.publisher_node, "severity": severity, **message_to_ordereddict(line)})
+            print_json(node_documents.log_line(line, info.publisher_node))
             return
+        severity = node_documents.severity_name(line.level)
         stamp_ns = line.stamp.sec * 1_000_000_000 + line.stamp.nanosec
         text = f"{line.msg} ({line.function}() at {line.file}:{line.line})" if self._verbose else line.msg
         print(log_line(severity, stamp_ns, line.name, text, color=self._color))
-
-
-def _severity(level: int) -> str:
-    from actors.logging.logger import LoggingSeverity
-
-    try:
-        return LoggingSeverity(level).name
-    except ValueError:
-        return f"Level {level}"

@@ -36,6 +36,7 @@ def launch_node(target: BrokerTarget, name: str) -> Node:
         parameter_overrides={"start_type_description_service": False},
         start_parameter_services=False,
         enable_rosout=False,
+        start_diagnostics_service=False,
         stop_timeout_sec=STOP_TIMEOUT_SEC,
         slow_callback_sec=None,
     )

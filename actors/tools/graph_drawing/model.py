@@ -136,6 +136,7 @@ _DEBUG_TOPICS: Final = {"/rosout", "/clock", "/parameter_events", "/statistics"}
 _DEBUG_NODES: Final = ("rqt", "rviz", "_callboard_cli", "_ros2cli")
 _DEBUG_SERVICES: Final = {
     "describe_parameters",
+    "get_diagnostics",
     "get_parameter_types",
     "get_parameters",
     "get_type_description",

@@ -297,7 +297,9 @@ async def test_a_broker_may_refuse_them(tmp_path: Path, caplog: pytest.LogCaptur
     told = [record for record in caplog.records if record.name == "callboard.guest"]
     assert {record.levelname for record in told} == {"DEBUG"}
     refused = sum("refused a standard" in record.message for record in told)
-    assert refused == len(SERVICES) + 3  # /rosout, /parameter_events, ~/get_type_description
+    assert (
+        refused == len(SERVICES) + 4
+    )  # /rosout, /parameter_events, ~/get_type_description, ~/get_diagnostics
     node.get_logger().set_level(LoggingSeverity.UNSET)
 
 

@@ -333,7 +333,7 @@ async def test_a_broker_may_refuse_it(tmp_path: Path, name: str, caplog: pytest.
     async with Broker(BrokerOptions(port=0, auth=rules)) as broker:
         node = actors.Node(
             name, url=broker.url, use_global_arguments=False, start_parameter_services=False,
-            parameter_overrides={"start_type_description_service": False},
+            parameter_overrides={"start_type_description_service": False}, start_diagnostics_service=False,
         )  # fmt: skip
         node.get_logger().set_level(LoggingSeverity.DEBUG)
         with caplog.at_level(logging.DEBUG):

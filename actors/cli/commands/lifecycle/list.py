@@ -28,20 +28,11 @@ def run(options: Options) -> int:
     """Print the transitions of a node."""
     from actors.cli.loop import run_async
     from actors.cli.output import print_json, print_out
+    from actors.tools import node_documents
 
     found = run_async(lambda: _transitions(options))
     if options.json:
-        print_json(
-            [
-                {
-                    "id": each.transition.id,
-                    "label": each.transition.label,
-                    "start_state": each.start_state.label,
-                    "goal_state": each.goal_state.label,
-                }
-                for each in found
-            ]
-        )
+        print_json([node_documents.transition(each) for each in found])
         return 0
     for each in found:
         print_out(f"- {each.transition.label} [{each.transition.id}]")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import TYPE_NAMES, run_with_client
+from actors.cli.parameters import run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
 from actors.cli.remote_node import add_node_argument, add_remote_options
 
@@ -33,11 +33,12 @@ def run(options: Options) -> int:
 
 async def _describe(options: Options, client: ParameterClient) -> int:
     from actors.cli.output import print_err, print_json
+    from actors.tools import node_documents
 
     found = await client.describe_parameters(options.parameters)
     known = [each for each in found if each.name]
     if options.json:
-        print_json([_document(each) for each in known])
+        print_json([node_documents.descriptor(each) for each in known])
     else:
         for each in known:
             _print(each)
@@ -51,25 +52,12 @@ def _range(descriptor: ParameterDescriptor) -> FloatingPointRange | IntegerRange
     return next(iter(descriptor.floating_point_range), None) or next(iter(descriptor.integer_range), None)
 
 
-def _document(descriptor: ParameterDescriptor) -> dict[str, Any]:
-    limits = _range(descriptor)
-    return {
-        "name": descriptor.name,
-        "type": TYPE_NAMES[descriptor.type],
-        "description": descriptor.description,
-        "additional_constraints": descriptor.additional_constraints,
-        "read_only": descriptor.read_only,
-        "dynamic_typing": descriptor.dynamic_typing,
-        "range": limits
-        and {"from_value": limits.from_value, "to_value": limits.to_value, "step": limits.step},
-    }
-
-
 def _print(descriptor: ParameterDescriptor) -> None:
     from actors.cli.output import print_out
+    from actors.tools.node_documents import PARAMETER_TYPES
 
     print_out(f"Parameter name: {descriptor.name}".replace("\n", "\\n"))  # it may be any text
-    print_out(f"  Type: {TYPE_NAMES[descriptor.type]}")
+    print_out(f"  Type: {PARAMETER_TYPES[descriptor.type]}")
     if descriptor.description:
         print_out(f"  Description: {descriptor.description}")
     print_out("  Constraints:")

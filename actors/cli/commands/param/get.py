@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import TYPE_NAMES, run_with_client
+from actors.cli.parameters import run_with_client
 from actors.cli.parsing import Options, Parser, add_json_option
 from actors.cli.remote_node import add_node_argument, add_remote_options
 
@@ -32,20 +32,22 @@ async def _get(options: Options, client: ParameterClient) -> int:
     from actors.cli.errors import CommandError
     from actors.cli.output import print_json, print_out
     from actors.parameters.types import ParameterType
+    from actors.tools import node_documents
     from actors.tools.suggestions import did_you_mean
 
     (parameter,) = await client.get_parameters([options.parameter])
-    kind, value = parameter.type_, parameter.value
+    kind = parameter.type_
     if kind is ParameterType.NOT_SET:
         known = (await client.list_parameters()).names
         hint = "" if parameter.name in known else did_you_mean(parameter.name, known)
         raise CommandError(f"Parameter not set{hint}")
-    shown = [*value] if isinstance(value, bytes) else value
+    document = node_documents.parameter(parameter)
+    shown = document["value"]
     if options.json:
-        print_json({"name": parameter.name, "type": TYPE_NAMES[kind], "value": shown})
+        print_json(document)
     elif options.hide_type:
         print_out(str(shown))
     else:
-        name = TYPE_NAMES[kind].removesuffix(" array").capitalize()
+        name = document["type"].removesuffix(" array").capitalize()
         print_out(f"{name} {'values are' if kind >= ParameterType.BYTE_ARRAY else 'value is'}: {shown}")
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parameters import TYPE_NAMES, parameter_client
+from actors.cli.parameters import parameter_client
 from actors.cli.parsing import Options, Parser, add_json_option
 from actors.cli.remote_node import add_remote_options, time_limit
 
@@ -105,5 +105,7 @@ async def _types(options: Options, client: ParameterClient, limit: float | None 
     names = (await client.list_parameters(options.param_prefixes, timeout_sec=limit)).names
     if not options.param_type:
         return dict.fromkeys(names, "")
+    from actors.tools.node_documents import PARAMETER_TYPES
+
     types = await client.get_parameter_types(names, limit and limit / 2)
-    return dict(zip(names, [TYPE_NAMES[kind] for kind in types], strict=True))
+    return dict(zip(names, [PARAMETER_TYPES[kind] for kind in types], strict=True))

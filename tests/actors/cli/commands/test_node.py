@@ -1,8 +1,10 @@
-"""`callboard node`: list, info."""
+"""`callboard node`: list, info, diagnostics."""
 
 from __future__ import annotations
 
 import asyncio
+import os
+import socket
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -143,3 +145,33 @@ def _suspended(url: str) -> bool:
     with Inspector(url) as inspector:
         inspector.graph()  # makes the broker ask who is there
         return any(link.suspended for link in inspector.report().links.values())
+
+
+async def test_diagnostics(desk: Desk) -> None:
+    """Where the node runs and what its callbacks take, for people and as JSON."""
+
+    def answer(_: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response()
+
+    async with desk.node("zoe", start_diagnostics_service=True) as node, desk.node("asker") as asker:
+        node.create_service(Trigger, "go", answer)
+        await asker.create_client(Trigger, "/go").call(Trigger.Request())
+        code, out, err = await desk.callboard("node", "diagnostics", "/zoe")
+        found = (await desk.callboard("node", "diagnostics", "--json", "zoe")).json
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[:3] == ["/zoe", f"  Host: {socket.gethostname()}", f"  Process: {os.getpid()}"]
+    assert next(line for line in lines if "service /go" in line).split()[3] == "1"
+    assert (found["node"], found["pid"]) == ("/zoe", os.getpid())
+    assert found["stamp_ns"] > 0
+    (go,) = (each for each in found["callbacks"] if each["source"] == "/go")
+    assert (go["kind"], go["calls"], go["slow"]) == ("service", 1, 0)
+
+
+async def test_diagnostics_of_a_node_that_does_not_tell(desk: Desk) -> None:
+    """One line says so."""
+    async with desk.node("zoe", start_diagnostics_service=False) as node:
+        await node.get_graph()
+        code, out, err = await desk.callboard("node", "diagnostics", "/zoe")
+    assert (code, out) == (1, "")
+    assert err.startswith("The diagnostics of '/zoe' cannot be reached: ")

@@ -1,0 +1,1 @@
+"""Interfaces of callboard_interfaces."""
