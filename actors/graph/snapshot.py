@@ -194,6 +194,22 @@ class GraphSnapshot:
         found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
         return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
 
+    def node_endpoints(self, node: str) -> list[tuple[str, EndpointInfo]]:
+        """Return the endpoints of a node, or of all nodes that share its name.
+
+        Args:
+            node: The full name of the node.
+
+        Returns:
+            The full name of a topic or service and the endpoint, for each, in the order of their declaration.
+        """
+        found = [
+            (entry.name, _endpoint(entry))
+            for entry in self.entries.values()
+            if entry.node == node and entry.kind != EntryKind.NODE
+        ]
+        return sorted(found, key=lambda each: each[1].endpoint_id)
+
 
 def _printable(entry: GraphEntry) -> GraphEntry:
     """Return an entry whose names cannot forge lines, whatever the broker has accepted."""

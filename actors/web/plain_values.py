@@ -28,14 +28,19 @@ def plain(message: Message | Mapping[str, Any], truncate_length: int | None = No
     Raises:
         InvalidMessageError: It is nested too deeply.
     """
-    return _exact(message_to_ordereddict(message, truncate_length=truncate_length))
+    return exact(message_to_ordereddict(message, truncate_length=truncate_length))
 
 
-def _exact(value: Any) -> Any:
+def exact(value: Any) -> Any:
+    """Return maps, lists, texts and numbers with texts in place of what JavaScript's numbers cannot hold.
+
+    Args:
+        value: What JSON can express, NaN and infinities included.
+    """
     if isinstance(value, dict):
-        return {key: _exact(each) for key, each in cast("dict[str, Any]", value).items()}
+        return {key: exact(each) for key, each in cast("dict[str, Any]", value).items()}
     if isinstance(value, list):
-        return [_exact(each) for each in cast("list[Any]", value)]
+        return [exact(each) for each in cast("list[Any]", value)]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, int) and not -MAX_EXACT <= value <= MAX_EXACT:

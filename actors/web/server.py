@@ -9,7 +9,7 @@ from aiohttp import web
 from actors.web.assets import Assets
 from actors.web.live.panels import Panels
 from actors.web.options import MAX_BODY_BYTES
-from actors.web.routes import echo, graph, live
+from actors.web.routes import echo, graph, lifecycle, live, log, parameters
 from actors.web.routes.answers import answered, failure
 from actors.web.routes.state import STATE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
-AREAS: Final = (echo, graph, live)
+AREAS: Final = (echo, parameters, lifecycle, log, graph, live)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0

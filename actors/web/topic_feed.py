@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -27,7 +28,7 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 """Of the messages that wait for a reader, and of the latched ones for later readers; the newest is kept."""
 
 
-class TooManyTopicsError(Exception):
+class TooManyTopicsError(CallboardError):
     """So many topics are read already. Close one."""
 
 

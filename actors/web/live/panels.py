@@ -8,10 +8,14 @@ import msgspec
 
 from actors.web.live.echo_panel import EchoPanel
 from actors.web.live.graph_panel import GraphPanel, GraphParameters
+from actors.web.live.log_panel import LogPanel
+from actors.web.live.node_panel import NodePanel
 from actors.web.live.overview_panel import OverviewPanel
 from actors.web.live.panel import PanelError
 from actors.web.live.plot_panel import PlotPanel, PlotParameters
 from actors.web.live.topic_panel import TopicPanel
+from actors.web.log_reader import LogFilter, LogReaders
+from actors.web.node_watch import NodeWatches
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -33,6 +37,16 @@ class TopicParameters(msgspec.Struct, forbid_unknown_fields=True):
     topic: str
 
 
+class NodeParameters(msgspec.Struct, forbid_unknown_fields=True):
+    """Parameters of a panel for one node.
+
+    Attributes:
+        node: Its full name.
+    """
+
+    node: str
+
+
 class NoParameters(msgspec.Struct, forbid_unknown_fields=True):
     """A panel without parameters."""
 
@@ -43,17 +57,24 @@ class Panels:
     Args:
         observer: Watches the graph.
         feeds: Read its topics.
+
+    Attributes:
+        logs: Read its log.
     """
 
     def __init__(self, observer: Observer, feeds: TopicFeeds) -> None:
         self._observer = observer
         self._feeds = feeds
+        self._nodes = NodeWatches(observer, feeds)
+        self.logs = LogReaders(observer)
         self._makers: dict[str, Callable[[Mapping[str, Any], Callable[[], None]], Panel]] = {
             "overview": self._overview,
             "graph": self._graph,
             "topic": self._topic,
             "echo": self._echo,
             "plot": self._plot,
+            "node": self._node,
+            "log": self._log,
         }
 
     def make(self, name: str, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
@@ -89,6 +110,12 @@ class Panels:
 
     def _plot(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return PlotPanel(self._feeds, _converted(parameters, PlotParameters), wake)
+
+    def _node(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return NodePanel(self._observer, self._nodes, _converted(parameters, NodeParameters).node, wake)
+
+    def _log(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return LogPanel(self.logs, _converted(parameters, LogFilter), wake)
 
 
 def _converted(parameters: Mapping[str, Any], kind: type[T]) -> T:

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from actors.graph.snapshot import EndpointInfo, actions_among
+from actors.graph.snapshot import EndpointInfo, GraphSnapshot, actions_among
 from actors.qos.profile import QoSProfile, qos_profile_unknown
 from proto.codes import EntryKind
+from proto.frames import GraphEntry
 
 EMPTY = EndpointInfo(
     node_name="",
@@ -63,3 +64,18 @@ def test_actions_are_known_by_their_services() -> None:
         ("/b", ["x/srv/B"]),
     ]
     assert actions_among(services) == [("/a/fib", ["x/action/Fib"])]
+
+
+def test_the_endpoints_of_a_node() -> None:
+    """With their names, in the order of their declaration; without the node itself and those of others."""
+    entries = [
+        GraphEntry(3, EntryKind.SERVICE, "/a", "/add", "example_interfaces/srv/AddTwoInts", "", {}),
+        GraphEntry(2, EntryKind.PUBLISHER, "/a", "/chatter", "std_msgs/msg/String", "", {}),
+        GraphEntry(1, EntryKind.NODE, "/a", "", "", "", {}),
+        GraphEntry(4, EntryKind.PUBLISHER, "/b", "/chatter", "std_msgs/msg/String", "", {}),
+    ]
+    found = GraphSnapshot({each.key: each for each in entries}).node_endpoints("/a")
+    assert [(name, info.endpoint_type, info.topic_type) for name, info in found] == [
+        ("/chatter", EntryKind.PUBLISHER, "std_msgs/msg/String"),
+        ("/add", EntryKind.SERVICE, "example_interfaces/srv/AddTwoInts"),
+    ]

@@ -1,0 +1,41 @@
+"""The log of all nodes, line by line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.web.plain_values import exact
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.web.log_reader import LogFilter, LogReaders
+
+
+class LogPanel:
+    """The lines that a page wants: at first those that are kept.
+
+    Args:
+        logs: Read the log.
+        chosen: Which lines.
+        wake: Called when there are lines.
+
+    Raises:
+        TooManyLogReadersError: See `LogReaders.read`.
+    """
+
+    def __init__(self, logs: LogReaders, chosen: LogFilter, wake: Callable[[], None]) -> None:
+        self._reader = logs.read(chosen, wake)
+
+    def take(self) -> dict[str, Any] | None:
+        """Return `lines`, as `callboard log --json` prints them, and how many were `skipped`."""
+        reader = self._reader
+        lines = reader.take()
+        if not lines:
+            return None
+        skipped, reader.skipped = reader.skipped, 0
+        return {"lines": exact(lines), "skipped": skipped}
+
+    def close(self) -> None:
+        """Read no more."""
+        self._reader.close()

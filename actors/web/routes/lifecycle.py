@@ -1,0 +1,56 @@
+"""Nodes with states."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import msgspec
+from aiohttp import web
+
+from actors.interfaces.lifecycle_msgs.msg import Transition
+from actors.interfaces.lifecycle_msgs.srv import ChangeState
+from actors.web.node_watch import TIMEOUT_SEC, lifecycle_of
+from actors.web.routes.answers import answer, body_of, failure
+from actors.web.routes.parameters import Timeout, node_in
+from actors.web.routes.state import state_of
+
+
+class Request(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a request.
+
+    Attributes:
+        transition: Its label, such as "configure", or its number.
+        timeout_sec: For the node's callback: it may start hardware.
+    """
+
+    transition: str | int
+    timeout_sec: Timeout = 60.0
+
+
+async def read(request: web.Request) -> web.Response:
+    """Return the state, and the transitions from it."""
+    return answer(await lifecycle_of(state_of(request).observer.node, node_in(request), TIMEOUT_SEC))
+
+
+async def change(request: web.Request) -> web.Response:
+    """Request a transition, wait for its end, and return whether it succeeded, and the state."""
+    node, name = state_of(request).observer.node, node_in(request)
+    body = msgspec.convert(await body_of(request), Request)
+    available: list[dict[str, Any]] = (await lifecycle_of(node, name, TIMEOUT_SEC))["transitions"]
+    chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)
+    if chosen is None:
+        known = ", ".join(str(each["label"]) for each in available) or "none"
+        return failure(400, f"There is no such transition from the current state; there is {known}")
+    client = node.create_client(ChangeState, f"{name}/change_state")
+    try:
+        transition = Transition(id=chosen["id"], label=chosen["label"])
+        response = await client.call(ChangeState.Request(transition=transition), body.timeout_sec)
+    finally:
+        client.destroy()
+    after = await lifecycle_of(node, name, TIMEOUT_SEC)
+    return answer({"success": response.success, **after})
+
+
+PATH: Final = "/api/nodes/{name:.+}/lifecycle"
+
+ROUTES: Final = (web.get(PATH, read), web.post(PATH, change))

@@ -1,0 +1,39 @@
+"""The log of all nodes as a stream of events."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+import msgspec
+from aiohttp import web
+
+from actors.web.live.session import PERIOD_SEC
+from actors.web.log_reader import LogFilter
+from actors.web.routes.answers import event_stream, send_event
+from actors.web.routes.live import counted
+from actors.web.routes.state import state_of
+
+
+async def log(request: web.Request) -> web.StreamResponse:
+    """Send the lines that are kept and new ones until the reader leaves; of `level`, `node` and `text`."""
+    state, news = state_of(request), asyncio.Event()
+    chosen = msgspec.convert(dict(request.query), LogFilter)
+    with counted(state):
+        reader = state.panels.logs.read(chosen, news.set)
+        try:
+            stream = await event_stream(request)
+            while True:
+                await news.wait()
+                news.clear()
+                for line in reader.take():
+                    await send_event(stream, line)
+                if reader.skipped:
+                    skipped, reader.skipped = reader.skipped, 0
+                    await send_event(stream, {"skipped": skipped}, "skipped")
+                await asyncio.sleep(PERIOD_SEC)
+        finally:
+            reader.close()
+
+
+ROUTES: Final = (web.get("/api/log", log),)

@@ -1,0 +1,98 @@
+"""Parameters of nodes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final
+
+import msgspec
+from aiohttp import web
+
+from actors.parameter_client.client import ParameterClient
+from actors.web.node_watch import TIMEOUT_SEC, parameters_of
+from actors.web.parameter_values import kind_from_name, parameter_from_json
+from actors.web.plain_values import exact
+from actors.web.routes.answers import UnknownError, answer, body_of
+from actors.web.routes.graph import name_in
+from actors.web.routes.state import state_of
+
+MAX_TIMEOUT_SEC: Final = 600.0
+
+Timeout = Annotated[float, msgspec.Meta(gt=0, le=MAX_TIMEOUT_SEC)]
+
+
+class Wanted(msgspec.Struct, forbid_unknown_fields=True):
+    """A value for a parameter.
+
+    Attributes:
+        name: The parameter's name.
+        value: See `parameter_from_json`.
+        type: Such as "double"; None for that which the parameter has.
+    """
+
+    name: str
+    value: Any
+    type: str | None = None
+
+
+class Change(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a request.
+
+    Attributes:
+        parameters: The values.
+        atomic: Set all of them, or none.
+        timeout_sec: For the node's answer.
+    """
+
+    parameters: list[Wanted]
+    atomic: bool = False
+    timeout_sec: Timeout = 5.0
+
+
+def node_in(request: web.Request) -> str:
+    """Return the full name in a request's path.
+
+    Raises:
+        UnknownError: There is no such node.
+    """
+    name = name_in(request)
+    if name not in state_of(request).observer.snapshot.nodes():
+        raise UnknownError(f"There is no node {name!r}")
+    return name
+
+
+async def read(request: web.Request) -> web.Response:
+    """Return the parameters with their values and descriptions."""
+    name = node_in(request)
+    found, omitted = await parameters_of(state_of(request).observer.node, name, TIMEOUT_SEC)
+    return answer({"parameters": exact(found), "omitted": omitted})
+
+
+async def change(request: web.Request) -> web.Response:
+    """Set parameters, one by one or all or none; return for each, or for all, whether it was set."""
+    name = node_in(request)
+    body = msgspec.convert(await body_of(request), Change)
+    client = ParameterClient(state_of(request).observer.node, name)
+    try:
+        untyped = [each.name for each in body.parameters if each.type is None]
+        kinds = {each.name: kind_from_name(each.type) for each in body.parameters if each.type is not None}
+        if untyped:
+            known = await client.get_parameter_types(untyped, body.timeout_sec)
+            kinds = {**dict(zip(untyped, known, strict=True)), **kinds}
+        wanted = [parameter_from_json(each.name, kinds[each.name], each.value) for each in body.parameters]
+        if body.atomic:
+            result = await client.set_parameters_atomically(wanted, body.timeout_sec)
+            return answer({"successful": result.successful, "reason": result.reason})
+        results = await client.set_parameters(wanted, body.timeout_sec)
+    finally:
+        client.destroy()
+    return answer(
+        [
+            {"name": each.name, "successful": result.successful, "reason": result.reason}
+            for each, result in zip(wanted, results, strict=True)
+        ]
+    )
+
+
+PATH: Final = "/api/nodes/{name:.+}/parameters"
+
+ROUTES: Final = (web.get(PATH, read), web.patch(PATH, change))
