@@ -76,10 +76,9 @@ def _bytes(value: Any) -> bytes:
 
 
 def _items(value: Any) -> list[Any]:
-    if type(value) is not list:
-        raise TypeError
-    items: Any = value
-    return [*items]
+    if isinstance(value, list):
+        return value  # pyright: ignore[reportUnknownVariableType]
+    raise TypeError
 
 
 _READERS: Final[dict[ParameterType, Callable[[Any], Any]]] = {

@@ -26,15 +26,23 @@ class OverviewPanel(DocumentPanel):
         super().__init__(wake, observer.on_sample)
 
     def document(self) -> dict[str, Any]:
-        """Return `connected`, `target`, `totals`, and maps of `topics`, `nodes` and `services`."""
+        """Return `connected`, `target`, `totals`, and maps of `topics`, `nodes` and `services`.
+
+        Nodes also have `duplicate`: whether nodes of several brokers have the name, and not all share it.
+        """
         observer = self._observer
         found: dict[str, Any] = {"connected": observer.connected, "target": observer.target}
         seen = observer.overview
         if seen is not None:
             found["totals"] = asdict(seen.totals)
             found["topics"] = {row.name: asdict(row) for row in seen.topics}
+            duplicates = observer.snapshot.duplicate_nodes()
             found["nodes"] = {
-                f"{row.name} {row.link}" if row.shared else row.name: asdict(row) for row in seen.nodes
+                f"{row.name} {row.link}" if row.shared else row.name: {
+                    **asdict(row),
+                    "duplicate": row.name in duplicates,
+                }
+                for row in seen.nodes
             }
             found["services"] = {row.name: asdict(row) for row in seen.services}
         return found

@@ -51,3 +51,11 @@ const CLOCK = new Intl.DateTimeFormat(undefined, {
 export function clock(nanoseconds) {
   return CLOCK.format(new Date(nanoseconds / 1e6));
 }
+
+/** @param {Record<string, any>} qos */
+export function qosText(qos) {
+  const depth = qos.history === "keep_last" ? ` ${qos.depth}` : "";
+  const limits = [["deadline", qos.deadline_ns], ["lifespan", qos.lifespan_ns], ["lease", qos.liveliness_lease_duration_ns]];
+  const shown = limits.filter(([, value]) => value).map(([text, value]) => `${text} ${duration(value / 1e9)}`);
+  return [`${qos.history}${depth}`, qos.reliability, qos.durability, qos.strict && "strict", ...shown].filter(Boolean).join(", ");
+}

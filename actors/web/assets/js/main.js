@@ -25,6 +25,9 @@ const VIEWS = {
   topics: ["Topics", () => import("./views/topics.js"), true],
   topic: ["Topic", () => import("./views/topic.js"), false],
   plot: ["Plot", () => import("./views/plot.js"), true],
+  nodes: ["Nodes", () => import("./views/nodes.js"), true],
+  node: ["Node", () => import("./views/node.js"), false],
+  log: ["Log", () => import("./views/log.js"), true],
 };
 const FIRST = "graph";
 

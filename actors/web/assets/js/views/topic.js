@@ -2,7 +2,7 @@
 // One topic: its rates, who publishes and subscribes, and its messages as they come.
 
 import { announce, h, setText } from "../dom.js";
-import { bytes, clock, duration, short } from "../format.js";
+import { bytes, clock, duration, qosText, short } from "../format.js";
 import { MessageTree } from "../message_tree.js";
 import { isPlotted, togglePlotted } from "../plotted_fields.js";
 import { addressOf } from "../routes.js";
@@ -100,14 +100,6 @@ function summaryOf({ types, rates }) {
     parts.push(`${short(rates.dropped)} dropped`);
   }
   return parts.join(" · ");
-}
-
-/** @param {Record<string, any>} qos */
-function qosText(qos) {
-  const depth = qos.history === "keep_last" ? ` ${qos.depth}` : "";
-  const limits = [["deadline", qos.deadline_ns], ["lifespan", qos.lifespan_ns], ["lease", qos.liveliness_lease_duration_ns]];
-  const shown = limits.filter(([, value]) => value).map(([text, value]) => `${text} ${duration(value / 1e9)}`);
-  return [`${qos.history}${depth}`, qos.reliability, qos.durability, qos.strict && "strict", ...shown].filter(Boolean).join(", ");
 }
 
 /**

@@ -1,0 +1,18 @@
+// @ts-check
+// The log of all nodes.
+
+import { h } from "../dom.js";
+import { LogList } from "../log_list.js";
+
+/** @typedef {import("../main.js").Context} Context */
+
+/**
+ * @param {HTMLElement} place
+ * @param {Context} context
+ * @returns {() => void}
+ */
+export function show(place, context) {
+  const list = new LogList(context.connection);
+  place.append(h("div", { class: "whole-log" }, h("h2", {}, "Log"), list.element));
+  return () => list.close();
+}
