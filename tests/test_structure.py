@@ -22,6 +22,7 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.launch.description.actions": "one class for each action, mostly their docstrings",
     "actors.launch.engine.machine": "one state machine with a method for each event and its effects",
     "actors.launch.engine.machine.Machine": "one state machine with a method for each event and its effects",
+    "actors.node.graph_queries": "rclpy's graph queries, mostly docstrings",
     "actors.node.graph_queries.NodeGraph": "has rclpy's graph queries, one method each",
     "actors.node.node": "rclpy's surface, mostly docstrings",
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",

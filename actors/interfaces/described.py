@@ -1,22 +1,23 @@
-"""Renders the text of a type from its canonical definition, without its class."""
+"""What a canonical definition says of types, without their classes: their fields, and their text."""
 
 from __future__ import annotations
 
 import json
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from actors.interfaces.definition import EMPTY_MEMBER, STRING_BOUND_OFFSET, TYPE_IDS, array_kind
 from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.fields import FieldType
 
 _BASES: Final = {number: base for base, number in TYPE_IDS.items() if base != "char"}
 _STRINGS: Final = {TYPE_IDS[base] + STRING_BOUND_OFFSET: base for base in ("string", "wstring")}
 _SEPARATOR: Final = "---\n"
 
 
-def texts_of(definition: bytes) -> dict[str, str]:
-    """Return the texts of a definition's types: type name to the content of a `.msg` or `.srv` file.
+def described_types(definition: bytes) -> dict[str, dict[str, FieldType]]:
+    """Return the types of a definition: type name to the types of its fields by their names, in order.
 
-    Constants, defaults and comments are not part of a definition.
+    `FieldType.message` is None in all of them: there are no classes.
 
     Args:
         definition: The result of `actors.interfaces.message.definition`, which the broker keeps.
@@ -27,23 +28,35 @@ def texts_of(definition: bytes) -> dict[str, str]:
     try:
         whole: Any = json.loads(definition)
         described = [whole["type_description"], *whole["referenced_type_descriptions"]]
-        texts = {_name(each["type_name"]): _text(each["fields"]) for each in described}
+        return {_name(each["type_name"]): _fields(each["fields"]) for each in described}
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InvalidMessageError(f"A definition that cannot be read: {error!r}") from None
+
+
+def texts_of(definition: bytes) -> dict[str, str]:
+    """Return the texts of a definition's types: type name to the content of a `.msg` or `.srv` file.
+
+    Constants, defaults and comments are not part of a definition.
+
+    Args:
+        definition: As for `described_types`.
+
+    Raises:
+        InvalidMessageError: It is not such a definition.
+    """
+    texts = {
+        name: "".join(f"{field_type} {field}\n" for field, field_type in fields.items())
+        for name, fields in described_types(definition).items()
+    }
     for name in list(texts):
-        parts = [texts.get(f"{name}_{part}") for part in ("Request", "Response")]
-        if "/srv/" in name and None not in parts:
-            texts[name] = _SEPARATOR.join(cast("list[str]", parts))
+        parts = (f"{name}_Request", f"{name}_Response")
+        if "/srv/" in name and all(part in texts for part in parts):
+            texts[name] = _SEPARATOR.join(texts[part] for part in parts)
     return texts
 
 
-def _text(fields: list[dict[str, Any]]) -> str:
-    lines = [
-        f"{_type(field['type'])} {_name(field['name'])}\n"
-        for field in fields
-        if field["name"] != EMPTY_MEMBER
-    ]
-    return "".join(lines)
+def _fields(fields: list[dict[str, Any]]) -> dict[str, FieldType]:
+    return {_name(each["name"]): _type(each["type"]) for each in fields if each["name"] != EMPTY_MEMBER}
 
 
 def _name(name: str) -> str:
@@ -53,12 +66,18 @@ def _name(name: str) -> str:
     return name
 
 
-def _type(field_type: dict[str, Any]) -> str:
+def _type(field_type: dict[str, Any]) -> FieldType:
     array, number = array_kind(int(field_type["type_id"]))
+    bound = 0
     if nested := field_type["nested_type_name"]:
-        base = _name(nested).replace("/msg/", "/")
+        base = _name(nested)
     elif number in _STRINGS:
-        base = f"{_STRINGS[number]}<={int(field_type['string_capacity'])}"
+        base, bound = _STRINGS[number], int(field_type["string_capacity"])
     else:
         base = _BASES[number]
-    return base + array.format(int(field_type["capacity"]))
+    if not array:
+        return FieldType(base, string_bound=bound)
+    capacity = int(field_type["capacity"])
+    high = None if array == "[]" else capacity
+    low = capacity if array == "[{}]" else 0
+    return FieldType(base, string_bound=bound, is_array=True, low=low, high=high)

@@ -56,6 +56,24 @@ class NodeGraph:
         return await self._broker.report()
 
     @must_await
+    async def get_type_definition(self, type_hash: str) -> bytes | None:
+        """Return the definition of a type that is in use, as those who use it have declared it.
+
+        `actors.interfaces.runtime_types` makes classes of it.
+
+        Args:
+            type_hash: Its RIHS01 hash, as in the graph.
+
+        Returns:
+            The canonical definition: JSON, UTF-8. None if the broker does not know it.
+
+        Raises:
+            BrokerUnreachable: No broker answers within 5 s.
+            RuntimeError: The node does not run, or has been destroyed.
+        """
+        return await self._broker.describe(type_hash)
+
+    @must_await
     async def get_node_names(self) -> list[str]:
         """Return the names of all nodes, without their namespaces.
 
