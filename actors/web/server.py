@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING, Final, Self
 
 from aiohttp import web
 
+from actors.tools.graph_types import GraphTypes
 from actors.web.assets import Assets
+from actors.web.calls import Calls
+from actors.web.goals import Goals
 from actors.web.live.panels import Panels
 from actors.web.options import MAX_BODY_BYTES
-from actors.web.routes import echo, graph, lifecycle, live, log, parameters
+from actors.web.routes import calls, echo, goals, graph, lifecycle, live, log, parameters, session
 from actors.web.routes.answers import answered, failure
 from actors.web.routes.state import STATE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
-AREAS: Final = (echo, parameters, lifecycle, log, graph, live)
+AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0
@@ -69,7 +72,7 @@ class WebServer:
             client_max_size=MAX_BODY_BYTES,
             handler_args={"keepalive_timeout": KEEPALIVE_SEC},
         )
-        assets = Assets()
+        assets, types = Assets(), GraphTypes(observer.node)
         self._app[STATE] = State(
             options=options,
             door=door,
@@ -77,12 +80,16 @@ class WebServer:
             feeds=feeds,
             panels=Panels(observer, feeds),
             assets=assets,
+            types=types,
+            calls=Calls(observer.node, types),
+            goals=Goals(observer.node, types),
         )
         for area in AREAS:
             self._app.add_routes(area.ROUTES)
         self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
+        self._app.on_cleanup.append(_close_goals)
         self._runner = web.AppRunner(
             self._app, access_log=None, shutdown_timeout=STOP_SEC, handler_cancellation=True
         )
@@ -157,3 +164,7 @@ async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:
 async def _close_sockets(app: web.Application) -> None:
     for socket in tuple(app[STATE].sockets):
         await socket.close(code=1001, message=b"the server stops")
+
+
+async def _close_goals(app: web.Application) -> None:
+    await app[STATE].goals.close()

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 from aiohttp import web
 
-from actors.errors import BrokerUnreachable, RemoteError, ServiceTimeout, ServiceUnavailable
+from actors.errors import (
+    BrokerUnreachable,
+    GoalRejected,
+    RemoteError,
+    ServiceTimeout,
+    ServiceUnavailable,
+    WaitTimeout,
+)
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -17,6 +24,8 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (BrokerUnreachable, 503),
     (ServiceUnavailable, 503),
     (ServiceTimeout, 504),
+    (WaitTimeout, 504),
+    (GoalRejected, 409),
     (RemoteError, 502),
     (msgspec.ValidationError, 400),
     (msgspec.DecodeError, 400),

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 if TYPE_CHECKING:
+    from actors.tools.graph_types import GraphTypes
     from actors.web.assets import Assets
+    from actors.web.calls import Calls
+    from actors.web.goals import Goals
     from actors.web.live.panels import Panels
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
@@ -27,6 +30,9 @@ class State:
         feeds: Read topics.
         panels: Make the panels of pages.
         assets: The page's files.
+        types: The graph's classes.
+        calls: Calls services and publishes.
+        goals: The goals that were sent.
         live: How many browsers and streams are connected now.
         sockets: Those of the browsers, for the stop.
     """
@@ -37,6 +43,9 @@ class State:
     feeds: TopicFeeds
     panels: Panels
     assets: Assets
+    types: GraphTypes
+    calls: Calls
+    goals: Goals
     live: int = 0
     sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
 

@@ -58,6 +58,14 @@ class Site:
                 pass
             return found
 
+    async def json_found(self, path: str) -> Any:
+        """Return a document as soon as the graph has what it is about."""
+        async with asyncio.timeout(DEADLINE_SEC):
+            while True:
+                async with self.client.get(path) as response:
+                    if response.status == 200:
+                        return await response.json()
+
 
 class Page:
     """What a page gets over its WebSocket.

@@ -1,0 +1,158 @@
+"""Calls of services and single messages, for requests of browsers and programs."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from actors.errors import ServiceOverloaded, ServiceUnavailable
+from actors.interfaces.convert import message_from_fields, message_to_ordereddict
+from actors.interfaces.message import Message
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+from actors.tools.stamps import Stamps
+from proto.codes import EntryKind
+from proto.errors import CallboardError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping
+
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.node.node import Node
+    from actors.tools.graph_types import GraphTypes
+
+MAX_CALLS: Final = 64
+"""Calls that wait for their replies at the same time."""
+
+MATCH_SEC: Final = 5.0
+"""Until a new client and a server in the graph have been matched; it takes milliseconds."""
+
+MAX_REASON: Final = 500
+"""Characters of a text about a value, which may be as long as the value."""
+
+M = TypeVar("M", bound=Message)
+
+
+class RequestError(CallboardError):
+    """What was requested does not fit; the text names the field."""
+
+
+class Calls:
+    """Calls services and publishes messages in the name of the web server.
+
+    Args:
+        node: Calls and publishes.
+        types: The graph's classes.
+    """
+
+    def __init__(self, node: Node, types: GraphTypes) -> None:
+        self._node = node
+        self._types = types
+        self._waiting = 0
+
+    async def call(
+        self, service: str, values: Mapping[str, Any], wanted: str, timeout_sec: float | None
+    ) -> dict[str, Any]:
+        """Call a service once; the call is cancelled with the caller.
+
+        Args:
+            service: Its full name.
+            values: The fields of the request.
+            wanted: The type's name, needed if the graph has several; else empty.
+            timeout_sec: For the reply; None is the node's default.
+
+        Returns:
+            The fields of the response.
+
+        Raises:
+            RequestError: The values do not fit.
+            CallFailed: There is no server, no reply in time, or the handler raised.
+            UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
+            BrokerUnreachable: There is no broker now.
+        """
+        snapshot = await self._node.get_graph()
+        if not snapshot.count(EntryKind.SERVICE, service):
+            raise ServiceUnavailable(f"Service '{service}' has no server now")
+        srv_type: Any = await self._types.service(snapshot, service, wanted)
+        request = message_of(srv_type.Request, values)
+        with self._counted():
+            client = self._node.create_client(srv_type, service)
+            try:
+                if not await client.wait_for_service(MATCH_SEC):
+                    raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
+                return message_to_ordereddict(await client.call(request, timeout_sec))
+            finally:
+                client.destroy()
+
+    async def publish(self, topic: str, values: Mapping[str, Any], wanted: str) -> int:
+        """Publish one message.
+
+        Args:
+            topic: Its full name.
+            values: The fields of the message.
+            wanted: The type's name, needed if the graph has none or several; else empty.
+
+        Returns:
+            How many subscriptions of its type the topic has.
+
+        Raises:
+            RequestError: The values do not fit.
+            UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
+            BrokerUnreachable: There is no broker now.
+            PublisherRefused: The broker refuses the publisher.
+        """
+        snapshot = await self._node.get_graph()
+        msg_type = await self._types.message(snapshot, topic, wanted)
+        message = message_of(msg_type, values)
+        with self._counted():
+            publisher = self._node.create_publisher(msg_type, topic, _profile(snapshot, topic))
+            try:
+                await self._node.get_graph()  # the broker has answered the publisher before that
+                publisher.publish(message)
+                return publisher.get_subscription_count()
+            finally:
+                publisher.destroy()  # what it has published is still sent
+
+    @contextmanager
+    def _counted(self) -> Generator[None]:
+        if self._waiting >= MAX_CALLS:
+            raise ServiceOverloaded(f"{MAX_CALLS} calls of this web server are waiting already")
+        self._waiting += 1
+        try:
+            yield
+        finally:
+            self._waiting -= 1
+
+
+def message_of(msg_type: type[M], values: Mapping[str, Any]) -> M:
+    """Return a message with the values of a JSON object; `auto` and `now` are times, as for `topic pub`.
+
+    Args:
+        msg_type: Its class.
+        values: Field name to value; other fields have their defaults.
+
+    Raises:
+        RequestError: A value does not fit its field.
+    """
+    try:
+        plain, stamps = Stamps.taken_from(msg_type, values)
+        message = message_from_fields(msg_type, plain)
+    except RecursionError:
+        raise RequestError("The values are nested too deeply") from None
+    except (AttributeError, OverflowError, TypeError, ValueError) as error:
+        text = str(error)
+        raise RequestError(text if len(text) <= MAX_REASON else f"{text[:MAX_REASON]}…") from None
+    stamps.set(message, time.time_ns())
+    return message
+
+
+def _profile(snapshot: GraphSnapshot, topic: str) -> QoSProfile:
+    """Return a profile that suits the topic: a publisher's, or what its subscriptions ask for."""
+    offers = snapshot.endpoints(EntryKind.PUBLISHER, topic)
+    if offers:
+        return offers[0].qos_profile
+    asked = [each.qos_profile.durability for each in snapshot.endpoints(EntryKind.SUBSCRIPTION, topic)]
+    latched = DurabilityPolicy.TRANSIENT_LOCAL in asked
+    return QoSProfile(
+        depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+    )

@@ -1,0 +1,126 @@
+"""What a form for a message needs to know, as JSON. Pure.
+
+    {"type": "example_interfaces/srv/AddTwoInts_Request",
+     "types": {"example_interfaces/srv/AddTwoInts_Request": [
+         {"name": "a", "type": "int64", "kind": "integer", "minimum": …, "maximum": …, "default": 0}, …]}}
+
+`kind` is "boolean", "integer", "number", "text" or "message"; the latter's fields are in `types` under
+`message`, so that types that contain each other end. A sequence has `array` with `low` and `high` (null: no
+limit). `choices` are constants that may be meant for the field.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import msgspec
+
+from actors.interfaces.fields import BINARY, constants_of, fields_of, nested_classes
+from actors.interfaces.literals import INTEGER_RANGE
+from actors.interfaces.message import type_name
+
+if TYPE_CHECKING:
+    from actors.interfaces.fields import Field, FieldType
+    from actors.interfaces.message import Message
+
+_TEXTS: Final = frozenset({"string", "wstring"})
+_NUMBERS: Final = frozenset({"float32", "float64"})
+
+
+def form_of(cls: type[Message]) -> dict[str, Any]:
+    """Return the description of a form for messages of a class.
+
+    Args:
+        cls: The message class; for a service its request, for an action its goal.
+    """
+    types = sorted(nested_classes(cls), key=type_name)
+    return {"type": type_name(cls), "types": {type_name(each): _fields(cast("Any", each)) for each in types}}
+
+
+def _fields(cls: type[Message]) -> list[dict[str, Any]]:
+    fields = fields_of(cls)
+    choices = _choices(cls, fields)
+    described: list[dict[str, Any]] = []
+    for field in fields:
+        found = {"name": field.name, "type": str(field.type), **_kind(field.type)}
+        if field.name in choices:
+            found["choices"] = choices[field.name]
+        if (default := _default(cls, field)) is not None:
+            found["default"] = default
+        described.append(found)
+    return described
+
+
+def _kind(kind: FieldType) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if kind.message is not None:
+        found = {"kind": "message", "message": kind.base}
+    elif kind.base in INTEGER_RANGE:
+        low, high = INTEGER_RANGE[kind.base]
+        found = {"kind": "integer", "minimum": low, "maximum": high}
+    elif kind.base in _NUMBERS:
+        found = {"kind": "number"}
+    elif kind.base in _TEXTS:
+        found = {"kind": "text", **({"max_length": kind.string_bound} if kind.string_bound else {})}
+    else:
+        found = {"kind": "boolean"}
+    if kind.is_array:
+        found["array"] = {"low": kind.low, "high": kind.high}
+    return found
+
+
+def _choices(cls: type[Message], fields: tuple[Field, ...]) -> dict[str, list[dict[str, Any]]]:
+    """Return the constants for each field of their type: those that begin with its name, or all the others.
+
+    ROS does not say to which field a constant belongs.
+    """
+    found: dict[str, list[dict[str, Any]]] = {}
+    left = {name: (kind.base, _plain(kind.base, value)) for name, kind, value in constants_of(cls)}
+    scalars = [field for field in fields if not field.type.is_array and field.type.message is None]
+    for field in scalars:
+        own = [
+            name
+            for name, (base, _) in left.items()
+            if base == field.type.base and name.startswith(f"{field.name.upper()}_")
+        ]
+        if own:
+            found[field.name] = [{"name": name, "value": left.pop(name)[1]} for name in own]
+    for field in scalars:
+        others = [
+            {"name": name, "value": value} for name, (base, value) in left.items() if base == field.type.base
+        ]
+        if others and field.name not in found:
+            found[field.name] = others
+    return found
+
+
+def _default(cls: type[Message], field: Field) -> Any:
+    """Return a field's default as JSON; None if it has none, or if it is as its type alone says."""
+    number = cls.__struct_fields__.index(field.name) - len(cls.__struct_fields__)
+    defaults: tuple[Any, ...] = cls.__struct_defaults__
+    if -number > len(defaults) or defaults[number] is msgspec.NODEFAULT:
+        return None
+    factory = getattr(defaults[number], "factory", None)
+    value = defaults[number] if factory is None else factory()
+    nested: Any = field.type.message
+    if nested is not None and not field.type.is_array and (factory is nested or value == nested()):
+        return None
+    return _json(field.type, value) if not field.type.is_array or len(value) else None
+
+
+def _json(kind: FieldType, value: Any) -> Any:
+    """Return a field's value as JSON."""
+    if kind.is_array:
+        return [_json(replace(kind, is_array=False), each) for each in value]
+    if kind.message is None:
+        return _plain(kind.base, value)
+    return {each.name: _json(each.type, getattr(value, each.name)) for each in fields_of(kind.message)}
+
+
+def _plain(base: str, value: Any) -> Any:
+    """Return a primitive value as JSON has it: a byte is a number, and what is no number is a text."""
+    if base in BINARY and isinstance(value, bytes):
+        return value[0]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value

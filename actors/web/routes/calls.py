@@ -1,0 +1,86 @@
+"""Calls of services, messages for topics, and the forms for both."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final
+
+import msgspec
+from aiohttp import web
+
+from actors.interfaces.message import type_name
+from actors.tools import graph_documents as documents
+from actors.web.forms import form_of
+from actors.web.routes.answers import UnknownError, answer
+from actors.web.routes.graph import name_in
+from actors.web.routes.state import state_of
+
+MAX_TIMEOUT_SEC: Final = 3600.0
+"""That may be requested for a call."""
+
+TimeoutSec = Annotated[float, msgspec.Meta(gt=0, le=MAX_TIMEOUT_SEC)]
+
+
+class CallBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a call.
+
+    Attributes:
+        request: The fields of the request; others have their defaults.
+        type: The service's type, needed if the graph has several.
+        timeout_sec: For the reply; null is the node's default.
+    """
+
+    request: dict[str, Any] = {}
+    type: str = ""
+    timeout_sec: TimeoutSec | None = None
+
+
+class PublishBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a message for a topic.
+
+    Attributes:
+        message: The fields of the message; others have their defaults.
+        type: The topic's type, needed if the graph has none or several.
+    """
+
+    message: dict[str, Any] = {}
+    type: str = ""
+
+
+async def service_form(request: web.Request) -> web.Response:
+    """Return the form for a service's requests."""
+    state, name = state_of(request), name_in(request)
+    snapshot = state.observer.snapshot
+    if documents.service(snapshot, name) is None:
+        raise UnknownError(f"There is no service {name!r}")
+    found: Any = await state.types.service(snapshot, name, request.query.get("type", ""))
+    return answer({"type": type_name(found), "form": form_of(found.Request)})
+
+
+async def topic_form(request: web.Request) -> web.Response:
+    """Return the form for a topic's messages."""
+    state, name = state_of(request), name_in(request)
+    found = await state.types.message(state.observer.snapshot, name, request.query.get("type", ""))
+    return answer({"type": type_name(found), "form": form_of(found)})
+
+
+async def call(request: web.Request) -> web.Response:
+    """Call a service once; the call is cancelled if who asked leaves."""
+    body = msgspec.json.decode(await request.read() or b"{}", type=CallBody)
+    calls = state_of(request).calls
+    response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
+    return answer({"response": response})
+
+
+async def publish(request: web.Request) -> web.Response:
+    """Publish one message."""
+    body = msgspec.json.decode(await request.read() or b"{}", type=PublishBody)
+    matched = await state_of(request).calls.publish(name_in(request), body.message, body.type)
+    return answer({"subscriptions": matched})
+
+
+ROUTES: Final = (
+    web.get("/api/services/{name:.+}/form", service_form),
+    web.get("/api/topics/{name:.+}/form", topic_form),
+    web.post("/api/services/{name:.+}", call),
+    web.post("/api/topics/{name:.+}", publish),
+)

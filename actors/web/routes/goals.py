@@ -1,0 +1,112 @@
+"""Goals of actions: the form, a stream of what becomes of a goal, and its cancellation."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+import msgspec
+from aiohttp import web
+
+from actors.interfaces.convert import message_to_ordereddict
+from actors.interfaces.message import type_name
+from actors.tools import graph_documents as documents
+from actors.web.forms import form_of
+from actors.web.live.session import PERIOD_SEC
+from actors.web.routes.answers import UnknownError, answer, event_stream, failure, send_event
+from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
+from actors.web.routes.graph import name_in
+from actors.web.routes.live import counted
+from actors.web.routes.state import state_of
+
+if TYPE_CHECKING:
+    from actors.web.goals import FollowedGoal
+
+
+class GoalBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a goal.
+
+    Attributes:
+        goal: The fields of the goal; others have their defaults.
+        type: The action's type, needed if the graph has several.
+        timeout_sec: For the server's answer; null is the node's default.
+        cancel_on_close: Whether the goal is cancelled when the stream is closed before its end.
+    """
+
+    goal: dict[str, Any] = {}
+    type: str = ""
+    timeout_sec: TimeoutSec | None = None
+    cancel_on_close: bool = False
+
+
+async def action_form(request: web.Request) -> web.Response:
+    """Return the form for an action's goals."""
+    state, name = state_of(request), name_in(request)
+    snapshot = state.observer.snapshot
+    if documents.action(snapshot, name) is None:
+        raise UnknownError(f"There is no action {name!r}")
+    found: Any = await state.types.action(snapshot, name, request.query.get("type", ""))
+    return answer({"type": type_name(found), "form": form_of(found.Goal)})
+
+
+async def goals(request: web.Request) -> web.Response:
+    """Return the goals that this server has sent and that have not ended."""
+    return answer([goal.document() for goal in state_of(request).goals.of_action(name_in(request))])
+
+
+async def send_goal(request: web.Request) -> web.StreamResponse:
+    """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
+    body = msgspec.json.decode(await request.read() or b"{}", type=GoalBody)
+    state = state_of(request)
+    with counted(state):
+        goal = await state.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
+        try:
+            await goal.accepted()
+            stream = await event_stream(request)
+            await send_event(stream, {"goal_id": goal.goal_id}, "accepted")
+            await _send_progress(stream, goal)
+        finally:
+            goal.read = False
+            if body.cancel_on_close and not goal.ended:
+                state.goals.cancel_later(goal)
+    return stream
+
+
+async def _send_progress(stream: web.StreamResponse, goal: FollowedGoal) -> None:
+    """Send feedback, of which a slow reader gets the newest, and the end."""
+    ended = False
+    while not ended:
+        await goal.news.wait()
+        goal.news.clear()
+        ended = goal.ended  # before the feedback is taken: nothing comes after the end
+        skipped, goal.skipped = goal.skipped, 0
+        if skipped:
+            await send_event(stream, {"skipped": skipped}, "skipped")
+        for each in goal.take_feedback():
+            await send_event(stream, {"feedback": each}, "feedback")
+        if not ended:
+            await asyncio.sleep(PERIOD_SEC)
+    if goal.outcome is None:
+        await send_event(stream, {"error": str(goal.error)}, "error")
+    else:
+        fields = message_to_ordereddict(goal.outcome.result)
+        await send_event(stream, {"status": goal.outcome.status.name, "result": fields}, "result")
+
+
+async def cancel(request: web.Request) -> web.Response:
+    """Request to cancel a goal that this server has sent."""
+    state, name, goal_id = state_of(request), name_in(request), request.match_info["goal"]
+    goal = state.goals.find(name, goal_id)
+    if goal is None:
+        raise UnknownError(f"Action {name!r} has no goal {goal_id!r} from here that has not ended")
+    if not await state.goals.cancel(goal):
+        return failure(409, "The server refuses to cancel the goal")
+    return answer({"goal_id": goal_id, "canceling": True})
+
+
+ROUTES: Final = (
+    web.get("/api/actions/{name:.+}/form", action_form),
+    web.get("/api/actions/{name:.+}/goals", goals),
+    web.delete("/api/actions/{name:.+}/goals/{goal:[^/]+}", cancel),
+    web.post("/api/actions/{name:.+}", send_goal),
+)

@@ -1,0 +1,81 @@
+"""What a form is told of a message."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import msgspec
+import pytest
+
+from actors.interfaces.catalog import interfaces_of, standard_packages
+from actors.interfaces.convert import message_from_fields
+from actors.interfaces.geometry_msgs.msg import Pose, Quaternion
+from actors.interfaces.message import Message
+from actors.interfaces.registry import find_interface
+from actors.web.forms import form_of
+
+
+def _fields(name: str) -> dict[str, dict[str, Any]]:
+    cls: Any = find_interface(name)
+    form = form_of(cls)
+    return {field["name"]: field for field in form["types"][form["type"]]}
+
+
+@pytest.mark.parametrize("package", standard_packages())
+def test_every_standard_message_has_a_form(package: str) -> None:
+    """It is JSON, describes each type that it refers to, and its defaults make a message."""
+    for name in interfaces_of(package):
+        found: Any = find_interface(name)
+        for cls in [found] if "/msg/" in name else [getattr(found, "Request", None) or found.Goal]:
+            form = json.loads(msgspec.json.encode(form_of(cls)))
+            for fields in form["types"].values():
+                assert {each["message"] for each in fields if each["kind"] == "message"} <= set(form["types"])
+            own = form["types"][form["type"]]
+            values = {each["name"]: each["default"] for each in own if "default" in each}
+            assert message_from_fields(cls, values) == cls()
+
+
+def test_integers_have_their_range() -> None:
+    """A form refuses what the type refuses."""
+    fields = _fields("test_msgs/msg/Defaults")
+    assert (fields["int8_value"]["minimum"], fields["int8_value"]["maximum"]) == (-128, 127)
+    assert fields["uint64_value"]["maximum"] == 2**64 - 1
+    assert fields["byte_value"] == {
+        "name": "byte_value", "type": "byte", "kind": "integer", "minimum": 0, "maximum": 255, "default": 50
+    }  # fmt: skip
+
+
+def test_sequences_have_their_lengths() -> None:
+    """Fixed, bounded and unbounded."""
+    assert _fields("test_msgs/msg/Arrays")["int32_values"]["array"] == {"low": 3, "high": 3}
+    assert _fields("test_msgs/msg/BoundedSequences")["int32_values"]["array"] == {"low": 0, "high": 3}
+    assert _fields("test_msgs/msg/UnboundedSequences")["int32_values"]["array"] == {"low": 0, "high": None}
+
+
+def test_constants_belong_to_the_field_whose_name_they_begin_with() -> None:
+    """Without such a name, all constants of the type may be meant."""
+    battery = _fields("sensor_msgs/msg/BatteryState")
+    health = [each["name"] for each in battery["power_supply_health"]["choices"]]
+    assert all(name.startswith("POWER_SUPPLY_HEALTH_") for name in health)
+    level = _fields("diagnostic_msgs/msg/DiagnosticStatus")["level"]
+    assert {"name": "WARN", "value": 1} in level["choices"]
+
+
+class Tree(Message, type_name="forms_test/msg/Tree"):
+    """A type that contains itself, a bound, and defaults of its own."""
+
+    name: str
+    limit: float = float("inf")
+    pose: Pose = Pose(orientation=Quaternion(w=0.5))
+    children: list[Tree] = msgspec.field(default_factory=list)
+
+
+def test_a_type_that_contains_itself_ends() -> None:
+    """It is described once; a field without default has none, infinity is a text, a default pose is given."""
+    form = form_of(Tree)
+    name, limit, pose, children = form["types"]["forms_test/msg/Tree"]
+    assert "default" not in name
+    assert limit["default"] == "inf"
+    assert pose["default"]["orientation"]["w"] == 0.5
+    assert children["message"] == form["type"]
