@@ -43,6 +43,6 @@ def run(options: Options) -> int:
         print_styled(f"{side.heading}: ", Styled(str(len(owners)), "heading"))
         if not options.count:
             for each in owners:
-                types = types_shown(each["types"]) if options.show_types else ()
-                print_styled("    ", Styled(each["node"], "name"), *types)
+                shown = types_shown(each["types"]) if options.show_types else ()
+                print_styled("    ", Styled(each["node"], "name"), *shown)
     return 0
