@@ -40,7 +40,8 @@ def exact(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: exact(each) for key, each in cast("dict[str, Any]", value).items()}
     if isinstance(value, list):
-        return [exact(each) for each in cast("list[Any]", value)]
+        items: list[Any] = value
+        return [exact(each) for each in items]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, int) and not -MAX_EXACT <= value <= MAX_EXACT:
