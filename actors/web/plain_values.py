@@ -40,7 +40,7 @@ def exact(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: exact(each) for key, each in cast("dict[str, Any]", value).items()}
     if isinstance(value, list):
-        items: list[Any] = value
+        items: list[Any] = value  # pyright: ignore[reportUnknownVariableType]
         return [exact(each) for each in items]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
