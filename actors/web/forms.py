@@ -6,7 +6,7 @@
 
 `kind` is "boolean", "integer", "number", "text" or "message"; the latter's fields are in `types` under
 `message`, so that types that contain each other end. A sequence has `array` with `low` and `high` (null: no
-limit). `choices` are constants that may be meant for the field.
+limit). `choices` are constants that may be meant for the field; `required` fields have no default.
 """
 
 from __future__ import annotations
@@ -47,8 +47,11 @@ def _fields(cls: type[Message]) -> list[dict[str, Any]]:
         found = {"name": field.name, "type": str(field.type), **_kind(field.type)}
         if field.name in choices:
             found["choices"] = choices[field.name]
-        if (default := _default(cls, field)) is not None:
-            found["default"] = default
+        if _has_default(cls, field):
+            if (default := _default(cls, field)) is not None:
+                found["default"] = default
+        else:
+            found["required"] = True
         described.append(found)
     return described
 
@@ -96,12 +99,20 @@ def _choices(cls: type[Message], fields: tuple[Field, ...]) -> dict[str, list[di
     return found
 
 
+def _position(cls: type[Message], field: Field) -> int:
+    """Return a field's position from the end, where defaults are counted from."""
+    return cls.__struct_fields__.index(field.name) - len(cls.__struct_fields__)
+
+
+def _has_default(cls: type[Message], field: Field) -> bool:
+    number, defaults = _position(cls, field), cls.__struct_defaults__
+    return -number <= len(defaults) and defaults[number] is not msgspec.NODEFAULT
+
+
 def _default(cls: type[Message], field: Field) -> Any:
-    """Return a field's default as JSON; None if it has none, or if it is as its type alone says."""
-    number = cls.__struct_fields__.index(field.name) - len(cls.__struct_fields__)
+    """Return a field's default as JSON; None if it is as the field's type alone says."""
     defaults: tuple[Any, ...] = cls.__struct_defaults__
-    if -number > len(defaults) or defaults[number] is msgspec.NODEFAULT:
-        return None
+    number = _position(cls, field)
     factory = getattr(defaults[number], "factory", None)
     value = defaults[number] if factory is None else factory()
     nested: Any = field.type.message

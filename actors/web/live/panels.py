@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
+from actors.tools import graph_documents
 from actors.web.live.echo_panel import EchoPanel
+from actors.web.live.entry_panel import EntryPanel
 from actors.web.live.graph_panel import GraphPanel, GraphParameters
 from actors.web.live.log_panel import LogPanel
 from actors.web.live.node_panel import NodePanel
@@ -47,6 +49,16 @@ class NodeParameters(msgspec.Struct, forbid_unknown_fields=True):
     node: str
 
 
+class NameParameters(msgspec.Struct, forbid_unknown_fields=True):
+    """Parameters of a panel for one service or action.
+
+    Attributes:
+        name: Its full name.
+    """
+
+    name: str
+
+
 class NoParameters(msgspec.Struct, forbid_unknown_fields=True):
     """A panel without parameters."""
 
@@ -75,6 +87,8 @@ class Panels:
             "plot": self._plot,
             "node": self._node,
             "log": self._log,
+            "service": self._service,
+            "action": self._action,
         }
 
     def make(self, name: str, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
@@ -116,6 +130,14 @@ class Panels:
 
     def _log(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return LogPanel(self.logs, _converted(parameters, LogFilter), wake)
+
+    def _service(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        name = _converted(parameters, NameParameters).name
+        return EntryPanel(self._observer, graph_documents.service, name, wake)
+
+    def _action(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        name = _converted(parameters, NameParameters).name
+        return EntryPanel(self._observer, graph_documents.action, name, wake)
 
 
 def _converted(parameters: Mapping[str, Any], kind: type[T]) -> T:

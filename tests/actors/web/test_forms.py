@@ -75,6 +75,7 @@ def test_a_type_that_contains_itself_ends() -> None:
     """It is described once; a field without default has none, infinity is a text, a default pose is given."""
     form = form_of(Tree)
     name, limit, pose, children = form["types"]["forms_test/msg/Tree"]
+    assert name["required"]
     assert "default" not in name
     assert limit["default"] == "inf"
     assert pose["default"]["orientation"]["w"] == 0.5

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
@@ -48,6 +50,22 @@ async def test_the_overview_panel_sends_rates(page: Page, meeting: Meeting) -> N
     found = await page.until(lambda body: "/chatter" in body["patch"].get("topics", {}))
     assert found["id"] == 7
     assert found["patch"]["topics"]["/chatter"]["publishers"] == 1
+
+
+async def test_the_panels_of_a_service_and_an_action_follow_their_servers(
+    page: Page, meeting: Meeting
+) -> None:
+    """Nothing before there is one; then its type and who serves it."""
+    await page.open(1, "service", name="/add")
+    await page.open(2, "action", name="/count")
+    assert [(await page.next())["patch"] for _ in range(2)] == [{}, {}]
+    node = await meeting.node("server")
+    node.create_service(AddTwoInts, "add", lambda _, response: response)
+    found = await page.until(lambda body: body["id"] == 1 and body["patch"].get("servers"))
+    assert [each["node"] for each in found["patch"]["servers"]] == ["/server"]
+    node.create_action_server(Fibonacci, "count", lambda _: Fibonacci.Result())
+    found = await page.until(lambda body: body["id"] == 2 and body["patch"].get("servers"))
+    assert found["patch"]["types"] == ["example_interfaces/action/Fibonacci"]
 
 
 async def test_a_slow_page_gets_the_newest_messages_and_the_number_of_the_others(

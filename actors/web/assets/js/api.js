@@ -1,6 +1,8 @@
 // @ts-check
 // The HTTP API, with the token of the page's address.
 
+import { stringifyExact } from "./exact_json.js";
+
 const KEY = "callboard-token";
 
 /** The server's answer to a request that failed. */
@@ -36,11 +38,12 @@ export function hasToken() {
  * @param {string} path such as "/api/topics"
  * @param {unknown} [body] becomes JSON
  * @param {AbortSignal} [signal]
+ * @param {(text: string) => any} [parse] such as `parseExact`
  * @returns {Promise<any>}
  */
-export async function request(method, path, body, signal) {
+export async function request(method, path, body, signal, parse = JSON.parse) {
   const response = await send(method, path, body, signal);
-  return response.json();
+  return parse(await response.text());
 }
 
 /**
@@ -51,8 +54,9 @@ export async function request(method, path, body, signal) {
  * @param {unknown} body
  * @param {(event: string, data: any) => void} onEvent
  * @param {AbortSignal} [signal] ends it
+ * @param {(text: string) => any} [parse] such as `parseExact`
  */
-export async function stream(method, path, body, onEvent, signal) {
+export async function stream(method, path, body, onEvent, signal, parse = JSON.parse) {
   const response = await send(method, path, body, signal);
   const reader = /** @type {ReadableStream<Uint8Array>} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
@@ -65,8 +69,8 @@ export async function stream(method, path, body, onEvent, signal) {
     const events = text.split("\n\n");
     text = /** @type {string} */ (events.pop());
     for (const event of events) {
-      const [, kind, data] = /** @type {RegExpExecArray} */ (/^event: (.*)\ndata: (.*)$/.exec(event));
-      onEvent(kind, JSON.parse(data));
+      const [, kind, data] = /** @type {RegExpExecArray} */ (/^event: (.*)\ndata: ([^]*)$/.exec(event));
+      onEvent(kind, parse(data));
     }
   }
 }
@@ -102,7 +106,7 @@ async function send(method, path, body, signal) {
     method,
     headers,
     signal,
-    body: body === undefined ? undefined : JSON.stringify(body),
+    body: body === undefined ? undefined : stringifyExact(body),
   });
   if (!response.ok) {
     const answer = await response.json().catch(() => ({}));

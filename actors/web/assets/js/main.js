@@ -1,7 +1,7 @@
 // @ts-check
 // The page: its views, which one is shown, and the state of the connection.
 
-import { takeToken } from "./api.js";
+import { request, takeToken } from "./api.js";
 import { Connection } from "./connection.js";
 import { h, setText } from "./dom.js";
 import { addressOf, readAddress } from "./routes.js";
@@ -12,6 +12,7 @@ import { addressOf, readAddress } from "./routes.js";
  * @property {Connection} connection
  * @property {string} name the rest of the address: what of the view is shown, such as a topic; may be empty
  * @property {boolean} control whether anything may be controlled
+ * @property {string} refusal why not; empty if so
  */
 /**
  * A view's module.
@@ -27,6 +28,10 @@ const VIEWS = {
   plot: ["Plot", () => import("./views/plot.js"), true],
   nodes: ["Nodes", () => import("./views/nodes.js"), true],
   node: ["Node", () => import("./views/node.js"), false],
+  services: ["Services", () => import("./views/services.js"), true],
+  service: ["Service", () => import("./views/service.js"), false],
+  actions: ["Actions", () => import("./views/actions.js"), true],
+  action: ["Action", () => import("./views/action.js"), false],
   log: ["Log", () => import("./views/log.js"), true],
 };
 const FIRST = "graph";
@@ -37,6 +42,7 @@ const content = /** @type {HTMLElement} */ (document.getElementById("content"));
 const views = /** @type {HTMLElement} */ (document.getElementById("views"));
 let clear = () => {};
 let shown = 0;
+let session = { control: false, refusal: "Not known yet whether control is allowed" };
 
 for (const [id, [title, , inMenu]] of Object.entries(VIEWS)) {
   if (inMenu) {
@@ -63,7 +69,16 @@ async function show() {
   }
   document.title = `${name || title} - callboard`;
   content.replaceChildren();
-  clear = module.show(content, { connection, name, control: false });
+  clear = module.show(content, { connection, name, control: session.control, refusal: session.refusal ?? "" });
+}
+
+/** Ask what this page may do, and show the view anew if that has changed: the server may be another one now. */
+async function readSession() {
+  const before = session;
+  session = await request("GET", "/api/session").catch((error) => ({ control: false, refusal: error.message }));
+  if (session.control !== before.control || session.refusal !== before.refusal) {
+    await show();
+  }
 }
 
 /** Say whether what is shown is up to date. */
@@ -89,5 +104,6 @@ theme.addEventListener("click", () => {
 });
 setTheme(localStorage.getItem("callboard-theme") ?? THEMES[0]);
 connection.addEventListener("change", showStatus);
+connection.addEventListener("change", () => connection.connected && readSession());
 window.addEventListener("hashchange", show);
-show();
+readSession();

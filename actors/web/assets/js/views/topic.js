@@ -5,6 +5,7 @@ import { announce, h, setText } from "../dom.js";
 import { bytes, clock, duration, qosText, short } from "../format.js";
 import { MessageTree } from "../message_tree.js";
 import { isPlotted, togglePlotted } from "../plotted_fields.js";
+import { publishForm } from "../publish_form.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
 
@@ -18,7 +19,8 @@ const SHOW_MS = 100;
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, { connection, name }) {
+export function show(place, context) {
+  const { connection, name } = context;
   const summary = h("p");
   const ends = new Table("Publishers and subscriptions", [
     { title: "Node", value: (row) => row.node, href: (row) => addressOf("node", row.node) },
@@ -55,6 +57,7 @@ export function show(place, { connection, name }) {
     h("div", { class: "toolbar" }, pause, plot),
     head,
     tree.element,
+    publishForm(context),
   );
   const draw = () => {
     if (newest === null || paused) {
