@@ -1,0 +1,142 @@
+"""A real browser in front of a real server: Chromium, driven by Playwright. Run by `make web-test`."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import quote
+
+import pytest
+from playwright.async_api import async_playwright
+
+from tests.integration.conftest import System, free_port, system
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser, Page
+
+    from tests.integration.conftest import Program
+
+__all__ = ["system"]
+
+CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser") or "chromium"
+FLAGS: Final = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-quic",
+    "--disable-sync",
+    "--no-first-run",
+)
+
+COURSE: Final = (
+    "add_two_ints_server",
+    "minimal_publisher",
+    "minimal_subscriber",
+    "publishing_subscriber",
+    "fibonacci_action_server",
+)
+"""The examples that run: five nodes, two topics, a service and an action."""
+
+
+class Site:
+    """A broker, the examples, a web server, and browsers that look at it.
+
+    Args:
+        system: Starts processes.
+        browser: Opens pages.
+
+    Attributes:
+        url: The page's address, with the token.
+        programs: The examples' processes by name.
+        problems: What pages have logged as errors, and requests to other servers.
+    """
+
+    def __init__(self, system: System, browser: Browser) -> None:
+        self.system = system
+        self.url = ""
+        self.programs: dict[str, Program] = {}
+        self.problems: list[str] = []
+        self._browser = browser
+
+    async def start(self, *examples: str) -> None:
+        """Start everything."""
+        await self.system.broker()
+        for name in examples:
+            self.programs[name] = await self.system.example(name)
+        await self.start_web(free_port())
+
+    async def start_web(self, port: int) -> None:
+        """Start the web server."""
+        listen = ("--listen", f"127.0.0.1:{port}", "--allow-control", "--no-browser")
+        self.web = await self.system.program(sys.executable, "-m", "actors", "web", *listen)
+        line = await self.web.wait_for_line("callboard web listening on ")
+        self.url = line.rpartition(" ")[2]
+
+    async def open(self, view: str = "", name: str = "", **options: Any) -> Page:
+        """Open the page in a new context, such as `open("topic", "/addison")`.
+
+        Args:
+            view: The view; empty for the first.
+            name: What of it is shown.
+            options: Of the browser's context, such as `color_scheme`.
+        """
+        context = await self._browser.new_context(viewport={"width": 1200, "height": 800}, **options)
+        page = await context.new_page()
+        page.set_default_timeout(20_000)
+        page.on("pageerror", lambda error: self.problems.append(str(error)))
+        page.on("console", lambda line: line.type == "error" and self.problems.append(line.text))
+        page.on("dialog", lambda dialog: self.problems.append(f"a dialog: {dialog.message}"))
+        page.on("request", lambda request: self._check(request.url))
+        await page.goto(self.url)
+        if view:
+            await self.go(page, view, name)
+        return page
+
+    async def go(self, page: Page, view: str, name: str = "") -> None:
+        """Go to another view."""
+        await page.evaluate("address => { location.hash = address; }", f"#/{view}/{quote(name, safe='')}")
+
+    def _check(self, url: str) -> None:
+        if not url.startswith((self.url.partition("#")[0], "data:", "blob:")):
+            self.problems.append(f"a request to {url}")
+
+
+@pytest.fixture
+async def browser() -> AsyncIterator[Browser]:
+    """Chromium."""
+    async with async_playwright() as playwright:
+        chromium = await playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        try:
+            yield chromium
+        finally:
+            await chromium.close()
+
+
+@pytest.fixture
+async def empty_site(system: System, browser: Browser) -> AsyncIterator[Site]:
+    """A broker and a web server; no page may log an error."""
+    site = Site(system, browser)
+    await site.start()
+    yield site
+    assert site.problems == []
+
+
+@pytest.fixture
+async def site(system: System, browser: Browser) -> AsyncIterator[Site]:
+    """The same with the examples."""
+    site = Site(system, browser)
+    await site.start(*COURSE)
+    yield site
+    assert site.problems == []
+
+
+@pytest.fixture
+async def stack() -> AsyncIterator[AsyncExitStack]:
+    """Leaves nodes at the end."""
+    async with AsyncExitStack() as entered:
+        yield entered

@@ -1,0 +1,67 @@
+"""How the page looks, on small screens, for everybody, and with hostile data."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from actors.interfaces.std_msgs.msg import String
+
+if TYPE_CHECKING:
+    from contextlib import AsyncExitStack
+
+    from tests.browser.conftest import Site
+
+VIEWS = (
+    "graph",
+    "topics",
+    "topic//addison",
+    "plot",
+    "nodes",
+    "node//minimal_publisher",
+    "services",
+    "actions",
+    "log",
+)
+HOSTILE = "<img src=x onerror=alert(1)><script>alert(2)</script>\u202egnp \u0000 __proto__ " + "x" * 3000
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+async def test_both_color_schemes_have_their_colors(site: Site, scheme: str) -> None:
+    """Dark text on light ground, or light text on dark ground."""
+    page = await site.open(color_scheme=scheme)
+    red = "color => Number(/\\d+/.exec(color)[0])"
+    ground = await page.evaluate(f"({red})(getComputedStyle(document.body).backgroundColor)")
+    text = await page.evaluate(f"({red})(getComputedStyle(document.body).color)")
+    assert (ground > text) == (scheme == "light")
+
+
+async def test_nothing_is_wider_than_a_phone(site: Site) -> None:
+    """360 pixels, in every view; tables scroll by themselves."""
+    page = await site.open()
+    await page.set_viewport_size({"width": 360, "height": 740})
+    for view in VIEWS:
+        kind, _, name = view.partition("/")
+        await site.go(page, kind, name)
+        await page.locator("main h2").wait_for(state="attached")
+        await page.wait_for_timeout(300)
+        assert await page.evaluate("document.documentElement.scrollWidth") == 360, view
+
+
+async def test_hostile_messages_and_log_lines_are_only_text(empty_site: Site, stack: AsyncExitStack) -> None:
+    """Nothing of them runs; `problems` would have dialogs, errors and requests."""
+    node = await stack.enter_async_context(actors.Node("hostile", url=empty_site.system.url))
+    latched = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_publisher(String, "hostile", latched).publish(String(data=HOSTILE))
+    node.get_logger().error(HOSTILE)
+    page = await empty_site.open("topic", "/hostile")
+    await page.locator(".tree").get_by_text("<script>alert(2)</script>").wait_for()
+    await empty_site.go(page, "log")
+    await page.get_by_text("<script>alert(2)</script>").first.wait_for()
+    for view in VIEWS:
+        kind, _, name = view.partition("/")
+        await empty_site.go(page, kind, name.replace("addison", "hostile"))
+        await page.wait_for_timeout(200)
+    assert await page.locator("main img, main script").count() == 0

@@ -1,0 +1,73 @@
+"""Topics, their messages and plots in a browser."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import actors
+from actors.interfaces.geometry_msgs.msg import Twist
+from tests.integration.conftest import DEADLINE_SEC
+
+if TYPE_CHECKING:
+    from contextlib import AsyncExitStack
+
+    from tests.browser.conftest import Site
+
+
+async def test_echo_shows_live_messages_and_pauses(site: Site) -> None:
+    """The text of the publisher, then another one, and none while it is paused."""
+    page = await site.open("topic", "/addison")
+    field = page.locator(".tree div").filter(has_text="data:")
+    await field.wait_for()
+    first = await field.inner_text()
+    assert "Hi Automatic Addison" in first
+    async with asyncio.timeout(DEADLINE_SEC):
+        while await field.inner_text() == first:
+            await page.wait_for_timeout(20)
+    await page.get_by_role("button", name="Pause").click()
+    held = await field.inner_text()
+    published = site.programs["minimal_publisher"]
+    await published.wait_for_line("Publishing")
+    await published.wait_for_line("Publishing")
+    assert await field.inner_text() == held
+
+
+async def test_a_number_is_plotted_and_downloaded(empty_site: Site, stack: AsyncExitStack) -> None:
+    """Chosen in the topic's tree; the CSV file has the points."""
+    node = await stack.enter_async_context(actors.Node("wave", url=empty_site.system.url))
+    publisher = node.create_publisher(Twist, "wave", 10)
+    count = 0
+
+    def publish() -> None:
+        nonlocal count
+        message = Twist()
+        message.linear.x = float(count)
+        publisher.publish(message)
+        count += 1
+
+    node.create_timer(0.02, publish)
+    page = await empty_site.open("topic", "/wave")
+    await page.get_by_label("Plot linear.x").click()
+    await page.get_by_text("Open the plot").click()
+    plot = page.locator(".plot[data-points]")
+    async with asyncio.timeout(DEADLINE_SEC):
+        while int(await plot.get_attribute("data-points") or 0) <= 20:
+            await page.wait_for_timeout(20)
+    async with page.expect_download() as download:
+        await page.get_by_role("button", name="CSV").click()
+    head, *rows = (await (await download.value).path()).read_text(encoding="utf-8").splitlines()
+    assert head == '"time","/wave linear.x"'
+    values = [float(row.split(",")[1]) for row in rows]
+    assert values == [values[0] + number for number in range(len(values))]
+
+
+async def test_the_list_of_topics_is_filtered_and_sorted(site: Site) -> None:
+    """By a part of a name; by a click on a heading."""
+    page = await site.open("topics")
+    names = page.locator("tbody tr td:first-child")
+    await names.filter(has_text="/addison2").wait_for()
+    await page.get_by_label("Filter").fill("addison")
+    assert await names.all_inner_texts() == ["/addison", "/addison2"]
+    await page.get_by_role("button", name="Topic", exact=True).click()
+    assert await names.all_inner_texts() == ["/addison2", "/addison"]
