@@ -5,8 +5,10 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
 FUZZ_READY := $(VENV)/.fuzz-ready
+WEB_READY := $(VENV)/.web-ready
+NPM := build/npm
 
-.PHONY: demo test check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
+.PHONY: demo test web-test web-types check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -79,6 +81,29 @@ fuzz: $(FUZZ_READY)
 # Attack brokers with floods of full size, and measure innocent nodes next to them; ATTACKS selects some.
 hostile: $(READY)
 	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(ATTACKS)
+
+# The page in Chromium, and the types of its scripts. Needs npm; on Debian it installs Chromium if that is missing.
+$(WEB_READY): $(READY) tests/browser/package.json
+	@command -v npm >/dev/null || { echo "make web-test needs npm (Debian: apt install npm)"; exit 1; }
+	@command -v chromium >/dev/null || command -v chromium-browser >/dev/null || { \
+		echo "Installing Chromium ..." && apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium \
+		>/dev/null; } || { echo "make web-test needs Chromium (Debian: apt install chromium)"; exit 1; }
+	@echo "Adding Playwright to $(VENV), and npm packages to $(NPM) (once) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,browser]'
+	@mkdir -p $(NPM) && cp tests/browser/package.json $(NPM)/ && npm install --silent --no-audit --no-fund --prefix $(NPM)
+	@touch $@
+
+web-types: $(WEB_READY)
+	@rm -rf build/web && mkdir -p build/web/vendor && cp -r actors/web/assets/js tests/browser/jsconfig.json build/web/
+	@sed 's/^export = cytoscape;/export default cytoscape;/' $(NPM)/node_modules/cytoscape/index.d.ts \
+		> build/web/vendor/cytoscape.esm.min.d.mts
+	@cp $(NPM)/node_modules/uplot/dist/uPlot.d.ts build/web/vendor/uPlot.esm.d.ts
+	@cp -r $(NPM)/node_modules/@dagrejs/dagre/dist/types build/web/vendor/
+	@cp $(NPM)/node_modules/@dagrejs/dagre/dist/dagre.d.ts build/web/vendor/dagre.esm.d.ts
+	$(NPM)/node_modules/.bin/tsc --project build/web/jsconfig.json
+
+web-test: web-types
+	@$(BIN)/python -m pytest --numprocesses=auto tests/browser $(PYTEST_FLAGS)
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -8,6 +8,7 @@ import pytest
 
 import actors
 from actors.interfaces.std_msgs.msg import String
+from tests.integration.conftest import ROOT
 
 if TYPE_CHECKING:
     from contextlib import AsyncExitStack
@@ -25,6 +26,7 @@ VIEWS = (
     "actions",
     "log",
 )
+AXE = ROOT / "build" / "npm" / "node_modules" / "axe-core" / "axe.min.js"
 HOSTILE = "<img src=x onerror=alert(1)><script>alert(2)</script>\u202egnp \u0000 __proto__ " + "x" * 3000
 
 
@@ -48,6 +50,25 @@ async def test_nothing_is_wider_than_a_phone(site: Site) -> None:
         await page.locator("main h2").wait_for(state="attached")
         await page.wait_for_timeout(300)
         assert await page.evaluate("document.documentElement.scrollWidth") == 360, view
+
+
+async def test_axe_finds_no_serious_violation(site: Site) -> None:
+    """In every view, in both color schemes."""
+    for scheme in ("light", "dark"):
+        page = await site.open(color_scheme=scheme)
+        await page.evaluate(AXE.read_text(encoding="utf-8"))
+        for view in VIEWS:
+            kind, _, name = view.partition("/")
+            await site.go(page, kind, name)
+            await page.locator("main h2").wait_for(state="attached")
+            await page.wait_for_timeout(300)
+            found = await page.evaluate("axe.run(document, { resultTypes: ['violations'] })")
+            serious = [
+                (each["id"], each["nodes"][0]["html"][:200])
+                for each in found["violations"]
+                if each["impact"] in {"serious", "critical"}
+            ]
+            assert serious == [], (view, scheme)
 
 
 async def test_hostile_messages_and_log_lines_are_only_text(empty_site: Site, stack: AsyncExitStack) -> None:

@@ -58,7 +58,7 @@ export async function request(method, path, body, signal, parse = JSON.parse) {
  */
 export async function stream(method, path, body, onEvent, signal, parse = JSON.parse) {
   const response = await send(method, path, body, signal);
-  const reader = /** @type {ReadableStream<Uint8Array>} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
+  const reader = /** @type {ReadableStream<BufferSource>} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
   for (;;) {
     const { done, value } = await reader.read();

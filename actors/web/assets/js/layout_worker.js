@@ -1,13 +1,13 @@
 // @ts-check
 // Lays a graph out in layers, beside the page: hundreds of vertices take seconds.
 
-import { Graph, layout } from "../vendor/dagre.esm.js";
+import { graphlib, layout } from "../vendor/dagre.esm.js";
 
 /** @typedef {{id: string, width: number, height: number, parent?: string}} Box */
 
 self.onmessage = ({ data }) => {
   const { number, boxes, edges } = /** @type {{number: number, boxes: Box[], edges: [string, string][]}} */ (data);
-  const graph = new Graph({ compound: true, multigraph: false });
+  const graph = new graphlib.Graph({ compound: true, multigraph: false });
   graph.setGraph({ rankdir: "LR", nodesep: 25, ranksep: 90, ranker: edges.length > 300 ? "longest-path" : "network-simplex" });
   graph.setDefaultEdgeLabel(() => ({}));
   for (const { id, width, height } of boxes) {

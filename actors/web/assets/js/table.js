@@ -57,6 +57,7 @@ export class Table {
     let before = null;
     for (const key of this._order()) {
       const element = this._filled(key);
+      /** @type {ChildNode | null} */
       const place = before === null ? this._body.firstChild : before.nextSibling;
       if (element !== place) {
         this._body.insertBefore(element, place);

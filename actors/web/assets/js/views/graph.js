@@ -36,6 +36,7 @@ class GraphView {
     this._connection = context.connection;
     /** @type {GraphDocument} */
     this._document = {};
+    this._end = () => {};
     /** @type {Elements} */
     this._elements = new Map();
     /** @type {Set<string>} */
@@ -201,7 +202,8 @@ class GraphView {
   _show(id, data) {
     const found = this._cy.getElementById(id);
     if (found.empty()) {
-      const position = data.source === undefined ? { ...this._positions.get(id) } : undefined;
+      const at = data.source === undefined ? this._positions.get(id) : undefined;
+      const position = at && { ...at };
       this._cy.add({ group: data.source === undefined ? "nodes" : "edges", data: { id, ...data }, position });
       return;
     }

@@ -151,10 +151,14 @@ class PlotView {
     return [...this._data].flatMap(([topic, { fields }]) => fields.map((field) => `${topic} ${field}`));
   }
 
-  /** All series over one axis of time. */
+  /**
+   * All series over one axis of time.
+   *
+   * @returns {any}
+   */
   _tables() {
     const tables = [...this._data.values()].map(({ times, values }) => [times, ...values]);
-    return tables.length > 1 ? uPlot.join(tables) : (tables[0] ?? [[]]);
+    return tables.length > 1 ? uPlot.join(/** @type {any} */ (tables)) : (tables[0] ?? [[]]);
   }
 
   _draw() {
@@ -197,7 +201,7 @@ class PlotView {
     const quoted = (/** @type {string} */ text) => `"${text.replaceAll('"', '""')}"`;
     const lines = [["time", ...this._labels()].map(quoted).join(",")];
     times.forEach((/** @type {number} */ time, /** @type {number} */ row) => {
-      lines.push([time, ...values.map((/** @type {any[]} */ column) => column[row] ?? "")].join(","));
+      lines.push([time, ...values.map((/** @type {any} */ column) => column[row] ?? "")].join(","));
     });
     const link = h("a", { download: "plot.csv", href: URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" })) });
     link.click();
