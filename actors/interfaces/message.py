@@ -261,3 +261,9 @@ def type_hash(cls: object) -> str:
         TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
     return _hash(_hashable(cls))
+
+
+@cache
+def declared_type(cls: Any) -> tuple[str, str]:
+    """Return the type name and the hash of a class that has them: a declaration needs both."""
+    return type_name(cls), type_hash(cls)

@@ -206,7 +206,8 @@ class QoSProfile:
             liveliness_lease_duration=_limited(self.liveliness_lease_duration),
         )
 
-    def to_wire(self, *, strict: bool = False) -> dict[str, int]:
+    @lru_cache(maxsize=64)  # noqa: B019 - as for `resolved`
+    def to_wire(self, *, strict: bool = False) -> Mapping[str, int]:
         """Return the resolved profile as plain ints by name, for a declaration frame.
 
         Times are in nanoseconds. Values at their default are omitted, except for the first four keys.
@@ -223,8 +224,7 @@ class QoSProfile:
         }
         if profile.liveliness is not LivelinessPolicy.AUTOMATIC:
             fields["liveliness"] = int(profile.liveliness)
-        times = {key: getattr(profile, name).nanoseconds for key, name in _TIMES.items()}
-        fields |= {key: value for key, value in times.items() if value}
+        fields |= {key: ns for key, name in _TIMES.items() if (ns := getattr(profile, name).nanoseconds)}
         return fields | {"strict": True} if strict else fields
 
     @classmethod

@@ -15,7 +15,7 @@ from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.message import Message, definition, type_hash, type_name
+from actors.interfaces.message import Message, declared_type, definition, type_name
 from proto import frames
 from proto.codec import encode
 from proto.codes import Status
@@ -45,8 +45,7 @@ class DeclaredService(IntrospectedEndpoint):
             self.id,
             self.context.id,
             self.srv_name,
-            type_name(self.srv_type),
-            type_hash(self.srv_type),
+            *declared_type(self.srv_type),
             None if self.standard else definition(self.srv_type),
         )
 
