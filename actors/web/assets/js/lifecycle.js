@@ -7,9 +7,9 @@ import { announce, h, setText } from "./dom.js";
 export class Lifecycle {
   /**
    * @param {string} node its full name
-   * @param {boolean} control whether the buttons work
+   * @param {{control: boolean, refusal: string}} context whether the buttons work, and why not
    */
-  constructor(node, control) {
+  constructor(node, { control, refusal }) {
     this._node = node;
     this._control = control;
     this._shown = "";
@@ -17,7 +17,7 @@ export class Lifecycle {
     this._state = h("strong");
     this._buttons = h("span", { class: "toolbar" });
     this._result = h("p");
-    this.element = h("section", { hidden: true }, h("h3", {}, "Lifecycle"), h("p", {}, "State: ", this._state), this._buttons, this._result);
+    this.element = h("section", { hidden: true }, h("h3", {}, "Lifecycle"), h("p", {}, "State: ", this._state), this._buttons, h("p", { class: "dim" }, control ? null : refusal), this._result);
   }
 
   /** @param {any} lifecycle state and transitions; undefined if the node has none */

@@ -183,9 +183,9 @@ function fieldOf({ type, value, range }, attributes) {
 export class Parameters {
   /**
    * @param {string} node its full name
-   * @param {boolean} control whether they may be set
+   * @param {{control: boolean, refusal: string}} context whether they may be set, and why not
    */
-  constructor(node, control) {
+  constructor(node, { control, refusal }) {
     this.control = control;
     this._node = node;
     /** @type {Map<string, Row>} */
@@ -194,7 +194,7 @@ export class Parameters {
     this._list = h("div", { class: "parameters" });
     this._together = h("button", { type: "button", hidden: true, onclick: () => this.set(this._editedRows(), true) }, "Set all changes, or none");
     this._result = h("p");
-    const readOnly = control ? null : h("p", { class: "dim" }, "Parameters cannot be set here: the server was started without --allow-control, or the address lacks its token.");
+    const readOnly = h("p", { class: "dim" }, control ? null : refusal);
     this.element = h("section", { hidden: true }, h("h3", {}, "Parameters"), readOnly, this._error, this._list, this._together, this._result);
   }
 

@@ -20,12 +20,13 @@ const STANDARD =
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, { connection, control, name }) {
+export function show(place, context) {
+  const { connection, name } = context;
   const summary = h("div", { "aria-live": "polite" });
   const process = new Process();
-  const lifecycle = new Lifecycle(name, control);
+  const lifecycle = new Lifecycle(name, context);
   const lifecycleError = h("p", { class: "bad" });
-  const parameters = new Parameters(name, control);
+  const parameters = new Parameters(name, context);
   const endpoints = new Table("Endpoints", [
     { title: "Name", value: (row) => row.name, href: (row) => addressOf(viewOf(row), row.name) },
     { title: "Kind", value: (row) => row.kind },
