@@ -127,6 +127,16 @@ class Row {
     }
   }
 
+  /** @param {Row} old the same parameter with a field of another kind */
+  replace(old) {
+    this.say(old._result.textContent ?? "", old._result.className);
+    const focused = old.element.contains(document.activeElement);
+    old.element.replaceWith(this.element);
+    if (focused) {
+      this._field.focus();
+    }
+  }
+
   /** Show the node's value. */
   reset() {
     const { type, value } = this.parameter;
@@ -208,19 +218,20 @@ export class Parameters {
     setText(this._error, `${omitted}${error}`);
     const found = parameters?.by_name ?? Object.create(null);
     for (const [name, row] of this._rows) {
-      if (!Object.hasOwn(found, name) || keyOf(found[name]) !== row.key) {
+      if (!Object.hasOwn(found, name)) {
         row.element.remove();
         this._rows.delete(name);
       }
     }
     let before = null;
     for (const name of Object.keys(found).sort()) {
-      let row = this._rows.get(name);
-      if (row) {
+      const old = this._rows.get(name);
+      const row = old && keyOf(found[name]) === old.key ? old : new Row(this, { ...found[name] });
+      this._rows.set(name, row);
+      if (row === old) {
         row.update({ ...found[name] });
-      } else {
-        row = new Row(this, { ...found[name] });
-        this._rows.set(name, row);
+      } else if (old) {
+        row.replace(old);
       }
       const place = /** @type {Element | null} */ (before ? before.nextSibling : this._list.firstChild);
       if (row.element !== place) {
