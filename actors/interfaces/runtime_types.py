@@ -36,9 +36,12 @@ from actors.interfaces.source import sequence_name
 from proto.type_hash import hash_of
 
 MAX_ELEMENTS: Final = 1 << 20
-"""Elements of all fixed-size arrays in a new message: a definition may come from anywhere."""
+"""Fields and elements that a new message has, at all levels: a definition may come from anywhere."""
 
 T = TypeVar("T", bound=type[Any])
+
+MAX_DEPTH: Final = 64
+"""Levels of nesting; real types have about ten."""
 
 _ZERO: Final[dict[str, Any]] = {
     "bool": False, "float32": 0.0, "float64": 0.0, "string": "", "wstring": "", "byte": b"\0"
@@ -130,12 +133,14 @@ class _Maker:
             return self._made[name]
         if name in self._open:
             raise InvalidMessageError(f"{name} contains itself; its class must be installed")
+        if len(self._open) >= MAX_DEPTH:
+            raise InvalidMessageError(f"{self.name} is nested more than {MAX_DEPTH} levels deep")
         fields = self._described.get(name)
         if fields is None or name.count("/") != 2:
             raise InvalidMessageError(f"The definition does not describe the type {name!r}")
         self._open.append(name)
         annotated = {field: self._field(name, field, kind) for field, kind in fields.items()}
-        self._elements[name] = sum(map(self._size, fields.values()))
+        self._elements[name] = 1 + sum(map(self._size, fields.values()))
         if self._elements[name] > MAX_ELEMENTS:
             raise InvalidMessageError(f"{name} has more than {MAX_ELEMENTS} elements; it must be installed")
         self._open.pop()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.actions.names import ActionNames
 from actors.interfaces.action import action_types
-from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Action, Message, Service, type_hash
 from actors.interfaces.registry import find_interface
 from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
@@ -41,8 +41,8 @@ class GraphTypes:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._made: dict[tuple[str, ...], type[Any]] = {}
-        """By the hashes of their definitions."""
+        self._made: dict[tuple[str, ...], type[Any] | InvalidMessageError] = {}
+        """By the hashes of their definitions; an error where none can be made, so that it is tried once."""
 
     async def message(self, snapshot: GraphSnapshot, topic: str, wanted: str = "") -> type[Message]:
         """Return the message class of a topic.
@@ -107,19 +107,22 @@ class GraphTypes:
         return await self._make(runtime_message if base is Message else runtime_service, (digest,))
 
     async def _make(self, make: Callable[..., type[Any]], hashes: tuple[str, ...]) -> type[Any]:
-        if hashes in self._made:
-            return self._made[hashes]
-        definitions = [await self._node.get_type_definition(each) for each in hashes]
-        if None in definitions:
-            raise UnknownInterfaceError(
-                "The type is not installed here, and nobody has declared its definition"
-            )
-        if len(self._made) >= MAX_MADE:
-            raise UnknownInterfaceError(
-                f"{MAX_MADE} types that are not installed here have been used already"
-            )
-        self._made[hashes] = make(*definitions)
-        return self._made[hashes]
+        if hashes not in self._made:
+            definitions = [await self._node.get_type_definition(each) for each in hashes]
+            if None in definitions:
+                raise UnknownInterfaceError("The type is not installed here, and its definition is not known")
+            if len(self._made) >= MAX_MADE:
+                raise UnknownInterfaceError(
+                    f"{MAX_MADE} types that are not installed here have been used already"
+                )
+            try:
+                self._made[hashes] = make(*definitions)
+            except InvalidMessageError as error:
+                self._made[hashes] = error
+        made = self._made[hashes]
+        if isinstance(made, InvalidMessageError):
+            raise InvalidMessageError(str(made))
+        return made
 
 
 def _declared(

@@ -94,6 +94,18 @@ def _field(name: str, number: int, nested: str = "", capacity: int = 0) -> dict[
             ),
             "more than",
         ),
+        (
+            _definition(
+                ("evil/msg/A", [_field("a", 1 + 48, "evil/msg/B", 2**12)]),
+                ("evil/msg/B", [_field("b", 1 + 48, "evil/msg/C", 2**12)]),
+                ("evil/msg/C", []),
+            ),
+            "more than",
+        ),
+        (
+            _definition(*((f"evil/msg/A{n}", [_field("a", 1, f"evil/msg/A{n + 1}")]) for n in range(5000))),
+            "levels deep",
+        ),
         (_definition(("evil", [_field("a", 6)])), "does not describe"),
     ],
 )

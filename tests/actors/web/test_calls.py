@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition
@@ -106,12 +107,39 @@ async def test_a_call_without_a_server_is_503_and_a_late_one_504(control: Site, 
         await cancelled.wait()
 
 
-async def test_a_service_of_a_type_that_is_not_installed(control: Site, meeting: Meeting) -> None:
+async def test_the_call_of_a_caller_that_has_gone_is_cancelled(control: Site, meeting: Meeting) -> None:
+    """The handler is, too."""
+    node, started, cancelled = await meeting.node("sleeper"), asyncio.Event(), asyncio.Event()
+
+    async def sleep(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        started.set()
+        try:
+            await asyncio.sleep(DEADLINE_SEC)
+        finally:
+            cancelled.set()
+        return AddTwoInts.Response()
+
+    node.create_service(AddTwoInts, "slow", sleep)
+    async with asyncio.timeout(DEADLINE_SEC):
+        caller = asyncio.create_task(control.json("/api/services/slow", method="POST", json={}))
+        await started.wait()
+        caller.cancel()
+        await cancelled.wait()
+
+
+async def test_a_service_of_a_type_that_is_not_installed(
+    control: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its form and its calls come from the definition that the server has declared."""
     described = definition(AddTwoInts).replace(b'"example_interfaces/', b'"not_installed_here/')
     whole = json.loads(described)
     whole["referenced_type_descriptions"].sort(key=lambda each: str(each["type_name"]))
     foreign: Any = runtime_service(json.dumps(whole).encode())
+
+    def find_nothing(name: str) -> type:
+        raise UnknownInterfaceError(name)
+
+    monkeypatch.setattr("actors.tools.graph_types.find_interface", find_nothing)  # not even the server's own
     node = await meeting.node("adder")
     node.create_service(
         foreign, "foreign_add", lambda request, _: foreign.Response(sum=request.a + request.b)
