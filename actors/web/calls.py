@@ -93,7 +93,7 @@ class Calls:
             wanted: The type's name, needed if the graph has none or several; else empty.
 
         Returns:
-            How many subscriptions of its type the topic has.
+            How many matching subscriptions others have.
 
         Raises:
             RequestError: The values do not fit.
@@ -107,11 +107,18 @@ class Calls:
         with self._counted():
             publisher = self._node.create_publisher(msg_type, topic, _profile(snapshot, topic))
             try:
-                await self._node.get_graph()  # the broker has answered the publisher before that
+                # The broker answers the publisher before that.
+                after = await self._node.get_graph()
                 publisher.publish(message)
-                return publisher.get_subscription_count()
+                return publisher.get_subscription_count() - self._own_subscriptions(after, topic)
             finally:
                 publisher.destroy()  # what it has published is still sent
+
+    def _own_subscriptions(self, snapshot: GraphSnapshot, topic: str) -> int:
+        """Return how many subscriptions of a topic are there for pages that show it."""
+        own = self._node.get_fully_qualified_name()
+        subscriptions = snapshot.of_kind(EntryKind.SUBSCRIPTION)
+        return sum(entry.name == topic and entry.node == own for entry in subscriptions)
 
     @contextmanager
     def _counted(self) -> Generator[None]:

@@ -160,6 +160,9 @@ async def test_a_message_reaches_those_who_listen(control: Site, meeting: Meetin
         found = await control.json("/api/topics/chatter", method="POST", json={"message": {"data": "hello"}})
         assert found == {"subscriptions": 1}
         assert (await received.get()).data == "hello"
+        async with control.client.get("/api/topics/chatter/echo"):  # a reader of the page is not counted
+            again = await control.json("/api/topics/chatter", method="POST", json={"message": {"data": "2"}})
+        assert (again, (await received.get()).data) == ({"subscriptions": 1}, "2")
         await control.json("/api/topics/stamped", method="POST", json={"message": {"stamp": "now"}})
         assert (await received.get()).stamp.sec > 0
     found = await control.json(

@@ -219,7 +219,7 @@ export class Form {
     const { low, high } = /** @type {{low: number, high: number | null}} */ (field.array);
     const one = { ...field, array: undefined, default: undefined, type: field.type.replace(/\[[^\]]*\]$/, "") };
     const fixed = low === high;
-    /** @type {{control: Control, row: HTMLElement}[]} */
+    /** @type {{control: Control, row: HTMLElement, place: HTMLElement}[]} */
     const items = [];
     const list = h("div", { class: "fields" });
     const count = h("span", { class: "dim", role: "status" });
@@ -228,8 +228,12 @@ export class Form {
     const update = () => {
       setText(count, items.length === 1 ? "1 element" : `${items.length} elements`);
       addButton.disabled = high !== null && items.length >= high;
+      items.forEach(({ row, place }, number) => {
+        setText(place, `[${number}]`);
+        row.setAttribute("aria-label", `${label}[${number}]`);
+      });
     };
-    /** @param {{control: Control, row: HTMLElement}} item */
+    /** @param {{control: Control, row: HTMLElement, place: HTMLElement}} item */
     const remove = (item) => {
       items.splice(items.indexOf(item), 1);
       item.row.remove();
@@ -241,8 +245,9 @@ export class Form {
      * @param {boolean} [focus]
      */
     const append = (value, focus = false) => {
-      const control = this._field(one, `${label}[ ]`, value, true);
-      const item = { control, row: h("div", { class: "element" }, control.element) };
+      const control = this._field(one, "element", value, true);
+      const place = h("span", { class: "dim" });
+      const item = { control, place, row: h("div", { class: "element", role: "group" }, place, control.element) };
       if (!fixed) {
         item.row.append(h("button", { type: "button", "aria-label": `Remove this element of ${label}`, onclick: () => remove(item) }, "Remove"));
       }
@@ -258,7 +263,7 @@ export class Form {
     return {
       element,
       read: () => {
-        const values = items.map(({ control }) => control.read() ?? {});
+        const values = items.map(({ control }, number) => within(`${label}[${number}]`, () => control.read() ?? {}));
         if (values.length < low) {
           throw new FormError(`${label}: at least ${low} elements`, addButton);
         }
@@ -429,6 +434,20 @@ function quietly(check) {
     if (!(error instanceof FormError)) {
       throw error;
     }
+  }
+}
+
+/**
+ * Return what a function returns; say in its FormError in which element it is.
+ *
+ * @param {string} place
+ * @param {() => any} read
+ */
+function within(place, read) {
+  try {
+    return read();
+  } catch (error) {
+    throw error instanceof FormError ? new FormError(`${place} ${error.message}`, error.place) : error;
   }
 }
 
