@@ -18,6 +18,9 @@ class InvalidFieldError(CallboardError, ValueError):
 def require_path(path: str) -> None:
     """Check the form of a path.
 
+    Args:
+        path: The field, such as `pose.position.x`.
+
     Raises:
         InvalidFieldError: It has another form.
     """

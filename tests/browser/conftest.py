@@ -16,7 +16,7 @@ from tests.integration.conftest import System, free_port, system
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from playwright.async_api import Browser, Page
+    from playwright.async_api import Browser, ConsoleMessage, Page
 
     from tests.integration.conftest import Program
 
@@ -89,7 +89,7 @@ class Site:
         page = await context.new_page()
         page.set_default_timeout(20_000)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
-        page.on("console", lambda line: line.type == "error" and self.problems.append(line.text))
+        page.on("console", self._check_line)
         page.on("dialog", lambda dialog: self.problems.append(f"a dialog: {dialog.message}"))
         page.on("request", lambda request: self._check(request.url))
         await page.goto(self.url)
@@ -100,6 +100,10 @@ class Site:
     async def go(self, page: Page, view: str, name: str = "") -> None:
         """Go to another view."""
         await page.evaluate("address => { location.hash = address; }", f"#/{view}/{quote(name, safe='')}")
+
+    def _check_line(self, line: ConsoleMessage) -> None:
+        if line.type == "error":
+            self.problems.append(line.text)
 
     def _check(self, url: str) -> None:
         if not url.startswith((self.url.partition("#")[0], "data:", "blob:")):

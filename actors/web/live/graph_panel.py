@@ -79,14 +79,7 @@ class GraphPanel(DocumentPanel):
         if chosen.actions:
             _add_actions(whole, vertices, edges)
         self._add_states(vertices, (entry.node for entry in snapshot.suspended.values()))
-        omitted = max(0, len(vertices) - MAX_VERTICES)
-        if omitted:
-            vertices = dict(list(vertices.items())[:MAX_VERTICES])
-            edges = {
-                key: each
-                for key, each in edges.items()
-                if {each["source"], each["target"]} <= vertices.keys()
-            }
+        vertices, edges, omitted = _limited(vertices, edges)
         return {
             "connected": observer.connected,
             "omitted": omitted or None,
@@ -108,6 +101,17 @@ class GraphPanel(DocumentPanel):
         for node in suspended:
             if f"node {node}" in vertices:
                 vertices[f"node {node}"]["state"] = SUSPENDED
+
+
+def _limited(vertices: dict[str, Any], edges: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any], int]:
+    """Return `MAX_VERTICES` vertices with the edges between them, and how many vertices are left out."""
+    omitted = max(0, len(vertices) - MAX_VERTICES)
+    if omitted:
+        vertices = dict(list(vertices.items())[:MAX_VERTICES])
+        edges = {
+            key: each for key, each in edges.items() if {each["source"], each["target"]} <= vertices.keys()
+        }
+    return vertices, edges, omitted
 
 
 def _add_actions(snapshot: GraphSnapshot, vertices: dict[str, Any], edges: dict[str, Any]) -> None:
