@@ -1,0 +1,50 @@
+"""The commands of docs/how-to/browser.md, as typed, at ports of their own."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+
+import pytest
+
+from tests.integration.conftest import ROOT, System, free_port
+
+GUIDE = (ROOT / "docs" / "how-to" / "browser.md").read_text(encoding="utf-8")
+CURL = re.findall(r"^\$ (curl .*)\n((?:(?!\$ |```).*\n)*)", GUIDE, re.MULTILINE)
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
+async def test_the_requests_of_the_guide_print_what_it_shows(system: System) -> None:
+    """Except for what is left out there."""
+    await system.broker()
+    await system.example("minimal_publisher")
+    port = free_port()
+    listen = ("--listen", f"127.0.0.1:{port}", "--no-browser")
+    web = await system.program(sys.executable, "-m", "actors", "web", *listen)
+    await web.wait_for_line("callboard web listening on")
+    assert len(CURL) == 2
+    for command, expected in CURL:
+        words = command.replace("127.0.0.1:7412", f"127.0.0.1:{port}").split()
+        pattern = re.escape(expected.strip()).replace(r"\.\.\.", ".*")
+        for _ in range(100):  # the graph takes a moment to be known
+            asked = await system.program(*words, "--max-time", "3")
+            await asked.wait_for_exit()
+            if re.search(pattern, asked.output):
+                break
+        assert re.search(pattern, asked.output), (command, asked.output)
+
+
+@pytest.mark.parametrize("options", re.findall(r"^    callboard web(.*)$", GUIDE, re.MULTILINE))
+async def test_the_commands_of_the_guide_serve_the_page(system: System, options: str) -> None:
+    """The address has the token exactly if it grants something; Ctrl-C ends it."""
+    await system.broker()
+    words = [each for each in options.split() if each != "--no-browser"]
+    if "--listen" in words:
+        words[words.index("--listen") + 1] = f"0.0.0.0:{free_port()}"
+    else:
+        words += ["--listen", f"127.0.0.1:{free_port()}"]
+    web = await system.program(sys.executable, "-m", "actors", "web", *words, "--no-browser")
+    line = await web.wait_for_line("callboard web listening on http://")
+    assert ("#token=" in line) == ("--allow-control" in words or "0.0.0.0" in line)
+    assert await web.stop() == 0
