@@ -79,16 +79,14 @@ def nodes(
         hidden: Also names with a token that begins with `_`.
     """
     entries = sorted(
-        (entry.node, entry.broker)
+        (entry.node, "" if names is None else names[entry.broker])
         for entry in snapshot.of_kind(EntryKind.NODE)
         if hidden or not is_hidden(entry.node)
     )
     if names is None:
         return [{"name": name} for name, _ in entries]
     duplicates = snapshot.duplicate_nodes()
-    return [
-        {"name": name, "broker": names[broker], "duplicate": name in duplicates} for name, broker in entries
-    ]
+    return [{"name": name, "broker": broker, "duplicate": name in duplicates} for name, broker in entries]
 
 
 def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:

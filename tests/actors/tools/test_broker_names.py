@@ -7,7 +7,7 @@ import pytest
 from actors.cli.commands.top.columns import NODES, chosen
 from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
-from actors.tools import broker_checks
+from actors.tools import broker_checks, graph_documents
 from actors.tools.broker_names import BrokerNames
 from actors.tools.graph_drawing.dot import dot_of
 from actors.tools.graph_drawing.mermaid import mermaid_of
@@ -47,10 +47,15 @@ def test_ambiguous_and_missing_names_have_the_id() -> None:
 
 
 def test_only_names_that_are_not_shared_are_duplicates() -> None:
-    """One node that does not share it is enough."""
+    """One node that does not share it is enough. They are listed by the names of their brokers."""
     two = ((2, "/same"), (1, "/same"), (1, "/other"))
     assert graph(*two).duplicate_nodes() == {"/same": [1, 2]}
     assert graph(*two, shared=True).duplicate_nodes() == {}
+    assert graph_documents.nodes(graph(*two), BrokerNames(report("beta", "alpha"))) == [
+        {"name": "/other", "broker": "beta", "duplicate": False},
+        {"name": "/same", "broker": "alpha", "duplicate": True},
+        {"name": "/same", "broker": "beta", "duplicate": True},
+    ]
     assert graph(*two).node_brokers() == {"/other": [1], "/same": [1, 2]}
 
 
