@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any
@@ -9,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.interfaces.callboard_interfaces.srv import GetDiagnostics
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import FloatingPointRange, Parameter, ParameterDescriptor
 from actors.web.options import WebOptions
-from tests.actors.meeting import BARE
+from tests.actors.meeting import BARE, DEADLINE_SEC
 from tests.actors.web.site import Page, Site
 
 if TYPE_CHECKING:
@@ -82,7 +84,7 @@ def _apply(target: dict[str, Any], patch: dict[str, Any]) -> None:
         if value is None:
             target.pop(key, None)
         elif isinstance(value, dict):
-            _apply(target.setdefault(key, {}), value)
+            _apply(target.setdefault(key, {}), value)  # pyright: ignore[reportUnknownArgumentType]
         else:
             target[key] = value
 
@@ -262,3 +264,32 @@ async def test_a_transition_is_requested(control: Site, meeting: Meeting) -> Non
         assert (found["success"], found["state"]["label"]) == (False, "inactive")
         error = (await control.json(path, 400, "POST", json={"transition": "configure"}))["error"]
         assert "cleanup, activate, shutdown" in error
+
+
+async def test_pages_share_what_is_asked_and_the_last_one_ends_it(site: Site, meeting: Meeting) -> None:
+    """Two panels of a node cause one subscription; without a panel there is none."""
+    node = await driver(meeting)
+    async with site.client.ws_connect("/api/live") as socket:
+        page = Page(socket)
+        for number in (1, 2):
+            await page.open(number, "node", node="/driver")
+        await page.until(lambda body: body["id"] == 2 and "parameters" in body["patch"])
+        assert await node.count_subscribers("/parameter_events") == 1
+        await socket.send_json({"close": 1})
+        await socket.send_json({"close": 2})
+        async with asyncio.timeout(DEADLINE_SEC):
+            while await node.count_subscribers("/parameter_events"):
+                pass
+
+
+async def test_a_node_that_does_not_answer_is_an_error_of_the_part(shown: NodePage, meeting: Meeting) -> None:
+    """The others are shown all the same."""
+
+    def fail(_: GetDiagnostics.Request) -> GetDiagnostics.Response:
+        raise OSError("broken")
+
+    node = await meeting.node("driver", start_parameter_services=True)
+    node.create_service(GetDiagnostics, "~/get_diagnostics", fail)
+    found = await shown.until(lambda each: "parameters" in each and each.get("errors"))
+    assert found["errors"] == {"diagnostics": "OSError: broken"}
+    assert "diagnostics" not in found
