@@ -11,8 +11,10 @@ from actors.web.assets import Assets
 from actors.web.calls import Calls
 from actors.web.goals import Goals
 from actors.web.live.panels import Panels
+from actors.web.metrics import Metrics
 from actors.web.options import MAX_BODY_BYTES
-from actors.web.routes import calls, echo, goals, graph, lifecycle, live, log, parameters, session
+from actors.web.probes import RoundTrips
+from actors.web.routes import calls, echo, goals, graph, lifecycle, live, log, operations, parameters, session
 from actors.web.routes.answers import answered, failure
 from actors.web.routes.state import STATE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
@@ -27,14 +29,14 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
-AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live)
+AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live, operations)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0
 STOP_SEC: Final = 1.0
 
-OPEN_PATHS: Final = ("/api/",)
-"""Everything else is the page itself, which holds no secret."""
+GUARDED_PATHS: Final = ("/api/", "/metrics")
+"""Everything else holds no secret: the page itself, and whether the server and the broker answer."""
 
 
 class WebListenError(CallboardError):
@@ -72,7 +74,7 @@ class WebServer:
             client_max_size=MAX_BODY_BYTES,
             handler_args={"keepalive_timeout": KEEPALIVE_SEC},
         )
-        assets, types = Assets(), GraphTypes(observer.node)
+        assets, types, metrics = Assets(), GraphTypes(observer.node), Metrics()
         self._app[STATE] = State(
             options=options,
             door=door,
@@ -83,13 +85,15 @@ class WebServer:
             types=types,
             calls=Calls(observer.node, types),
             goals=Goals(observer.node, types),
+            metrics=metrics,
+            round_trips=RoundTrips(observer.node, metrics.round_trips),
         )
         for area in AREAS:
             self._app.add_routes(area.ROUTES)
         self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
-        self._app.on_cleanup.append(_close_goals)
+        self._app.on_cleanup.append(_close_work)
         self._runner = web.AppRunner(
             self._app, access_log=None, shutdown_timeout=STOP_SEC, handler_cancellation=True
         )
@@ -138,7 +142,7 @@ async def _guard(
     """Refuse what the door refuses; answer errors as JSON."""
     door = state_of(request).door
     refusal = door.refuses_origin(request.headers)
-    if refusal is None and request.path.startswith(OPEN_PATHS):
+    if refusal is None and request.path.startswith(GUARDED_PATHS):
         if request.method in SAFE_METHODS:
             refusal = door.refuses_reading(
                 bearer(request.headers) or request.cookies.get(_cookie(request), "")
@@ -166,5 +170,6 @@ async def _close_sockets(app: web.Application) -> None:
         await socket.close(code=1001, message=b"the server stops")
 
 
-async def _close_goals(app: web.Application) -> None:
+async def _close_work(app: web.Application) -> None:
+    await app[STATE].round_trips.close()
     await app[STATE].goals.close()

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from actors.web.calls import Calls
     from actors.web.goals import Goals
     from actors.web.live.panels import Panels
+    from actors.web.metrics import Metrics
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
+    from actors.web.probes import RoundTrips
     from actors.web.security import Door
     from actors.web.topic_feed import TopicFeeds
 
@@ -33,6 +35,8 @@ class State:
         types: The graph's classes.
         calls: Calls services and publishes.
         goals: The goals that were sent.
+        metrics: For operators.
+        round_trips: Measures them for the metrics.
         live: How many browsers and streams are connected now.
         sockets: Those of the browsers, for the stop.
     """
@@ -46,6 +50,8 @@ class State:
     types: GraphTypes
     calls: Calls
     goals: Goals
+    metrics: Metrics
+    round_trips: RoundTrips
     live: int = 0
     sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
 

@@ -1,0 +1,46 @@
+"""For operators: metrics, and whether the server lives and the broker answers."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+from aiohttp import web
+from prometheus_client import CONTENT_TYPE_LATEST
+
+from actors.errors import BrokerUnreachable
+from actors.web.probes import ANSWER_SEC, broker_answers
+from actors.web.routes.answers import answer
+from actors.web.routes.state import state_of
+
+
+async def metrics(request: web.Request) -> web.Response:
+    """Return the broker's numbers in Prometheus' text format; `callboard_up` is 0 if it does not answer."""
+    state = state_of(request)
+    state.round_trips.begin()
+    try:
+        async with asyncio.timeout(ANSWER_SEC):
+            report = await state.observer.node.get_broker_stats()
+    except (BrokerUnreachable, TimeoutError):
+        report = None
+    text = state.metrics.text(report, state.observer.snapshot)
+    return web.Response(body=text, headers={"Content-Type": CONTENT_TYPE_LATEST, "Cache-Control": "no-store"})
+
+
+async def healthz(_: web.Request) -> web.Response:
+    """Return that the server lives."""
+    return answer({"status": "ok"})
+
+
+async def readyz(request: web.Request) -> web.Response:
+    """Return whether the broker answers within a second; 503 if not."""
+    if await broker_answers(state_of(request).observer.node):
+        return answer({"status": "ok"})
+    return answer({"status": "unavailable", "error": "The broker does not answer"}, 503)
+
+
+ROUTES: Final = (
+    web.get("/metrics", metrics),
+    web.get("/healthz", healthz),
+    web.get("/readyz", readyz),
+)
