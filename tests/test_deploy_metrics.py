@@ -1,0 +1,97 @@
+"""The alerts and the dashboard in deploy/ use metrics that exist, and promtool accepts them."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import yaml
+from prometheus_client.parser import text_string_to_metric_families
+
+from actors.graph.broker_report import BrokerReport
+from actors.graph.snapshot import GraphSnapshot
+from actors.web.metrics import Metrics
+from proto.stats import BrokerStats, MeshBrokerStats, MeshStats
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+DEPLOY = Path(__file__).resolve().parent.parent / "deploy"
+ALERTS = DEPLOY / "prometheus" / "alerts.yml"
+DASHBOARD = DEPLOY / "grafana" / "callboard.json"
+
+
+def labels_by_name() -> dict[str, dict[str, set[str]]]:
+    """Return the metrics that exist, with the values of their labels."""
+    report = BrokerReport(
+        totals=BrokerStats(),
+        topics={},
+        links={},
+        brokers={
+            1: MeshBrokerStats(1, "here", "1"),
+            2: MeshBrokerStats(2, "there", "1", round_trip_us=900),
+        },
+        mesh=MeshStats(),
+    )
+    found: dict[str, dict[str, set[str]]] = {}
+    text = Metrics().text(report, GraphSnapshot()).decode()
+    for family in text_string_to_metric_families(text):
+        for sample in family.samples:
+            labels = found.setdefault(sample.name, {})
+            for label, value in sample.labels.items():
+                labels.setdefault(label, set()).add(value)
+    return found
+
+
+def dashboard_expressions() -> Iterator[str]:
+    """Return the queries of all panels."""
+    dashboard: dict[str, Any] = json.loads(DASHBOARD.read_text(encoding="utf-8"))
+    for panel in dashboard["panels"]:
+        for target in panel["targets"]:
+            yield target["expr"]
+
+
+def alert_expressions() -> Iterator[str]:
+    """Return the conditions of all alerts."""
+    for group in yaml.safe_load(ALERTS.read_text(encoding="utf-8"))["groups"]:
+        for rule in group["rules"]:
+            yield rule["expr"]
+
+
+@pytest.mark.parametrize("expression", [*alert_expressions(), *dashboard_expressions()])
+def test_what_operators_watch_exists(expression: str) -> None:
+    """Names of metrics and labels, and the values of labels."""
+    metrics = labels_by_name()
+    names = re.findall(r"callboard_\w+", expression)
+    assert names
+    assert set(names) <= set(metrics)
+    known = {label for name in names for label in metrics[name]} | {"instance"}
+    for labels in re.findall(r"by \(([^)]*)\)", expression):
+        assert {each.strip() for each in labels.split(",")} <= known
+    for name, label, value in re.findall(r'(callboard_\w+)\{(\w+)!?="([^"]*)"\}', expression):
+        assert value in metrics[name][label]
+
+
+def test_promtool_accepts_the_alerts() -> None:
+    """Their syntax and their queries."""
+    tool = shutil.which("promtool")
+    if tool is None:
+        pytest.skip("needs promtool (Debian: apt install prometheus)")
+    done = subprocess.run([tool, "check", "rules", str(ALERTS)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_promtool_accepts_the_metrics() -> None:
+    """Each has a description, and the name that Prometheus expects of its kind."""
+    tool = shutil.which("promtool")
+    if tool is None:
+        pytest.skip("needs promtool (Debian: apt install prometheus)")
+    report = BrokerReport(totals=BrokerStats(), topics={}, links={})
+    text = Metrics().text(report, GraphSnapshot())
+    done = subprocess.run([tool, "check", "metrics"], input=text, capture_output=True, check=False)
+    assert (done.returncode, done.stderr, done.stdout) == (0, b"", b"")
