@@ -91,7 +91,7 @@ class Door:
         Args:
             token: As presented.
         """
-        if not self.private or self._fits(token):
+        if not self.private or self.knows_token(token):
             return None
         return Refusal(status=401, reason="A token is required: use the address that the server printed")
 
@@ -103,13 +103,18 @@ class Door:
         """
         if not self.control:
             return Refusal(status=403, reason="This server is read-only: start it with --allow-control")
-        if not self._fits(token):
+        if not self.knows_token(token):
             return Refusal(
                 status=401, reason="Control needs the token in the address that the server printed"
             )
         return None
 
-    def _fits(self, token: str) -> bool:
+    def knows_token(self, token: str) -> bool:
+        """Return whether this is the token of the server.
+
+        Args:
+            token: As presented.
+        """
         return hmac.compare_digest(token.encode(), self.token.encode())
 
     def _knows(self, host: str) -> bool:

@@ -142,21 +142,17 @@ async def _guard(
     """Refuse what the door refuses; answer errors as JSON."""
     door = state_of(request).door
     refusal = door.refuses_origin(request.headers)
-    if refusal is None and request.path.startswith(GUARDED_PATHS):
+    signs_in = (request.method, request.path) == session.SIGN_IN
+    if refusal is None and request.path.startswith(GUARDED_PATHS) and not signs_in:
         if request.method in SAFE_METHODS:
             refusal = door.refuses_reading(
-                bearer(request.headers) or request.cookies.get(_cookie(request), "")
+                bearer(request.headers) or request.cookies.get(session.cookie_name(request), "")
             )
         else:
             refusal = door.refuses_control(bearer(request.headers))
     if refusal is not None:
         return failure(refusal.status, refusal.reason)
     return await answered(handler, request)
-
-
-def _cookie(request: web.Request) -> str:
-    """Return the name of the cookie with the token for reading; browsers share cookies among ports."""
-    return f"callboard-{request.url.port}"
 
 
 async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:

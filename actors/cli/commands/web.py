@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import FAILURE, OK, CommandError
@@ -16,6 +17,7 @@ EXAMPLES: Final = {
     "callboard web": "the page, opened in the browser, until Ctrl-C",
     "callboard web --allow-control": "also calls, goals, parameters and transitions",
     "callboard web --listen 0.0.0.0:8080 --no-browser": "for other machines, which need the printed token",
+    "callboard web --listen 0.0.0.0:8443 --tls-cert host.pem --tls-key host.key": "the same with HTTPS",
 }
 MISSING: Final = "The page needs more packages: pip install 'callboard[web]'"
 
@@ -31,6 +33,12 @@ def add_arguments(parser: Parser) -> None:
         "--allow-host", action="append", default=[], metavar="NAME",
         help="a name by which browsers may call the server; may be repeated",
     )  # fmt: skip
+    parser.add_argument(
+        "--token", metavar="FILE",
+        help="a file with the token for control, and beyond loopback for reading; default: a random one",
+    )  # fmt: skip
+    parser.add_argument("--tls-cert", metavar="FILE", help="serve HTTPS with this certificate and its chain")
+    parser.add_argument("--tls-key", metavar="FILE", help="the certificate's private key")
     parser.add_flag("--no-browser", help="open no browser")
     add_broker_options(parser)
 
@@ -48,15 +56,24 @@ def run(options: Options) -> int:
 
 def _web_options(options: Options) -> WebOptions:
     from actors.web.options import WebOptions
+    from actors.web.token_file import read_token
+    from proto.aio.tls import server_context
 
     host, _, port = options.listen.rpartition(":")
     if not host or not port.isdigit() or int(port) > 65535:
         raise CommandError(f"--listen needs HOST:PORT, such as 127.0.0.1:7412, not '{options.listen}'")
+    if (options.tls_cert is None) != (options.tls_key is None):
+        raise CommandError("--tls-cert and --tls-key need each other")
+    tls = None
+    if options.tls_cert is not None:
+        tls = server_context(Path(options.tls_cert), Path(options.tls_key), None)
     return WebOptions(
         host=host.strip("[]"),
         port=int(port),
         allow_control=options.allow_control,
+        token=None if options.token is None else read_token(options.token),
         allowed_hosts=tuple(options.allow_host),
+        tls=tls,
     )
 
 

@@ -1,14 +1,28 @@
-"""What the page may do."""
+"""What the page may do, and the cookie with which it may read."""
 
 from __future__ import annotations
 
 from typing import Final
 
+import msgspec
 from aiohttp import web
 
-from actors.web.routes.answers import answer
+from actors.web.routes.answers import answer, failure
 from actors.web.routes.state import state_of
 from actors.web.security import bearer
+
+SIGN_IN: Final = ("POST", "/api/session")
+"""Needs no token beforehand."""
+
+
+class SignIn(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of a request.
+
+    Attributes:
+        token: That of the address that the server printed.
+    """
+
+    token: str
 
 
 async def session(request: web.Request) -> web.Response:
@@ -25,4 +39,22 @@ async def session(request: web.Request) -> web.Response:
     )
 
 
-ROUTES: Final = (web.get("/api/session", session),)
+async def sign_in(request: web.Request) -> web.Response:
+    """Give a browser the cookie for reading: a WebSocket and an image have no Authorization header."""
+    state = state_of(request)
+    token = msgspec.json.decode(await request.read(), type=SignIn).token
+    if not state.door.knows_token(token):
+        return failure(401, "That is not the token of this server")
+    response = answer({})
+    response.set_cookie(
+        cookie_name(request), token, httponly=True, samesite="Strict", secure=state.options.tls is not None
+    )
+    return response
+
+
+def cookie_name(request: web.Request) -> str:
+    """Return the name of the cookie with the token for reading; browsers share cookies among ports."""
+    return f"callboard-{request.url.port}"
+
+
+ROUTES: Final = (web.get("/api/session", session), web.post("/api/session", sign_in))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ssl
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
@@ -13,10 +14,15 @@ from actors.interfaces.std_msgs.msg import String
 from actors.web import security
 from actors.web.options import WebOptions
 from actors.web.server import WebListenError
+from actors.web.token_file import TokenFileError, read_token
+from proto.aio.tls import server_context
 from tests.actors.meeting import DEADLINE_SEC, latched
 from tests.actors.web.site import Site
+from tests.certificates import Authority
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.actors.meeting import Meeting
 
 
@@ -150,3 +156,57 @@ async def test_without_a_broker_the_api_says_so(site: Site, meeting: Meeting) ->
     assert "error" in await site.json("/api/overview", 503)
     async with site.client.get("/") as response:
         assert response.status == 200
+
+
+async def test_a_browser_signs_in_for_a_cookie_that_reads_and_does_not_control(meeting: Meeting) -> None:
+    """The cookie is out of reach of scripts and other sites; controls need the header."""
+    async with AsyncExitStack() as stack:
+        options = WebOptions(host="0.0.0.0", port=0, token="secret", allow_control=True)
+        site = await Site(stack, meeting, options).open()
+        jar = aiohttp.CookieJar(unsafe=True)
+        site.client = await stack.enter_async_context(aiohttp.ClientSession(site.url, cookie_jar=jar))
+        await site.json("/api/topics", 401)
+        await site.json("/api/session", 401, "POST", json={"token": "guessed"})
+        await site.json("/api/topics", 401)
+        async with site.client.post("/api/session", json={"token": "secret"}) as response:
+            assert response.status == 200
+            (cookie,) = response.cookies.values()
+            assert (cookie["httponly"], cookie["samesite"]) == (True, "Strict")
+        await site.json("/api/topics")
+        async with site.client.ws_connect("/api/live"):
+            pass
+        assert "token" in (await site.json("/api/services/x", 401, "POST", json={}))["error"]
+
+
+async def test_another_site_cannot_sign_a_browser_in(site: Site) -> None:
+    """Not with the right token either."""
+    body = {"token": site.server.token}
+    await site.json("/api/session", 403, "POST", json=body, headers={"Origin": "http://evil.example"})
+
+
+async def test_the_page_is_served_with_tls(meeting: Meeting, tmp_path: Path) -> None:
+    """Its address says so, and the cookie never travels without it."""
+    authority = Authority(tmp_path)
+    pair = authority.issue("127.0.0.1")
+    trusted = ssl.create_default_context(cafile=authority.ca)
+    async with AsyncExitStack() as stack:
+        options = WebOptions(port=0, tls=server_context(pair.certificate, pair.key, None))
+        site = await Site(stack, meeting, options).open()
+        assert site.url.startswith("https://")
+        async with site.client.get("/healthz", ssl=trusted) as response:
+            assert response.status == 200
+        body = {"token": site.server.token}
+        async with site.client.post("/api/session", json=body, ssl=trusted) as response:
+            (cookie,) = response.cookies.values()
+            assert cookie["secure"] is True
+
+
+@pytest.mark.parametrize("content", ["", "short", "long enough but with blanks", b"\xff" * 20])
+def test_a_file_without_a_usable_token_is_refused(content: str | bytes, tmp_path: Path) -> None:
+    """The error names the file."""
+    path = tmp_path / "token"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(TokenFileError, match=str(path)):
+        read_token(path)
+    path.write_text("0123456789abcdef\n")
+    assert read_token(path) == "0123456789abcdef"

@@ -32,6 +32,16 @@ export function hasToken() {
 }
 
 /**
+ * Get the cookie for reading, which the WebSocket needs where the server listens beyond loopback.
+ *
+ * @param {string | null} [token] to keep for this tab; by default the one that is kept
+ */
+export async function signIn(token = sessionStorage.getItem(KEY)) {
+  await request("POST", "/api/session", { token });
+  sessionStorage.setItem(KEY, /** @type {string} */ (token));
+}
+
+/**
  * Ask the API; the answer is JSON.
  *
  * @param {string} method

@@ -1,10 +1,11 @@
 // @ts-check
 // The page: its views, which one is shown, and the state of the connection.
 
-import { request, takeToken } from "./api.js";
+import { hasToken, request, signIn, takeToken } from "./api.js";
 import { Connection } from "./connection.js";
 import { h, setText } from "./dom.js";
 import { addressOf, readAddress } from "./routes.js";
+import { askForToken } from "./sign_in.js";
 
 /**
  * What views get.
@@ -37,6 +38,9 @@ const VIEWS = {
 const FIRST = "graph";
 
 takeToken();
+if (hasToken()) {
+  await signIn().catch(() => {}); // /api/session says whether a token is needed
+}
 const connection = new Connection(`${location.origin.replace(/^http/, "ws")}/api/live`);
 const content = /** @type {HTMLElement} */ (document.getElementById("content"));
 const views = /** @type {HTMLElement} */ (document.getElementById("views"));
@@ -75,7 +79,18 @@ async function show() {
 /** Ask what this page may do, and show the view anew if that has changed: the server may be another one now. */
 async function readSession() {
   const before = session;
-  session = await request("GET", "/api/session").catch((error) => ({ control: false, refusal: error.message }));
+  try {
+    session = await request("GET", "/api/session");
+  } catch (error) {
+    const { status, message } = /** @type {import("./api.js").ApiError} */ (error);
+    if (status === 401) {
+      shown += 1; // no view that is being loaded replaces the question
+      clear();
+      clear = askForToken(content, readSession);
+      return;
+    }
+    session = { control: false, refusal: message };
+  }
   if (session.control !== before.control || session.refusal !== before.refusal) {
     await show();
   }

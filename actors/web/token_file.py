@@ -1,0 +1,35 @@
+"""A token for the web server from a file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from proto.errors import CallboardError
+
+TOKEN: Final = re.compile(r"[\w-]{16,}", re.ASCII)
+"""What fits an address, and cannot be guessed if it is random."""
+
+
+class TokenFileError(CallboardError):
+    """The file has no token. Write one into it: 16 or more letters, digits, `-` or `_`."""
+
+
+def read_token(path: str | Path) -> str:
+    """Return the token in a file.
+
+    Args:
+        path: The file; blanks around the token are ignored.
+
+    Raises:
+        TokenFileError: There is none that can be used.
+    """
+    try:
+        token = Path(path).read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise TokenFileError(f"Cannot read the token in {path}: {reason}") from None
+    if TOKEN.fullmatch(token) is None:
+        raise TokenFileError(f"{path} needs a token: 16 or more letters, digits, '-' or '_'")
+    return token
