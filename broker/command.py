@@ -19,6 +19,7 @@ from proto.url import BrokerUrl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from contextlib import AbstractAsyncContextManager
 
     from broker.options import BrokerOptions
 
@@ -52,8 +53,15 @@ def _add_setting(parser: argparse.ArgumentParser, setting: Setting) -> None:
     parser.add_argument(setting.flag, default=argparse.SUPPRESS, help=setting.help + suffix, **further)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Run the daemon until a signal stops it; return the exit code."""
+def run(
+    arguments: argparse.Namespace, beside: Callable[[str], AbstractAsyncContextManager[object]] | None = None
+) -> int:
+    """Run the daemon until a signal stops it; return the exit code.
+
+    Args:
+        arguments: The parsed command line.
+        beside: Entered with the broker's URL while the broker listens, in its event loop.
+    """
     given = {name: value for name, value in vars(arguments).items() if name in SETTINGS}
     json_logs = bool(given.get("json_logs"))
     _set_up_logging(json_lines=json_logs)
@@ -70,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
             return _check_health(configuration.broker_options)
         json_logs = configuration.daemon_options.json_logs
         _set_up_logging(configuration.daemon_options.log_level, json_lines=json_logs)
-        _serve(configuration, load)
+        _serve(configuration, load, beside)
     except CallboardError as error:
         if json_logs:
             logger.error("%s", error)  # noqa: TRY400 - its text is complete
@@ -82,13 +90,17 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _serve(configuration: Configuration, load: Callable[[], Configuration]) -> None:
+def _serve(
+    configuration: Configuration,
+    load: Callable[[], Configuration],
+    beside: Callable[[str], AbstractAsyncContextManager[object]] | None,
+) -> None:
     from broker.daemon import Daemon  # noqa: PLC0415 - --help needs no server
     from broker.service_manager import ServiceManager  # noqa: PLC0415
 
     process.raise_file_limit()
     with asyncio.Runner(loop_factory=process.new_event_loop) as runner:
-        runner.run(Daemon(configuration, load, ServiceManager(os.environ)).serve())
+        runner.run(Daemon(configuration, load, ServiceManager(os.environ), beside).serve())
 
 
 def _check_health(options: BrokerOptions) -> int:

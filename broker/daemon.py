@@ -7,7 +7,7 @@ import logging
 import os
 import signal
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
 from broker.configuration import SETTINGS
@@ -19,6 +19,7 @@ from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator
+    from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
     from broker.configuration import Configuration
@@ -37,13 +38,19 @@ class Daemon:
         configuration: What it starts with.
         load: Returns the configuration of now, for a reload.
         manager: The service manager that has started this process.
+        beside: Entered with the broker's URL while the broker listens.
     """
 
     def __init__(
-        self, configuration: Configuration, load: Callable[[], Configuration], manager: ServiceManager
+        self,
+        configuration: Configuration,
+        load: Callable[[], Configuration],
+        manager: ServiceManager,
+        beside: Callable[[str], AbstractAsyncContextManager[object]] | None = None,
     ) -> None:
         self._load = load
         self._manager = manager
+        self._beside = beside
         self._status = ""
         """Where it listens; "" before and after that."""
         self._options = configuration.daemon_options
@@ -70,7 +77,8 @@ class Daemon:
                     self._status = f"Listening on {broker.url}"
                     self._manager.notify_ready(self._status)
                     try:
-                        await broker.serve_forever()
+                        async with nullcontext() if self._beside is None else self._beside(broker.url):
+                            await broker.serve_forever()
                     finally:
                         self._status = ""
                         self._manager.notify_stopping(broker.options.drain_timeout_sec + STOP_RESERVE_SEC)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import FAILURE, OK, CommandError
 from actors.cli.output import print_out
 from actors.cli.parsing import Options, Parser, add_broker_options
+from actors.cli.web_address import DEFAULT_LISTEN, require_packages, split_listen
 
 if TYPE_CHECKING:
     from actors.web.options import WebOptions
@@ -19,14 +19,13 @@ EXAMPLES: Final = {
     "callboard web --listen 0.0.0.0:8080 --no-browser": "for other machines, which need the printed token",
     "callboard web --listen 0.0.0.0:8443 --tls-cert host.pem --tls-key host.key": "the same with HTTPS",
 }
-MISSING: Final = "The page needs more packages: pip install 'callboard[web]'"
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument(
-        "--listen", metavar="HOST:PORT", default="127.0.0.1:7412",
-        help="the address to serve; port 0: any that is free; default: 127.0.0.1:7412",
+        "--listen", metavar="HOST:PORT", default=DEFAULT_LISTEN,
+        help=f"the address to serve; port 0: any that is free; default: {DEFAULT_LISTEN}",
     )  # fmt: skip
     parser.add_flag("--allow-control", help="allow calls, goals, parameters and transitions, with the token")
     parser.add_argument(
@@ -47,8 +46,7 @@ def run(options: Options) -> int:
     """Serve the page until SIGINT or SIGTERM."""
     from actors.cli.loop import run_async
 
-    if find_spec("aiohttp") is None or find_spec("prometheus_client") is None:
-        raise CommandError(MISSING, FAILURE)
+    require_packages(FAILURE)
     chosen = _web_options(options)
     run_async(lambda: _serve(options, chosen))
     return OK
@@ -59,17 +57,15 @@ def _web_options(options: Options) -> WebOptions:
     from actors.web.token_file import read_token
     from proto.aio.tls import server_context
 
-    host, _, port = options.listen.rpartition(":")
-    if not host or not port.isdigit() or int(port) > 65535:
-        raise CommandError(f"--listen needs HOST:PORT, such as 127.0.0.1:7412, not '{options.listen}'")
+    host, port = split_listen(options.listen, "--listen")
     if (options.tls_cert is None) != (options.tls_key is None):
         raise CommandError("--tls-cert and --tls-key need each other")
     tls = None
     if options.tls_cert is not None:
         tls = server_context(Path(options.tls_cert), Path(options.tls_key), None)
     return WebOptions(
-        host=host.strip("[]"),
-        port=int(port),
+        host=host,
+        port=port,
         allow_control=options.allow_control,
         token=None if options.token is None else read_token(options.token),
         allowed_hosts=tuple(options.allow_host),

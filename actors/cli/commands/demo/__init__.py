@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import socket
 import statistics
 import sys
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from actors.cli.interrupts import Interrupted
 from actors.cli.output import print_out, sanitize
 from actors.cli.parsing import Options, Parser, positive
+from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.logging.logger import ROOT_NAME
 
@@ -44,6 +46,7 @@ _WIDTH: Final = max(map(len, _COLORS))
 
 EXAMPLES: Final = {
     "callboard demo": "a broker and five nodes, for a few seconds",
+    "callboard demo --web": "the same with the page, until Ctrl-C",
 }
 
 
@@ -53,18 +56,21 @@ def add_arguments(parser: Parser) -> None:
         "--seconds",
         type=positive,
         metavar="SEC",
-        default=TALK_SEC,
-        help=f"how long to talk; default: {TALK_SEC:g}",
+        help=f"how long to talk; default: {TALK_SEC:g}, or until Ctrl-C with --web",
     )
+    parser.add_flag("--web", help="also serve the page, with control")
 
 
 def run(options: Options) -> int:
     """Run the nodes, and print a summary, also after a signal."""
+    if options.web:
+        check_web(DEFAULT_LISTEN, "--web")
+    seconds = options.seconds or (math.inf if options.web else TALK_SEC)
     cast: list[DemoNodes] = []
     with _labelled_log() as lines, suppress(Interrupted, asyncio.CancelledError):
         from actors.cli.loop import run_async
 
-        run_async(lambda: _talk(options.seconds, cast, lines))
+        run_async(lambda: _talk(seconds, cast, lines, web=options.web))
     print_out(_summary(cast[0] if cast else None))
     return 0
 
@@ -79,7 +85,7 @@ class DemoNodes(NamedTuple):
     repeater: PublishingSubscriber
 
 
-async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines) -> None:
+async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines, *, web: bool) -> None:
     """Run the broker and the nodes for a while; adds the nodes to `cast` for the summary."""
     from actors.cli.commands.demo import nodes as demo_nodes
     from broker import Broker
@@ -90,9 +96,12 @@ async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines) -> None:
     async with AsyncExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory(prefix="callboard-demo-"))
         broker = await stack.enter_async_context(Broker(_options(folder)))
-        print_out(
-            f"A broker at {broker.url}, and five nodes that talk for {seconds:.0f} s. Ctrl-C ends it.\n"
-        )
+        time = "" if seconds == math.inf else f" for {seconds:.0f} s"
+        print_out(f"A broker at {broker.url}, and five nodes that talk{time}. Ctrl-C ends it.\n")
+        if web:
+            from actors.cli.web_child import web_beside
+
+            await stack.enter_async_context(web_beside(broker.url, DEFAULT_LISTEN, allow_control=True))
         nodes = DemoNodes(
             demo_nodes.AddTwoIntsServer(broker.url),
             demo_nodes.AddTwoIntsClient(broker.url),
@@ -104,7 +113,7 @@ async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines) -> None:
         for node in nodes:
             await stack.enter_async_context(node)
         with suppress(TimeoutError):
-            async with asyncio.timeout(seconds):
+            async with asyncio.timeout(None if seconds == math.inf else seconds):
                 await nodes.client.ask_again_and_again()
 
 

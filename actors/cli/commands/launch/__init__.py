@@ -12,6 +12,7 @@ EXAMPLES: Final = {
     "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
     "callboard launch robot.py --show-args": "which arguments there are",
     "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
+    "callboard launch robot.py --web": "the same with the page in a browser",
     "callboard launch robot.py --dry-run": "what it would start, as commands",
     "callboard launch robot.py --output both": "lines to the screen and to log files",
     "callboard launch robot.py --json | jq .event": "what happens, for programs",
@@ -68,6 +69,7 @@ def add_arguments(parser: Parser) -> None:
         help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
     )
     parser.add_flag("--watch", help="start processes again when their source changes")
+    parser.add_flag("--web", help="also serve the page, until Ctrl-C")
     add_broker_options(parser)
 
 

@@ -17,8 +17,10 @@ from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exi
 from actors.cli.interrupts import raise_at_once
 from actors.cli.loop import exit_asked_for, run_async
 from actors.cli.output import print_out
+from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.config.context_errors import UnknownContextError
+from actors.launch.description.actions import ExecuteProcess
 from actors.launch.description.description import described
 from actors.launch.description.substitutions import Scope
 from actors.launch.description.summaries import plain_text, written
@@ -80,6 +82,10 @@ def run(options: argparse.Namespace) -> int:
         for line in described(description.actions):
             print_out(line)
         return OK
+    if options.web:
+        if not options.dry_run:
+            check_web(DEFAULT_LISTEN, "--web")
+        description.add_action(_web())
     with _prints_to_stderr(json=options.json):
         launch = _planned(options, description, arguments, library)
     if options.dry_run:
@@ -124,6 +130,12 @@ def _planned(
     except UnknownContextError as error:
         raise unknown_context(error) from error
     return launch
+
+
+def _web() -> ExecuteProcess:
+    """Return the page as one more process, which is started again when it ends."""
+    command = [sys.executable, "-m", "actors", "web", "--no-browser", "--listen", DEFAULT_LISTEN]
+    return ExecuteProcess(cmd=command, name="web", respawn=True, respawn_backoff=2.0, output="screen")
 
 
 # Which file, with what

@@ -86,7 +86,7 @@ async function readSession() {
     if (status === 401) {
       shown += 1; // no view that is being loaded replaces the question
       clear();
-      clear = askForToken(content, readSession);
+      clear = askForToken(content, () => readSession().then(show));
       return;
     }
     session = { control: false, refusal: message };

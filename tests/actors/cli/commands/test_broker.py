@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
+import socket
 import sys
 
+import aiohttp
 import pytest
 
+from actors.cli import web_address
 from actors.cli.main import main
 
 
@@ -34,3 +38,66 @@ def test_wrong_flags_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == (
         "callboard broker: unrecognized arguments: --prt; see callboard broker --help\n"
     )
+
+
+async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
+    """After a crash it is started again."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "broker", "--port", "0", "--http", address),
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    async with asyncio.timeout(50), aiohttp.ClientSession() as client:
+        assert (await process.stdout.readline()).startswith(b"callboard broker listening on ")
+        assert await process.stdout.readline() == f"callboard web listening on http://{address}/\n".encode()
+        started = await process.stderr.readline()
+        os.kill(int(started.rsplit(maxsplit=1)[1]), signal.SIGKILL)
+        assert await process.stdout.readline() == f"callboard web listening on http://{address}/\n".encode()
+        async with client.get(f"http://{address}/readyz") as response:
+            assert response.status == 200
+        process.send_signal(signal.SIGTERM)
+        _, err = await process.communicate()
+    assert process.returncode == 0
+    assert b"Traceback" not in err
+    with socket.create_server(("127.0.0.1", int(address.rsplit(":", 1)[1]))):
+        pass  # nobody listens there any more
+
+
+def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> None:
+    """Checked before the broker listens."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        assert main(["broker", "--port", "0", "--http", address]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err == f"--http: cannot listen on {address}: Address already in use\n"
+
+
+@pytest.mark.parametrize("address", ["7412", "127.0.0.1:", "127.0.0.1:65536", ":80"])
+def test_the_address_of_the_page_is_checked(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line says how it looks."""
+    assert main(["broker", "--port", "0", "--http", address]) == 2
+    assert "HOST:PORT" in capsys.readouterr().err
+
+
+def test_the_page_needs_its_packages(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line says how to install them."""
+
+    def find_nothing(_: str) -> None:
+        """Find no package."""
+
+    monkeypatch.setattr(web_address, "find_spec", find_nothing)
+    assert main(["broker", "--port", "0", "--http", "127.0.0.1:0"]) == 2
+    assert capsys.readouterr().err == "The page needs more packages: pip install 'callboard[web]'\n"
+
+
+def test_control_of_the_page_needs_the_page(capsys: pytest.CaptureFixture[str]) -> None:
+    """A flag without effect would mislead."""
+    assert main(["broker", "--http-allow-control"]) == 1
+    assert capsys.readouterr().err == "--http-allow-control needs --http\n"

@@ -140,6 +140,12 @@ def test_the_description_is_printed(file: str, capsys: pytest.CaptureFixture[str
     assert lines[-1] == "    Shutdown(reason='enough')"
 
 
+def test_the_page_is_one_more_process(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is started like those of the file, with their environment and labels."""
+    assert main(["launch", file, "robot:=a", "speed:=2", "--dry-run", "--web"]) == 0
+    assert "actors web --no-browser --listen 127.0.0.1:7412" in capsys.readouterr().out
+
+
 def test_a_dry_run_prints_what_it_would_do(file: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Commands as they would be typed, and what comes later."""
     assert main(["launch", file, "robot:=a", "speed:=2", "--dry-run"]) == 0
