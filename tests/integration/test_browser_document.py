@@ -48,3 +48,20 @@ async def test_the_commands_of_the_guide_serve_the_page(system: System, options:
     line = await web.wait_for_line("callboard web listening on http://")
     assert ("#token=" in line) == ("--allow-control" in words or "0.0.0.0" in line)
     assert await web.stop() == 0
+
+
+@pytest.mark.parametrize(
+    "command", re.findall(r"^    callboard ((?:broker|launch|demo) .*)$", GUIDE, re.MULTILINE)
+)
+async def test_other_commands_bring_the_page_with_them(system: System, command: str) -> None:
+    """And it ends with them."""
+    port = free_port()
+    words = [word.replace(":7412", f":{port}") for word in command.split()]
+    if words[0] == "broker":
+        words += ["--port", str(system.port)]
+    program = await system.program(sys.executable, "-m", "actors", *words)
+    line = await program.wait_for_line("callboard web listening on http://")
+    address = line.rpartition(" ")[2]
+    assert await program.stop() in {0, 130}
+    asked = await system.program("curl", "--max-time", "3", "--silent", f"{address}healthz")
+    assert await asked.wait_for_exit() == 7  # nobody listens there
