@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Final, Self
 
 from aiohttp import web
@@ -34,6 +35,8 @@ AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, 
 
 KEEPALIVE_SEC: Final = 15.0
 STOP_SEC: Final = 1.0
+BODY_SEC: Final = 10.0
+"""For the whole body of a request to arrive."""
 
 GUARDED_PATHS: Final = ("/api/", "/metrics")
 """Everything else holds no secret: the page itself, and whether the server and the broker answer."""
@@ -152,6 +155,13 @@ async def _guard(
             refusal = door.refuses_control(bearer(request.headers))
     if refusal is not None:
         return failure(refusal.status, refusal.reason)
+    try:
+        async with asyncio.timeout(BODY_SEC):
+            await request.read()
+    except TimeoutError:
+        return failure(408, f"The body of the request did not arrive within {BODY_SEC:g} s")
+    except web.HTTPRequestEntityTooLarge:
+        return failure(413, f"The body of the request has more than {MAX_BODY_BYTES} bytes")
     return await answered(handler, request)
 
 

@@ -1,0 +1,54 @@
+"""Clients that are slow, or send too much."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.web import server
+from actors.web.options import MAX_BODY_BYTES
+from tests.actors.meeting import DEADLINE_SEC
+
+if TYPE_CHECKING:
+    from tests.actors.web.site import Site
+
+POST = b"POST /api/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+
+
+async def exchange(site: Site, sent: bytes) -> bytes:
+    """Return the status line that answers these bytes."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port)
+        writer.write(sent)
+        line = await reader.readline()
+        writer.close()
+        return line
+
+
+async def test_a_body_that_does_not_arrive_is_given_up(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It announces more than it sends, and others are served meanwhile."""
+    monkeypatch.setattr(server, "BODY_SEC", 0.05)
+    line = await exchange(site, POST + b"Content-Length: 100\r\n\r\n{")
+    assert line.split()[1] == b"408"
+    assert await site.json("/healthz") == {"status": "ok"}
+
+
+@pytest.mark.parametrize("chunked", [False, True])
+async def test_a_huge_body_is_refused(site: Site, *, chunked: bool) -> None:
+    """Whether its length is announced or not."""
+    size = MAX_BODY_BYTES + 1
+    header = b"Transfer-Encoding: chunked" if chunked else b"Content-Length: %d" % size
+    body = b"%x\r\n%s\r\n0\r\n\r\n" % (size, b" " * size) if chunked else b" " * size
+    line = await exchange(site, POST + header + b"\r\n\r\n" + body)
+    assert line.split()[1] == b"413"
+
+
+@pytest.mark.parametrize(
+    "header", [b"X: " + b"x" * 20_000, b"\r\n".join(b"X%d: 1" % number for number in range(1000))]
+)
+async def test_huge_headers_are_refused(site: Site, header: bytes) -> None:
+    """A long one, and many."""
+    line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n" + header + b"\r\n\r\n")
+    assert line.split()[1] == b"400"
