@@ -15,7 +15,19 @@ from actors.web.live.panels import Panels
 from actors.web.metrics import Metrics
 from actors.web.options import MAX_BODY_BYTES
 from actors.web.probes import RoundTrips
-from actors.web.routes import calls, echo, goals, graph, lifecycle, live, log, operations, parameters, session
+from actors.web.routes import (
+    calls,
+    echo,
+    goals,
+    graph,
+    lifecycle,
+    live,
+    log,
+    openapi,
+    operations,
+    parameters,
+    session,
+)
 from actors.web.routes.answers import answered, failure
 from actors.web.routes.state import STATE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
@@ -30,7 +42,7 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
-AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live, operations)
+AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live, openapi, operations)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0

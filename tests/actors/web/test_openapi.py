@@ -1,0 +1,45 @@
+"""The description of the API fits the routes."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.web.openapi import ERRORS, OPERATIONS, Operation, openapi
+from actors.web.security import SAFE_METHODS
+from actors.web.server import AREAS
+
+if TYPE_CHECKING:
+    from tests.actors.web.site import Site
+
+
+def test_every_route_is_described_and_every_description_is_a_route() -> None:
+    """With its method; patterns of names are left out."""
+    routes = {(each.method, re.sub(r":[^{}]+\}", "}", each.path)) for area in AREAS for each in area.ROUTES}
+    assert set(OPERATIONS) == routes
+
+
+@pytest.mark.parametrize(("key", "operation"), OPERATIONS.items(), ids=map(" ".join, OPERATIONS))
+def test_what_changes_something_is_control(key: tuple[str, str], operation: Operation) -> None:
+    """Signing in is the one exception: it grants reading only."""
+    assert operation.control is (key[0] not in SAFE_METHODS and key != ("POST", "/api/session"))
+    assert set(operation.errors) <= set(ERRORS)
+    assert {"403", "421"} <= set(operation.errors)
+
+
+def test_all_references_lead_somewhere() -> None:
+    """A generator of clients resolves them."""
+    document = openapi()
+    references = set(re.findall(r'"\$ref": "#/components/schemas/(\w+)"', json.dumps(document)))
+    assert {"CallBody", "Error", "SignIn"} <= references <= set(document["components"]["schemas"])
+
+
+async def test_the_description_is_served_and_linked(site: Site) -> None:
+    """Tools find it by the page's link."""
+    found: dict[str, Any] = await site.json("/api/openapi.json")
+    assert found == json.loads(json.dumps(openapi()))
+    async with site.client.get("/") as response:
+        assert 'rel="service-desc" href="api/openapi.json"' in await response.text()
