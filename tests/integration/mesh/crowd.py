@@ -2,7 +2,8 @@
 
 Each broker is a process, and so are the nodes of each broker. It measures how long it takes until all brokers
 know all nodes, from their start when all processes are ready; until one more broker that joins knows them;
-and until all brokers know that one of them was killed, with its nodes.
+until a subscription at that one hears a new publisher; and until all brokers know that one of them was
+killed, with its nodes.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import actors
 from actors.bench import meters
+from actors.interfaces.std_msgs.msg import String
 from tests.integration.conftest import System
 from tests.integration.mesh.stations import MeshBroker
 
@@ -100,12 +102,30 @@ async def measure(brokers: int, nodes: int) -> None:
             await _until_all(left, lambda count: count == everyone + 1)
             _print("and all others see it after", began)
 
+            _print(
+                "a remote subscription hears a new publisher after",
+                await _first_heard(watchers[0], late_watcher),
+            )
+
             began = time.monotonic()
             others[-1].kill_now()
             await _until_all(left, lambda count: count == everyone - nodes)
             _print("all see that a broker was killed after", began)
     finally:
         await system.close()
+
+
+async def _first_heard(talker: actors.Node, listener: actors.Node) -> float:
+    """Let a node publish something new to a subscription elsewhere; return when, once it is heard."""
+    heard = asyncio.Event()
+    listener.create_subscription(String, "news", lambda _: heard.set(), 10)
+    await talker.get_graph()
+    began = time.monotonic()
+    publisher = talker.create_publisher(String, "news", 10)
+    await publisher.wait_for_subscriptions(1)
+    publisher.publish(String(data="new"))
+    await heard.wait()
+    return began
 
 
 def _memory(brokers: list[MeshBroker]) -> float:
@@ -127,7 +147,7 @@ async def _until(watcher: actors.Node, reached: Callable[[int], bool]) -> None:
 
 
 def _print(text: str, began: float) -> None:
-    sys.stdout.write(f"{text} {time.monotonic() - began:.2f} s\n")
+    sys.stdout.write(f"{text} {time.monotonic() - began:.3f} s\n")
 
 
 def main() -> None:
