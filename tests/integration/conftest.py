@@ -175,10 +175,16 @@ async def wait_for_subscriptions(publisher: actors.Publisher[Any], node: actors.
             await node.get_graph()
 
 
+_GIVEN: Final = set[int]()
+
+
 def free_port() -> int:
-    """Return a free port outside the range of ephemeral ports."""
+    """Return a free port outside the range of ephemeral ports; another one at each call."""
     while True:
         port = random.SystemRandom().randrange(20_000, 30_000)
+        if port in _GIVEN:
+            continue
+        _GIVEN.add(port)
         with socket.socket() as probe:
             try:
                 probe.bind(("127.0.0.1", port))

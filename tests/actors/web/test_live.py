@@ -8,7 +8,9 @@ import pytest
 
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
+from actors.web.live import graph_panel
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
 from tests.actors.meeting import until
@@ -134,3 +136,62 @@ async def test_a_request_that_is_too_long_ends_the_connection(page: Page) -> Non
     await page.socket.send_str("x" * (MAX_REQUEST_BYTES + 1))
     await page.socket.receive()
     assert page.socket.closed
+
+
+async def test_a_plot_gets_points_of_numbers(page: Page, meeting: Meeting) -> None:
+    """Null where a message has no such number."""
+    node = await meeting.node("talker")
+    publisher = node.create_publisher(Twist, "wave", 10)
+    await page.open(1, "plot", topic="/wave", fields=["linear.x", "linear.nothing", "angular"])
+    await until(publisher.get_subscription_count)
+    publisher.publish(Twist(linear=Vector3(x=1.5)))
+    publisher.publish(Twist(linear=Vector3(x=float("nan"))))
+    points: list[list[float | None]] = []
+    while len(points) < 2:
+        points += (await page.next())["points"]
+    assert [point[1:] for point in points] == [[1.5, None, None], [None, None, None]]
+    assert all(point[0] for point in points)
+
+
+@pytest.mark.parametrize("fields", [[], ["a b"], ["x"] * 17])
+async def test_a_plot_needs_a_few_fields(page: Page, fields: list[str]) -> None:
+    """Paths of fields, sixteen at most."""
+    await page.open(1, "plot", topic="/wave", fields=fields)
+    assert "error" in await page.next()
+
+
+async def test_services_and_actions_are_drawn_if_they_are_wanted(page: Page, meeting: Meeting) -> None:
+    """With edges from clients and to servers."""
+    node = await meeting.node("server")
+    node.create_service(AddTwoInts, "add", lambda request, response: response)
+    node.create_action_server(Fibonacci, "fibonacci", lambda goal: Fibonacci.Result())
+    await page.open(1, "graph", services=True, actions=True)
+    found: dict[str, str] = {}
+    while not {"service /add", "action /fibonacci"} <= found.keys():
+        patch = (await page.next())["patch"]
+        found |= {edge["source"]: edge["target"] for edge in patch.get("edges", {}).values()}
+    assert found["service /add"] == found["action /fibonacci"] == "node /server"
+
+
+async def test_a_topic_panel_has_its_ends_and_rates(page: Page, meeting: Meeting) -> None:
+    """And nothing while there is no such topic."""
+    await page.open(1, "topic", topic="/chatter")
+    assert (await page.next())["patch"] == {}
+    node = await meeting.node("talker")
+    node.create_publisher(String, "chatter", 3)
+    body = await page.until(lambda body: "publishers" in body["patch"])
+    assert body["patch"]["types"] == ["std_msgs/msg/String"]
+    await page.until(lambda body: "rates" in body["patch"])
+
+
+async def test_more_vertices_than_a_page_draws_are_counted(
+    page: Page, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And so are no edges to them."""
+    monkeypatch.setattr(graph_panel, "MAX_VERTICES", 1)
+    node = await meeting.node("talker")
+    for number in range(3):
+        node.create_publisher(String, f"topic{number}", 1)
+    await page.open(1, "graph")
+    body = await page.until(lambda body: body["patch"].get("omitted") == 3)
+    assert body["patch"].get("edges", {}) == {}
