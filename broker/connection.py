@@ -162,6 +162,8 @@ class Connection:
             "wall_time_ns": time.time_ns(),
             "capabilities": " ".join(Capability),
         }
+        if link.principal is not None:
+            welcome["user"] = link.principal.user
         self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
         identity = _identity(options, "instance"), _identity(options, "token")
         self._dispatcher.join(link, domain, *identity)

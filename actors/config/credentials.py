@@ -4,7 +4,7 @@
 # ruff: noqa: PTH123
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from actors.config import environment
@@ -50,12 +50,14 @@ class Credentials:
 
     Attributes:
         token: The token; None to read `token_file`.
+        source: Where `token` is from, for messages.
         token_file: A file with the token, read for each connection, so that it may be replaced; "" for none.
         insecure: Whether the token may be sent over plain TCP to other machines.
         tls: The files for TLS.
     """
 
     token: Secret | None = None
+    source: str = "CALLBOARD_TOKEN"
     token_file: str = ""
     insecure: bool = False
     tls: TlsFiles = NO_FILES
@@ -64,6 +66,14 @@ class Credentials:
         """Return the environment variables that name the same files, for programs."""
         values = (self.token_file, self.tls.ca, self.tls.certificate, self.tls.key)
         return {name: value for name, value in zip(_FILE_VARIABLES, values, strict=True) if value}
+
+    def with_token(self, token: str) -> Credentials:
+        """Return the same with a token that the program itself has given.
+
+        Args:
+            token: The token.
+        """
+        return replace(self, token=Secret(token), source="the argument `token`", token_file="")
 
     def token_for(self, host: str, *, encrypted: bool) -> str | None:
         """Return the token to send on a connection; None if there is none.
@@ -98,7 +108,7 @@ def refused_credentials(url: str, text: str, presented: Credentials) -> NotAutho
         text: Its reason.
         presented: The credentials that it has refused.
     """
-    source = presented.token_file or ("CALLBOARD_TOKEN" if presented.token is not None else "")
+    source = presented.token_file or ("" if presented.token is None else presented.source)
     hint = "Name a file with a token in CALLBOARD_TOKEN_FILE; `callboard auth token` makes one"
     if source:
         remedy = "if it is wrong, `callboard auth token` makes another"

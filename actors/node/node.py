@@ -68,6 +68,8 @@ class Node(NodeGraph, NodeParameters):
             are the defaults, in this order.
         domain: Which of a broker's disjoint graphs to join, 0 to 232. CALLBOARD_DOMAIN, the context's and
             then 0 are the defaults, in this order.
+        token: What to present to a broker with access rules, in place of the environment's or the context's
+            token.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.
         parameter_overrides: Values for parameters; they win over the command line and files.
@@ -116,6 +118,7 @@ class Node(NodeGraph, NodeParameters):
         namespace: str | None = None,
         url: str | None = None,
         domain: int | None = None,
+        token: str | None = None,
         cli_args: list[str] | None = None,
         use_global_arguments: bool = True,
         parameter_overrides: Mapping[str, ParameterValue] | None = None,
@@ -148,6 +151,7 @@ class Node(NodeGraph, NodeParameters):
         full_name = full_node_name(self._names.namespace, self._names.name)
         log = get_logger(node_logger_name(full_name))
         target = find_broker_target(url or None, domain)
+        credentials = target.credentials if token is None else target.credentials.with_token(token)
         link = Link(", ".join(map(str, target.urls)))
         self._context = NodeContext(
             name=self._names.name,
@@ -194,7 +198,7 @@ class Node(NodeGraph, NodeParameters):
             self._parameters.declare_overrides()
         self._node_runner = NodeRunner(
             self._context,
-            Connector(link, target.urls, domain=target.domain, credentials=target.credentials, log=log),
+            Connector(link, target.urls, domain=target.domain, credentials=credentials, log=log),
             connect_timeout_sec=connect_timeout_sec,
             stop_timeout_sec=stop_timeout_sec,
         )
@@ -252,6 +256,11 @@ class Node(NodeGraph, NodeParameters):
     def connected(self) -> bool:
         """Whether there is a session with a broker now."""
         return self._context.link.connected
+
+    @property
+    def user(self) -> str | None:
+        """Who this node is to the broker's access rules; None before the first session, and without rules."""
+        return self._context.link.user
 
     def diagnostics(self) -> NodeDiagnostics:
         """Return what the node holds, drops and spends its time on. Works at any time, and is cheap.

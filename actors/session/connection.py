@@ -165,6 +165,8 @@ class BrokerConnection:
         most = frame.options.get("max_message_bytes")
         if self._link is not None:
             self._link.capabilities = frozenset(str(frame.options.get("capabilities", "")).split())
+            user = frame.options.get("user")
+            self._link.user = user if isinstance(user, str) else None
             self._link.url = str(self.url)  # first: whoever waits for the session may read it
             self._link.opened(self.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES)
 

@@ -52,6 +52,7 @@ class Link:
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
         capabilities: What this broker can do beyond the first version of the protocol.
+        user: Who this client is to the access rules of the broker of `url`; None if that has none.
         has_had_name: Whether a broker has accepted the node, now or in an earlier session.
         waits_for_name: Whether the broker keeps the node's name for a silent node that may come back.
         token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
@@ -63,6 +64,7 @@ class Link:
         self.broker_urls = broker_urls
         self.url = ""
         self.capabilities: frozenset[str] = frozenset()
+        self.user: str | None = None
         self.token = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.lag = LoopLag()
         self.channel: Channel | None = None

@@ -48,6 +48,26 @@ async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.Mon
         assert broker.stats().endpoints == 1
 
 
+async def test_a_token_of_the_program_wins(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`Node(token=...)`, against an environment for another user; the node knows who it is."""
+    monkeypatch.setenv("CALLBOARD_TOKEN", OTHER)
+    async with Node("n", token=TOKEN, **BARE) as node:
+        assert node.user == "robot"
+    with pytest.raises(NotAuthorized, match="presented the token in the argument `token`"):
+        async with Node("m", token=OTHER, **BARE):
+            raise AssertionError("the broker takes any token")
+    assert broker.stats().unauthorized_connections == 1
+
+
+async def test_without_rules_nobody_is_a_user() -> None:
+    """Whatever is presented."""
+    async with (
+        Broker(BrokerOptions(port=0)) as without,
+        Node("n", url=without.url, token=TOKEN, **BARE) as node,
+    ):
+        assert node.user is None
+
+
 @pytest.mark.parametrize(
     ("variable", "token", "hint"),
     [
