@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager
 
     from broker.options import BrokerOptions
+    from broker.server import Broker
 
 logger: Final = logging.getLogger("callboard.broker")
 
@@ -54,13 +55,14 @@ def _add_setting(parser: argparse.ArgumentParser, setting: Setting) -> None:
 
 
 def run(
-    arguments: argparse.Namespace, beside: Callable[[str], AbstractAsyncContextManager[object]] | None = None
+    arguments: argparse.Namespace,
+    beside: Callable[[Broker], AbstractAsyncContextManager[object]] | None = None,
 ) -> int:
     """Run the daemon until a signal stops it; return the exit code.
 
     Args:
         arguments: The parsed command line.
-        beside: Entered with the broker's URL while the broker listens, in its event loop.
+        beside: Entered with the broker while it listens, in its event loop.
     """
     given = {name: value for name, value in vars(arguments).items() if name in SETTINGS}
     json_logs = bool(given.get("json_logs"))
@@ -93,7 +95,7 @@ def run(
 def _serve(
     configuration: Configuration,
     load: Callable[[], Configuration],
-    beside: Callable[[str], AbstractAsyncContextManager[object]] | None,
+    beside: Callable[[Broker], AbstractAsyncContextManager[object]] | None,
 ) -> None:
     from broker.daemon import Daemon  # noqa: PLC0415 - --help needs no server
     from broker.service_manager import ServiceManager  # noqa: PLC0415

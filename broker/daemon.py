@@ -38,7 +38,7 @@ class Daemon:
         configuration: What it starts with.
         load: Returns the configuration of now, for a reload.
         manager: The service manager that has started this process.
-        beside: Entered with the broker's URL while the broker listens.
+        beside: Entered with the broker while it listens.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Daemon:
         configuration: Configuration,
         load: Callable[[], Configuration],
         manager: ServiceManager,
-        beside: Callable[[str], AbstractAsyncContextManager[object]] | None = None,
+        beside: Callable[[Broker], AbstractAsyncContextManager[object]] | None = None,
     ) -> None:
         self._load = load
         self._manager = manager
@@ -77,7 +77,7 @@ class Daemon:
                     self._status = f"Listening on {broker.url}"
                     self._manager.notify_ready(self._status)
                     try:
-                        async with nullcontext() if self._beside is None else self._beside(broker.url):
+                        async with nullcontext() if self._beside is None else self._beside(broker):
                             await broker.serve_forever()
                     finally:
                         self._status = ""

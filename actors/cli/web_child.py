@@ -20,7 +20,7 @@ RESTARTS_SEC: Final = 5.0
 
 @asynccontextmanager
 async def web_beside(
-    url: str, listen: str, *, allow_control: bool = False, domain: int | None = None
+    url: str, listen: str, *arguments: str, domain: int | None = None
 ) -> AsyncGenerator[None]:
     """Run `callboard web` as long as the context; after a crash it is started again, with back-off.
 
@@ -29,12 +29,11 @@ async def web_beside(
     Args:
         url: The broker's.
         listen: Where to serve, as HOST:PORT.
-        allow_control: Whether browsers may control anything.
+        arguments: Further ones.
         domain: The domain; None for that of the environment.
     """
     command = [sys.executable, "-m", "actors", "web", "--no-browser", "--url", url, "--listen", listen]
-    if allow_control:
-        command.append("--allow-control")
+    command += arguments
     if domain is not None:
         command += ["--domain", str(domain)]
     supervisor = Supervisor(

@@ -100,6 +100,7 @@ class Calls:
             UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
             BrokerUnreachable: There is no broker now.
             PublisherRefused: The broker refuses the publisher.
+            WaitTimeout: The message did not reach the broker in time.
         """
         snapshot = await self._node.get_graph()
         msg_type = await self._types.message(snapshot, topic, wanted)
@@ -110,9 +111,10 @@ class Calls:
                 # The broker answers the publisher before that.
                 after = await self._node.get_graph()
                 publisher.publish(message)
+                await publisher.flush(MATCH_SEC)
                 return publisher.get_subscription_count() - self._own_subscriptions(after, topic)
             finally:
-                publisher.destroy()  # what it has published is still sent
+                publisher.destroy()
 
     def _own_subscriptions(self, snapshot: GraphSnapshot, topic: str) -> int:
         """Return how many subscriptions of a topic are there for pages that show it."""

@@ -37,23 +37,30 @@ class Observer:
     Args:
         url: The broker's URLs.
         domain: The domain id.
+        token: A user's, to see the graph with that user's rights; None for the environment's.
 
     Raises:
-        As `Node`. Entering raises BrokerUnreachable if no broker answers within `CONNECT_SEC`.
+        As `Node`. Entering raises NotAuthorized if the broker refuses the token, and BrokerUnreachable
+    if no broker answers within `CONNECT_SEC`.
 
     Attributes:
+        url: As given.
+        domain: As given.
+        target: Both, for people.
         node: The node, for other queries and for controls.
         snapshot: The graph as it was last, without the node itself.
         report: The broker's counters; None before the first sample.
         overview: The graph at work; None before the first sample.
     """
 
-    def __init__(self, url: str, domain: int) -> None:
+    def __init__(self, url: str, domain: int, *, token: str | None = None) -> None:
+        self.url, self.domain = url, domain
         self.target = f"{url} domain {domain}"
         self.node = Node(
             f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}",
             url=url,
             domain=domain,
+            token=token,
             use_global_arguments=False,
             parameter_overrides={"start_type_description_service": False},
             start_parameter_services=False,

@@ -28,7 +28,7 @@ TEXT: Final = "text/plain"
 ERRORS: Final = {
     "400": "The request is wrong; the text names the field",
     "401": "A token is required",
-    "403": "The request comes from another site, or the server is read-only",
+    "403": "The request comes from another site, the server is read-only, or the rules forbid it",
     "404": "The graph has nothing of that name",
     "409": "The goal was rejected",
     "413": "The body is too large",

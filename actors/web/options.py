@@ -27,6 +27,7 @@ class WebOptions:
         port: The port; 0 for any that is free.
         allow_control: Whether calls, goals, parameters and transitions are allowed, with the token.
         token: What grants control, and beyond loopback also reading; None for a random one.
+        users: Whether the users of the broker sign in with their own tokens, and have their own rights.
         allowed_hosts: Names by which browsers may call the server, besides loopback ones and `host`.
         tls: For HTTPS; None for HTTP.
     """
@@ -35,5 +36,6 @@ class WebOptions:
     port: int = DEFAULT_PORT
     allow_control: bool = False
     token: str | None = None
+    users: bool = False
     allowed_hosts: tuple[str, ...] = ()
     tls: SSLContext | None = None

@@ -59,7 +59,7 @@ class Door:
     Attributes:
         token: What grants control, and reading if `private`.
         hosts: The names by which the server may be called, without a port, besides loopback ones.
-        private: Whether reading needs the token, too: the server listens beyond loopback.
+        private: Whether reading needs a token, too.
         control: Whether anything may be controlled.
     """
 
@@ -75,7 +75,8 @@ class Door:
             headers: Of the request; keys in any case.
         """
         host = headers.get("Host", "")
-        if not self._knows(host):
+        # Who presents the token is no page of another site, whatever name it was sent to.
+        if not self._knows(host) and not self.knows_token(bearer(headers)):
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
             return Refusal(status=421, reason=text)
         origin = headers.get("Origin")
@@ -85,25 +86,28 @@ class Door:
             return Refusal(status=403, reason="Pages of other sites may not ask this server")
         return None
 
-    def refuses_reading(self, token: str) -> Refusal | None:
-        """Return why somebody with a token (empty: without) may not read; None if he may.
+    def refuses_reading(self, *, known: bool) -> Refusal | None:
+        """Return why somebody may not read; None if he may.
 
         Args:
-            token: As presented.
+            known: Whether he has presented a valid token.
         """
-        if not self.private or self.knows_token(token):
+        if not self.private or known:
             return None
-        return Refusal(status=401, reason="A token is required: use the address that the server printed")
+        return Refusal(
+            status=401,
+            reason="A token is required: that in the printed address, or with --users a user's own",
+        )
 
-    def refuses_control(self, token: str) -> Refusal | None:
-        """Return why somebody with a token (empty: without) may not control anything; None if he may.
+    def refuses_control(self, *, known: bool) -> Refusal | None:
+        """Return why somebody may not control anything; None if he may.
 
         Args:
-            token: As presented in the Authorization header.
+            known: Whether he has presented a valid token in the Authorization header.
         """
         if not self.control:
             return Refusal(status=403, reason="This server is read-only: start it with --allow-control")
-        if not self.knows_token(token):
+        if not known:
             return Refusal(
                 status=401, reason="Control needs the token in the address that the server printed"
             )

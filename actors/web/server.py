@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from typing import TYPE_CHECKING, Final, Self
 
 from aiohttp import web
 
-from actors.tools.graph_types import GraphTypes
 from actors.web.assets import Assets
-from actors.web.calls import Calls
-from actors.web.goals import Goals
-from actors.web.live.panels import Panels
-from actors.web.metrics import Metrics
 from actors.web.options import MAX_BODY_BYTES
-from actors.web.probes import RoundTrips
 from actors.web.routes import (
     calls,
     echo,
@@ -29,9 +24,10 @@ from actors.web.routes import (
     session,
 )
 from actors.web.routes.answers import answered, failure
-from actors.web.routes.state import STATE, State, state_of
+from actors.web.routes.state import STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
-from actors.web.topic_feed import TopicFeeds
+from actors.web.users import Users, require_users
+from actors.web.workspace import Workspace
 from proto.addresses import is_loopback
 from proto.errors import CallboardError
 
@@ -42,13 +38,23 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
+    Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
 AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live, openapi, operations)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0
+"""For the next request, or the first one, to arrive with all its headers."""
 STOP_SEC: Final = 1.0
+HANDSHAKE_SEC: Final = 10.0
+"""For TLS."""
+MAX_CONNECTIONS: Final = 512
+"""Of browsers, each of which may have several, and of programs."""
 BODY_SEC: Final = 10.0
 """For the whole body of a request to arrive."""
+
+PROBES: Final = frozenset({"/healthz", "/readyz"})
+"""Orchestrators ask them under the address of the day; they say nothing about the graph."""
 
 GUARDED_PATHS: Final = ("/api/", "/metrics")
 """Everything else holds no secret: the page itself, and whether the server and the broker answer."""
@@ -65,7 +71,8 @@ class WebServer:
         observer: Watches the graph; entered, and left, by the caller.
         options: What the server is told.
 
-    Entering raises WebListenError if the address cannot be used.
+    Entering raises WebListenError if the address cannot be used, and NoUsersError if the users of the broker
+    should sign in and it has none.
 
     Attributes:
         token: What grants control, and beyond loopback also reading.
@@ -76,32 +83,24 @@ class WebServer:
         self.token = options.token or new_token()
         self.port = options.port
         self._options = options
-        beyond = not is_loopback(options.host)
         door = Door(
             token=self.token,
             hosts=frozenset({*options.allowed_hosts, options.host}),
-            private=beyond,
+            private=options.users or not is_loopback(options.host),
             control=options.allow_control,
         )
-        feeds = TopicFeeds(observer)
         self._app = web.Application(
             middlewares=[_guard],
             client_max_size=MAX_BODY_BYTES,
             handler_args={"keepalive_timeout": KEEPALIVE_SEC},
         )
-        assets, types, metrics = Assets(), GraphTypes(observer.node), Metrics()
+        assets = Assets()
         self._app[STATE] = State(
             options=options,
             door=door,
-            observer=observer,
-            feeds=feeds,
-            panels=Panels(observer, feeds),
+            own=Workspace(observer),
+            users=Users(observer.url, observer.domain) if options.users else None,
             assets=assets,
-            types=types,
-            calls=Calls(observer.node, types),
-            goals=Goals(observer.node, types),
-            metrics=metrics,
-            round_trips=RoundTrips(observer.node, metrics.round_trips),
         )
         for area in AREAS:
             self._app.add_routes(area.ROUTES)
@@ -129,16 +128,29 @@ class WebServer:
     async def __aenter__(self) -> Self:
         """Listen."""
         options = self._options
+        if options.users:
+            require_users(self._app[STATE].own.observer)
         await self._runner.setup()
-        site = web.TCPSite(self._runner, options.host, options.port, ssl_context=options.tls)
+        loop = asyncio.get_running_loop()
         try:
-            await site.start()
+            self._listener = await loop.create_server(
+                self._accept,
+                options.host,
+                options.port,
+                ssl=options.tls,
+                ssl_handshake_timeout=None if options.tls is None else HANDSHAKE_SEC,
+            )
         except OSError as error:
             await self._runner.cleanup()
             reason = error.strerror or str(error)
             raise WebListenError(f"Cannot listen on {options.host}:{options.port}: {reason}") from None
-        self.port = self._runner.addresses[0][1]
+        self.port = self._listener.sockets[0].getsockname()[1]
         return self
+
+    def _accept(self) -> asyncio.Protocol:
+        server = self._runner.server
+        assert server is not None
+        return server() if len(server.connections) < MAX_CONNECTIONS else _Refusal()
 
     async def __aexit__(
         self,
@@ -147,26 +159,54 @@ class WebServer:
         traceback: TracebackType | None,
     ) -> None:
         """Disconnect all browsers."""
+        self._listener.close()
         await self._runner.cleanup()
 
 
+class _Refusal(asyncio.Protocol):
+    """Answers a connection that is one too many."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Say why, and close."""
+        assert isinstance(transport, asyncio.Transport)
+        head = (
+            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nConnection: close\r\n\r\n"
+        )
+        transport.write(f'{head}{{"error":"{MAX_CONNECTIONS} connections are open already"}}'.encode())
+        transport.close()
+
+
 @web.middleware
-async def _guard(
-    request: web.Request, handler: Callable[[web.Request], Awaitable[web.StreamResponse]]
-) -> web.StreamResponse:
-    """Refuse what the door refuses; answer errors as JSON."""
-    door = state_of(request).door
-    refusal = door.refuses_origin(request.headers)
-    signs_in = (request.method, request.path) == session.SIGN_IN
-    if refusal is None and request.path.startswith(GUARDED_PATHS) and not signs_in:
-        if request.method in SAFE_METHODS:
-            refusal = door.refuses_reading(
-                bearer(request.headers) or request.cookies.get(session.cookie_name(request), "")
-            )
-        else:
-            refusal = door.refuses_control(bearer(request.headers))
-    if refusal is not None:
+async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
+    if request.path not in PROBES and (refusal := state_of(request).door.refuses_origin(request.headers)):
         return failure(refusal.status, refusal.reason)
+    return await answered(partial(_admit, partial(_handle, handler)), request)
+
+
+async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
+    """Handle a request in the workspace of whoever asks, if he may do so."""
+    state, safe = state_of(request), request.method in SAFE_METHODS
+    request[WORKSPACE] = state.own
+    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) == session.SIGN_IN:
+        return await handler(request)
+    token = bearer(request.headers)
+    if safe and not token:
+        token = request.cookies.get(session.cookie_name(request), "")
+    known = state.door.knows_token(token)
+    is_users = state.users is not None and bool(token) and not known
+    refuses = state.door.refuses_reading if safe else state.door.refuses_control
+    if refusal := refuses(known=known or is_users):
+        return failure(refusal.status, refusal.reason)
+    if state.users is None or not is_users:
+        return await handler(request)
+    async with state.users.workspace(token) as workspace:
+        request[WORKSPACE] = workspace
+        return await handler(request)
+
+
+async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
+    """Handle a request when its body has arrived."""
     try:
         async with asyncio.timeout(BODY_SEC):
             await request.read()
@@ -174,7 +214,7 @@ async def _guard(
         return failure(408, f"The body of the request did not arrive within {BODY_SEC:g} s")
     except web.HTTPRequestEntityTooLarge:
         return failure(413, f"The body of the request has more than {MAX_BODY_BYTES} bytes")
-    return await answered(handler, request)
+    return await handler(request)
 
 
 async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:
@@ -189,5 +229,6 @@ async def _close_sockets(app: web.Application) -> None:
 
 
 async def _close_work(app: web.Application) -> None:
-    await app[STATE].round_trips.close()
-    await app[STATE].goals.close()
+    await app[STATE].own.close()
+    if (users := app[STATE].users) is not None:
+        await users.close()

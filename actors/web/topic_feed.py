@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
+from actors.web.probes import broker_answers
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -30,6 +32,10 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 
 class TooManyTopicsError(CallboardError):
     """So many topics are read already. Close one."""
+
+
+class TopicRefusedError(CallboardError):
+    """The broker refuses to let this user subscribe to the topic."""
 
 
 class Received(NamedTuple):
@@ -89,26 +95,41 @@ class TopicReader:
         wake: Called when there is something to take.
 
     Attributes:
+        wake: As given.
         skipped: Messages that made room, or were lost on their way, since the last `take`.
     """
 
     def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None]) -> None:
         self._feed = feed
         self._waiting = NewestMessages(kept)
-        self._wake = wake
+        self.wake = wake
         self.skipped = 0
 
     def add(self, received: Received) -> None:
         """Queue a message."""
         if not self._waiting:
-            self._wake()
+            self.wake()
         self.skipped += self._waiting.add(received)
 
     def take(self) -> list[Received]:
-        """Return what has come since the last call."""
+        """Return what has come since the last call.
+
+        Raises:
+            TopicRefusedError: The broker refuses the subscription.
+        """
+        self._feed.require_accepted()
         taken = [*self._waiting]
         self._waiting.clear()
         return taken
+
+    async def accepted(self) -> None:
+        """Wait until the broker has answered the subscription, or cannot be reached.
+
+        Raises:
+            TopicRefusedError: It refuses it.
+        """
+        await asyncio.shield(self._feed.answered)
+        self._feed.require_accepted()
 
     def decode(self, data: bytes) -> Any:
         """Return a message as an instance of its class, or as a dict.
@@ -130,6 +151,9 @@ class TopicFeed:
         observer: Has the node and the graph.
         topic: The topic's full name.
         unused: Called when the last reader has gone.
+
+    Attributes:
+        answered: Ends when the broker has answered the subscription.
     """
 
     def __init__(self, observer: Observer, topic: str, unused: Callable[[], None]) -> None:
@@ -140,6 +164,18 @@ class TopicFeed:
         self._decode: Callable[[bytes], Any] | None = None
         self._end_watch = observer.on_graph(self._adapt)
         self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
+        self.answered = asyncio.get_running_loop().create_task(self._note_answer())
+
+    async def _note_answer(self) -> None:
+        await broker_answers(self._observer.node)  # which it does after the subscription
+        if self._subscription.refusal:
+            for reader in self._readers:
+                reader.wake()
+
+    def require_accepted(self) -> None:
+        """Raise TopicRefusedError if the broker refuses the subscription."""
+        if self._subscription.refusal:
+            raise TopicRefusedError(self._subscription.refusal)
 
     def _subscribe(self, profile: QoSProfile) -> None:
         latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
@@ -164,6 +200,7 @@ class TopicFeed:
         self._readers.remove(reader)
         if not self._readers:
             self._end_watch()
+            self.answered.cancel()
             self._observer.node.destroy_subscription(self._subscription)
             self._unused()
 

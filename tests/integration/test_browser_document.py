@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import shutil
 import sys
+from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.integration.conftest import ROOT, System, free_port
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 GUIDE = (ROOT / "docs" / "how-to" / "browser.md").read_text(encoding="utf-8")
 CURL = re.findall(r"^\$ (curl .*)\n((?:(?!\$ |```).*\n)*)", GUIDE, re.MULTILINE)
@@ -65,3 +70,31 @@ async def test_other_commands_bring_the_page_with_them(system: System, command: 
     assert await program.stop() in {0, 130}
     asked = await system.program("curl", "--max-time", "3", "--silent", f"{address}healthz")
     assert await asked.wait_for_exit() == 7  # nobody listens there
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="needs curl")
+async def test_the_users_of_the_guide_sign_in(system: System, tmp_path: Path) -> None:
+    """The commands as they stand there; a request with a user's token is that user's."""
+    commands = re.findall(r"^\$ ((?:CALLBOARD_TOKEN_FILE=.* )?callboard .*)$", GUIDE, re.MULTILINE)
+    assert len(commands) == 3
+    for command in commands[:2]:
+        words = [
+            str(tmp_path / word) if word.endswith((".token", ".toml")) else word for word in command.split()
+        ]
+        added = await system.program(sys.executable, "-m", "actors", *words[1:])
+        assert await added.wait_for_exit() == 0
+    port = free_port()
+    variable, _, *words = commands[2].replace("access.toml", str(tmp_path / "access.toml")).split()
+    name, _, file = variable.partition("=")
+    system.variables[name] = str(tmp_path / file)
+    words = [word.replace(":7412", f":{port}") for word in words]
+    broker = await system.program(sys.executable, "-m", "actors", *words, "--port", str(system.port))
+    await broker.wait_for_line("callboard web listening on")
+    token = await asyncio.to_thread((tmp_path / "zoe.token").read_text)
+    header = f"Authorization: Bearer {token.strip()}"
+    asked = await system.program(
+        *("curl", "--silent", "--max-time", "10", "--header", header),
+        f"http://127.0.0.1:{port}/api/session",
+    )
+    assert await asked.wait_for_exit() == 0
+    assert '"user":"zoe"' in asked.output

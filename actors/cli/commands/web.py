@@ -36,6 +36,10 @@ def add_arguments(parser: Parser) -> None:
         "--token", metavar="FILE",
         help="a file with the token for control, and beyond loopback for reading; default: a random one",
     )  # fmt: skip
+    parser.add_flag(
+        "--users",
+        help="let the users of the broker's --auth sign in with their tokens, each with their own rights",
+    )
     parser.add_argument("--tls-cert", metavar="FILE", help="serve HTTPS with this certificate and its chain")
     parser.add_argument("--tls-key", metavar="FILE", help="the certificate's private key")
     parser.add_flag("--no-browser", help="open no browser")
@@ -68,6 +72,7 @@ def _web_options(options: Options) -> WebOptions:
         port=port,
         allow_control=options.allow_control,
         token=None if options.token is None else read_token(options.token),
+        users=options.users,
         allowed_hosts=tuple(options.allow_host),
         tls=tls,
     )

@@ -74,6 +74,11 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         return self._endpoint.consumer.calls
 
     @property
+    def refusal(self) -> str:
+        """Why the broker of this session refuses the subscription; "" if it does not."""
+        return self._endpoint.refusal
+
+    @property
     def dropped(self) -> int:
         """Messages dropped here because the reader was slower than the depth allows."""
         return self._endpoint.consumer.dropped

@@ -10,18 +10,27 @@ from aiohttp import web
 from actors.errors import (
     BrokerUnreachable,
     GoalRejected,
+    NotAuthorized,
+    PublisherRefused,
     RemoteError,
     ServiceTimeout,
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web.topic_feed import TopicRefusedError
+from actors.web.users import NoUsersError, TooManyUsersError
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
 _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
+    (NotAuthorized, 401),
+    (PublisherRefused, 403),
+    (TopicRefusedError, 403),
     (BrokerUnreachable, 503),
+    (TooManyUsersError, 503),
+    (NoUsersError, 503),
     (ServiceUnavailable, 503),
     (ServiceTimeout, 504),
     (WaitTimeout, 504),

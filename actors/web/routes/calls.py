@@ -12,7 +12,7 @@ from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.routes.answers import UnknownError, answer
 from actors.web.routes.graph import name_in
-from actors.web.routes.state import state_of
+from actors.web.routes.state import workspace_of
 
 MAX_TIMEOUT_SEC: Final = 3600.0
 """That may be requested for a call."""
@@ -48,25 +48,25 @@ class PublishBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 async def service_form(request: web.Request) -> web.Response:
     """Return the form for a service's requests."""
-    state, name = state_of(request), name_in(request)
-    snapshot = state.observer.snapshot
+    workspace, name = workspace_of(request), name_in(request)
+    snapshot = workspace.observer.snapshot
     if documents.service(snapshot, name) is None:
         raise UnknownError(f"There is no service {name!r}")
-    found: Any = await state.types.service(snapshot, name, request.query.get("type", ""))
+    found: Any = await workspace.types.service(snapshot, name, request.query.get("type", ""))
     return answer({"type": type_name(found), "form": form_of(found.Request)})
 
 
 async def topic_form(request: web.Request) -> web.Response:
     """Return the form for a topic's messages."""
-    state, name = state_of(request), name_in(request)
-    found = await state.types.message(state.observer.snapshot, name, request.query.get("type", ""))
+    workspace, name = workspace_of(request), name_in(request)
+    found = await workspace.types.message(workspace.observer.snapshot, name, request.query.get("type", ""))
     return answer({"type": type_name(found), "form": form_of(found)})
 
 
 async def call(request: web.Request) -> web.Response:
     """Call a service once; the call is cancelled if who asked leaves."""
     body = msgspec.json.decode(await request.read() or b"{}", type=CallBody)
-    calls = state_of(request).calls
+    calls = workspace_of(request).calls
     response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
     return answer({"response": response})
 
@@ -74,7 +74,7 @@ async def call(request: web.Request) -> web.Response:
 async def publish(request: web.Request) -> web.Response:
     """Publish one message."""
     body = msgspec.json.decode(await request.read() or b"{}", type=PublishBody)
-    matched = await state_of(request).calls.publish(name_in(request), body.message, body.type)
+    matched = await workspace_of(request).calls.publish(name_in(request), body.message, body.type)
     return answer({"subscriptions": matched})
 
 

@@ -12,15 +12,16 @@ from actors.web.live.session import PERIOD_SEC
 from actors.web.routes.answers import event_stream, send_event
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
-from actors.web.routes.state import state_of
+from actors.web.routes.state import state_of, workspace_of
 
 
 async def echo(request: web.Request) -> web.StreamResponse:
     """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
-    state, news = state_of(request), asyncio.Event()
-    with counted(state):
-        reader = state.feeds.read(name_in(request), AT_ONCE, news.set)
+    workspace, news = workspace_of(request), asyncio.Event()
+    with counted(state_of(request)):
+        reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set)
         try:
+            await reader.accepted()
             stream = await event_stream(request)
             while True:
                 await news.wait()

@@ -17,7 +17,7 @@ from actors.web.routes.answers import UnknownError, answer, event_stream, failur
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
-from actors.web.routes.state import state_of
+from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
     from actors.web.goals import FollowedGoal
@@ -41,25 +41,25 @@ class GoalBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 async def action_form(request: web.Request) -> web.Response:
     """Return the form for an action's goals."""
-    state, name = state_of(request), name_in(request)
-    snapshot = state.observer.snapshot
+    workspace, name = workspace_of(request), name_in(request)
+    snapshot = workspace.observer.snapshot
     if documents.action(snapshot, name) is None:
         raise UnknownError(f"There is no action {name!r}")
-    found: Any = await state.types.action(snapshot, name, request.query.get("type", ""))
+    found: Any = await workspace.types.action(snapshot, name, request.query.get("type", ""))
     return answer({"type": type_name(found), "form": form_of(found.Goal)})
 
 
 async def goals(request: web.Request) -> web.Response:
     """Return the goals that this server has sent and that have not ended."""
-    return answer([goal.document() for goal in state_of(request).goals.of_action(name_in(request))])
+    return answer([goal.document() for goal in workspace_of(request).goals.of_action(name_in(request))])
 
 
 async def send_goal(request: web.Request) -> web.StreamResponse:
     """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
     body = msgspec.json.decode(await request.read() or b"{}", type=GoalBody)
-    state = state_of(request)
-    with counted(state):
-        goal = await state.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
+    workspace = workspace_of(request)
+    with counted(state_of(request)):
+        goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
         try:
             await goal.accepted()
             stream = await event_stream(request)
@@ -68,7 +68,7 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
         finally:
             goal.read = False
             if body.cancel_on_close and not goal.ended:
-                state.goals.cancel_later(goal)
+                workspace.goals.cancel_later(goal)
     return stream
 
 
@@ -95,11 +95,11 @@ async def _send_progress(stream: web.StreamResponse, goal: FollowedGoal) -> None
 
 async def cancel(request: web.Request) -> web.Response:
     """Request to cancel a goal that this server has sent."""
-    state, name, goal_id = state_of(request), name_in(request), request.match_info["goal"]
-    goal = state.goals.find(name, goal_id)
+    followed, name, goal_id = workspace_of(request).goals, name_in(request), request.match_info["goal"]
+    goal = followed.find(name, goal_id)
     if goal is None:
         raise UnknownError(f"Action {name!r} has no goal {goal_id!r} from here that has not ended")
-    if not await state.goals.cancel(goal):
+    if not await followed.cancel(goal):
         return failure(409, "The server refuses to cancel the goal")
     return answer({"goal_id": goal_id, "canceling": True})
 

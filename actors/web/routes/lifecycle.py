@@ -12,7 +12,7 @@ from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.web.node_watch import TIMEOUT_SEC, lifecycle_of
 from actors.web.routes.answers import answer, body_of, failure
 from actors.web.routes.parameters import Timeout, node_in
-from actors.web.routes.state import state_of
+from actors.web.routes.state import workspace_of
 
 
 class Request(msgspec.Struct, forbid_unknown_fields=True):
@@ -29,12 +29,12 @@ class Request(msgspec.Struct, forbid_unknown_fields=True):
 
 async def read(request: web.Request) -> web.Response:
     """Return the state, and the transitions from it."""
-    return answer(await lifecycle_of(state_of(request).observer.node, node_in(request), TIMEOUT_SEC))
+    return answer(await lifecycle_of(workspace_of(request).observer.node, node_in(request), TIMEOUT_SEC))
 
 
 async def change(request: web.Request) -> web.Response:
     """Request a transition, wait for its end, and return whether it succeeded, and the state."""
-    node, name = state_of(request).observer.node, node_in(request)
+    node, name = workspace_of(request).observer.node, node_in(request)
     body = msgspec.convert(await body_of(request), Request)
     available: list[dict[str, Any]] = (await lifecycle_of(node, name, TIMEOUT_SEC))["transitions"]
     chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)

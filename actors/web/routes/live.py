@@ -9,7 +9,7 @@ from aiohttp import web
 
 from actors.web.live.session import MAX_REQUEST_BYTES, LiveSession
 from actors.web.options import MAX_LIVE
-from actors.web.routes.state import state_of
+from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -44,7 +44,7 @@ async def live(request: web.Request) -> web.WebSocketResponse:
         await socket.prepare(request)
         state.sockets.add(socket)
         try:
-            await LiveSession(socket, state.panels.make).run()
+            await LiveSession(socket, workspace_of(request).panels.make).run()
         finally:
             state.sockets.discard(socket)
             await socket.close()

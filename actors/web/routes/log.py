@@ -12,15 +12,15 @@ from actors.web.live.session import PERIOD_SEC
 from actors.web.log_reader import LogFilter
 from actors.web.routes.answers import event_stream, send_event
 from actors.web.routes.live import counted
-from actors.web.routes.state import state_of
+from actors.web.routes.state import state_of, workspace_of
 
 
 async def log(request: web.Request) -> web.StreamResponse:
     """Send the lines that are kept and new ones until the reader leaves; of `level`, `node` and `text`."""
-    state, news = state_of(request), asyncio.Event()
+    workspace, news = workspace_of(request), asyncio.Event()
     chosen = msgspec.convert(dict(request.query), LogFilter)
-    with counted(state):
-        reader = state.panels.logs.read(chosen, news.set)
+    with counted(state_of(request)):
+        reader = workspace.panels.logs.read(chosen, news.set)
         try:
             stream = await event_stream(request)
             while True:

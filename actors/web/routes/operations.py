@@ -11,19 +11,19 @@ from prometheus_client import CONTENT_TYPE_LATEST
 from actors.errors import BrokerUnreachable
 from actors.web.probes import ANSWER_SEC, broker_answers
 from actors.web.routes.answers import answer
-from actors.web.routes.state import state_of
+from actors.web.routes.state import workspace_of
 
 
 async def metrics(request: web.Request) -> web.Response:
     """Return the broker's numbers in Prometheus' text format; `callboard_up` is 0 if it does not answer."""
-    state = state_of(request)
-    state.round_trips.begin()
+    workspace = workspace_of(request)
+    workspace.round_trips.begin()
     try:
         async with asyncio.timeout(ANSWER_SEC):
-            report = await state.observer.node.get_broker_stats()
+            report = await workspace.observer.node.get_broker_stats()
     except (BrokerUnreachable, TimeoutError):
         report = None
-    text = state.metrics.text(report, state.observer.snapshot)
+    text = workspace.metrics.text(report, workspace.observer.snapshot)
     return web.Response(body=text, headers={"Content-Type": CONTENT_TYPE_LATEST, "Cache-Control": "no-store"})
 
 
@@ -34,7 +34,7 @@ async def healthz(_: web.Request) -> web.Response:
 
 async def readyz(request: web.Request) -> web.Response:
     """Return whether the broker answers within a second; 503 if not."""
-    if await broker_answers(state_of(request).observer.node):
+    if await broker_answers(workspace_of(request).observer.node):
         return answer({"status": "ok"})
     return answer({"status": "unavailable", "error": "The broker does not answer"}, 503)
 

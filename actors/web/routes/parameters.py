@@ -13,7 +13,7 @@ from actors.web.parameter_values import kind_from_name, parameter_from_json
 from actors.web.plain_values import exact
 from actors.web.routes.answers import UnknownError, answer, body_of
 from actors.web.routes.graph import name_in
-from actors.web.routes.state import state_of
+from actors.web.routes.state import workspace_of
 
 MAX_TIMEOUT_SEC: Final = 600.0
 
@@ -55,7 +55,7 @@ def node_in(request: web.Request) -> str:
         UnknownError: There is no such node.
     """
     name = name_in(request)
-    if name not in state_of(request).observer.snapshot.nodes():
+    if name not in workspace_of(request).observer.snapshot.nodes():
         raise UnknownError(f"There is no node {name!r}")
     return name
 
@@ -63,7 +63,7 @@ def node_in(request: web.Request) -> str:
 async def read(request: web.Request) -> web.Response:
     """Return the parameters with their values and descriptions."""
     name = node_in(request)
-    found, omitted = await parameters_of(state_of(request).observer.node, name, TIMEOUT_SEC)
+    found, omitted = await parameters_of(workspace_of(request).observer.node, name, TIMEOUT_SEC)
     return answer({"parameters": exact(found), "omitted": omitted})
 
 
@@ -71,7 +71,7 @@ async def change(request: web.Request) -> web.Response:
     """Set parameters, one by one or all or none; return for each, or for all, whether it was set."""
     name = node_in(request)
     body = msgspec.convert(await body_of(request), Change)
-    client = ParameterClient(state_of(request).observer.node, name)
+    client = ParameterClient(workspace_of(request).observer.node, name)
     try:
         untyped = [each.name for each in body.parameters if each.type is None]
         kinds = {each.name: kind_from_name(each.type) for each in body.parameters if each.type is not None}

@@ -8,7 +8,7 @@ import msgspec
 from aiohttp import web
 
 from actors.web.routes.answers import answer, failure
-from actors.web.routes.state import state_of
+from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
 
 SIGN_IN: Final = ("POST", "/api/session")
@@ -19,7 +19,7 @@ class SignIn(msgspec.Struct, forbid_unknown_fields=True):
     """The body of a request.
 
     Attributes:
-        token: That of the address that the server printed.
+        token: That of the address that the server printed, or that of one of the broker's users.
     """
 
     token: str
@@ -27,14 +27,17 @@ class SignIn(msgspec.Struct, forbid_unknown_fields=True):
 
 async def session(request: web.Request) -> web.Response:
     """Return whether who asks may control anything (`refusal`: why not), and what is needed for reading."""
-    state = state_of(request)
-    refusal = state.door.refuses_control(bearer(request.headers))
+    state, workspace = state_of(request), workspace_of(request)
+    token = bearer(request.headers)
+    known = bool(token) and (workspace is not state.own or state.door.knows_token(token))
+    refusal = state.door.refuses_control(known=known)
     return answer(
         {
             "control": refusal is None,
             "refusal": None if refusal is None else refusal.reason,
             "token_needed": state.door.private,
-            "target": state.observer.target,
+            "target": workspace.observer.target,
+            "user": workspace.observer.node.user,
         }
     )
 
@@ -44,7 +47,10 @@ async def sign_in(request: web.Request) -> web.Response:
     state = state_of(request)
     token = msgspec.json.decode(await request.read(), type=SignIn).token
     if not state.door.knows_token(token):
-        return failure(401, "That is not the token of this server")
+        if state.users is None:
+            return failure(401, "That is not the token of this server")
+        async with state.users.workspace(token):
+            pass  # the broker knows it
     response = answer({})
     response.set_cookie(
         cookie_name(request), token, httponly=True, samesite="Strict", secure=state.options.tls is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
@@ -10,9 +11,10 @@ import pytest
 from actors.web import server
 from actors.web.options import MAX_BODY_BYTES
 from tests.actors.meeting import DEADLINE_SEC
+from tests.actors.web.site import Site
 
 if TYPE_CHECKING:
-    from tests.actors.web.site import Site
+    from tests.actors.meeting import Meeting
 
 POST = b"POST /api/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 
@@ -52,3 +54,28 @@ async def test_huge_headers_are_refused(site: Site, header: bytes) -> None:
     """A long one, and many."""
     line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n" + header + b"\r\n\r\n")
     assert line.split()[1] == b"400"
+
+
+async def test_headers_that_do_not_arrive_are_given_up(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of a first request, and of one that is behind another: the connection is closed."""
+    monkeypatch.setattr(server, "KEEPALIVE_SEC", 0.2)
+    async with AsyncExitStack() as stack:
+        site = await Site(stack, meeting).open()
+        for before in (b"", b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
+            async with asyncio.timeout(DEADLINE_SEC):
+                reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port)
+                writer.write(before + b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nX-Slow: ")
+                answers = await reader.read()
+                writer.close()
+            assert answers.count(b"200 OK") == bool(before)
+
+
+async def test_a_connection_too_many_is_told_so(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that are open are served."""
+    assert await site.json("/healthz") == {"status": "ok"}
+    monkeypatch.setattr(server, "MAX_CONNECTIONS", 1)
+    line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+    assert line.split()[1] == b"503"
+    assert await site.json("/healthz") == {"status": "ok"}

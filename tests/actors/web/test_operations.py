@@ -126,3 +126,17 @@ def test_a_thousand_topics_are_a_bounded_number_of_series(metric: str) -> None:
     counts = TopicCounts()
     counts.take({f"/t{number}": topic(f"/t{number}", number) for number in range(1000)})
     assert len(by_topic(counts, metric)) == MAX_TOPICS + 1
+
+
+async def test_probes_may_use_any_name(site: Site) -> None:
+    """Orchestrators ask under the address of the day; nothing else answers under it."""
+    for path, status in (("/healthz", 200), ("/readyz", 200), ("/metrics", 421), ("/", 421)):
+        async with site.client.get(path, headers={"Host": "10.1.2.3:7412"}) as response:
+            assert response.status == status
+
+
+async def test_who_has_the_token_may_scrape_under_any_name(site: Site) -> None:
+    """Prometheus asks under the name that its configuration has."""
+    headers = {"Host": "robot.local:7412", "Authorization": f"Bearer {site.server.token}"}
+    async with site.client.get("/metrics", headers=headers) as response:
+        assert response.status == 200

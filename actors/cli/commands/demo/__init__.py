@@ -101,7 +101,7 @@ async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines, *, web: bo
         if web:
             from actors.cli.web_child import web_beside
 
-            await stack.enter_async_context(web_beside(broker.url, DEFAULT_LISTEN, allow_control=True))
+            await stack.enter_async_context(web_beside(broker.url, DEFAULT_LISTEN, "--allow-control"))
         nodes = DemoNodes(
             demo_nodes.AddTwoIntsServer(broker.url),
             demo_nodes.AddTwoIntsClient(broker.url),

@@ -46,7 +46,7 @@ const content = /** @type {HTMLElement} */ (document.getElementById("content"));
 const views = /** @type {HTMLElement} */ (document.getElementById("views"));
 let clear = () => {};
 let shown = 0;
-let session = { control: false, refusal: "Not known yet whether control is allowed" };
+let session = { control: false, refusal: "Not known yet whether control is allowed", user: /** @type {string | null} */ (null) };
 
 for (const [id, [title, , inMenu]] of Object.entries(VIEWS)) {
   if (inMenu) {
@@ -89,8 +89,9 @@ async function readSession() {
       clear = askForToken(content, () => readSession().then(show));
       return;
     }
-    session = { control: false, refusal: message };
+    session = { control: false, refusal: message, user: null };
   }
+  showStatus();
   if (session.control !== before.control || session.refusal !== before.refusal) {
     await show();
   }
@@ -100,7 +101,8 @@ async function readSession() {
 function showStatus() {
   const status = /** @type {HTMLElement} */ (document.getElementById("status"));
   status.classList.toggle("lost", !connection.connected);
-  setText(status, connection.connected ? "live" : "not connected: what you see is old");
+  const as = session.user === null ? "" : ` as ${session.user}`;
+  setText(status, connection.connected ? `live${as}` : "not connected: what you see is old");
 }
 
 const theme = /** @type {HTMLElement} */ (document.getElementById("theme"));

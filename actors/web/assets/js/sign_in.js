@@ -18,7 +18,7 @@ export function askForToken(place, onSignedIn) {
     "form",
     {},
     h("h2", {}, "A token is required"),
-    h("p", {}, "It is in the address that callboard web has printed, after #token="),
+    h("p", {}, "It is in the address that callboard web has printed, after #token=. A user of the broker may use the broker's token instead, if the server was started with --users."),
     h("label", { for: "token" }, "Token"),
     " ",
     input,

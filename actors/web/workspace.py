@@ -1,0 +1,49 @@
+"""What the web server holds in one user's name: a node, and everything that works through it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.tools.graph_types import GraphTypes
+from actors.web.calls import Calls
+from actors.web.goals import Goals
+from actors.web.live.panels import Panels
+from actors.web.metrics import Metrics
+from actors.web.probes import RoundTrips
+from actors.web.topic_feed import TopicFeeds
+
+if TYPE_CHECKING:
+    from actors.web.observer import Observer
+
+
+class Workspace:
+    """A graph as one user sees and steers it.
+
+    Args:
+        observer: Watches the graph with the user's rights; entered, and left, by the caller.
+
+    Attributes:
+        observer: The same.
+        feeds: Read topics.
+        panels: Make the panels of pages.
+        types: The graph's classes.
+        calls: Calls services and publishes.
+        goals: The goals that were sent.
+        metrics: For operators.
+        round_trips: Measures them for the metrics.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self.observer = observer
+        self.feeds = TopicFeeds(observer)
+        self.panels = Panels(observer, self.feeds)
+        self.types = GraphTypes(observer.node)
+        self.calls = Calls(observer.node, self.types)
+        self.goals = Goals(observer.node, self.types)
+        self.metrics = Metrics()
+        self.round_trips = RoundTrips(observer.node, self.metrics.round_trips)
+
+    async def close(self) -> None:
+        """End what is under way."""
+        await self.round_trips.close()
+        await self.goals.close()

@@ -1,0 +1,224 @@
+"""Users of a broker with access rules at the web server."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+import pytest
+
+from actors.interfaces.std_msgs.msg import String
+from actors.web import users
+from actors.web.options import WebOptions
+from actors.web.users import NoUsersError
+from broker import Broker, BrokerOptions
+from broker.access.credentials import hash_token
+from tests.actors.meeting import DEADLINE_SEC, Meeting, until
+from tests.actors.web.site import Page, Site
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+OPERATOR: Final = "cbt_" + "o" * 43
+ZOE: Final = "cbt_" + "z" * 43
+NOBODY: Final = "cbt_" + "n" * 43
+SERVER: Final = "the-token-of-the-server"
+
+RULES: Final = """
+[users.operator]
+tokens = ["{operator}"]
+roles = ["full"]
+[users.zoe]
+tokens = ["{zoe}"]
+roles = ["zoe"]
+[roles.full]
+allow = {{node = ["/**"], publish = ["/**"], subscribe = ["/**"], see = ["/**"], administer = ["/**"]}}
+[roles.zoe]
+allow = {{node = ["/**"], publish = ["/zoe/**"], subscribe = ["/zoe/**"], see = ["/zoe/**"]}}
+"""
+
+
+class GuardedSite(Site):
+    """A web server whose broker has rules, and requests with tokens."""
+
+    async def answer(
+        self, token: str, path: str, status: int = 200, method: str = "GET", **options: Any
+    ) -> Any:
+        """Return the document that is the answer to somebody with a token (empty: without)."""
+        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        return await self.json(path, status, method, headers=headers, **options)
+
+
+@pytest.fixture
+def rules(tmp_path: Path) -> Path:
+    """A file with two users: the operator and Zoe, who is confined to /zoe."""
+    file = tmp_path / "access.toml"
+    file.write_text(RULES.format(operator=hash_token(OPERATOR), zoe=hash_token(ZOE)))
+    return file
+
+
+@pytest.fixture
+async def guarded(rules: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Meeting]:
+    """A broker with these rules, and an environment that has the operator's token."""
+    monkeypatch.setenv("CALLBOARD_TOKEN", OPERATOR)
+    async with AsyncExitStack() as stack:
+        meeting = Meeting(stack)
+        meeting.broker = Broker(BrokerOptions(port=0, auth=rules))
+        await meeting.open()
+        stack.push_async_callback(meeting.stop_broker)
+        yield meeting
+
+
+@pytest.fixture
+async def site(guarded: Meeting) -> AsyncIterator[GuardedSite]:
+    """A web server where the users sign in, and a graph of which Zoe may see a part."""
+    ours = await guarded.node("ours")
+    ours.create_publisher(String, "/ours/status")
+    zoes = await guarded.node("driver", namespace="/zoe")
+    zoes.create_publisher(String, "/zoe/status")
+    options = WebOptions(port=0, token=SERVER, allow_control=True, users=True)
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, guarded, options).open()
+        await until(lambda: len(site.observer.snapshot.nodes()) == 2)
+        yield site
+
+
+async def names(site: GuardedSite, token: str) -> set[str]:
+    """Return the names of the nodes that somebody sees, as soon as there are any."""
+    async with asyncio.timeout(DEADLINE_SEC):
+        while not (found := await site.answer(token, "/api/nodes")):
+            pass
+    return {each["name"] for each in found}
+
+
+async def test_each_sees_what_the_rules_allow(site: GuardedSite) -> None:
+    """The server's own token shows what the server may see; without a token nobody sees anything."""
+    assert await names(site, ZOE) == {"/zoe/driver"}
+    assert await names(site, SERVER) == {"/ours", "/zoe/driver"}
+    await site.answer("", "/api/nodes", 401)
+    await site.answer(NOBODY, "/api/nodes", 401)
+    assert (await site.answer(ZOE, "/api/session"))["user"] == "zoe"
+    assert (await site.answer(SERVER, "/api/session"))["user"] == "operator"
+
+
+async def test_each_does_what_the_rules_allow(site: GuardedSite, guarded: Meeting) -> None:
+    """Zoe publishes below /zoe, and nowhere else."""
+    heard: list[str] = []
+    listener = await guarded.node("listener")
+
+    def hear(message: String) -> None:
+        heard.append(message.data)
+
+    for topic in ("/zoe/cmd", "/ours/cmd"):
+        listener.create_subscription(String, topic, hear)
+    await until(lambda: len(site.observer.snapshot.nodes()) == 3)
+    assert (await site.answer(ZOE, "/api/session"))["control"] is True
+    document = {"type": "std_msgs/msg/String", "message": {"data": "hi"}}
+    await site.answer(ZOE, "/api/topics/zoe/cmd", 200, "POST", json=document)
+    await until(lambda: heard)
+    refused = await site.answer(ZOE, "/api/topics/ours/cmd", 403, "POST", json=document)
+    assert "do not allow 'zoe' to publish on '/ours/cmd'" in refused["error"]
+    await site.answer(NOBODY, "/api/topics/zoe/cmd", 401, "POST", json=document)
+    assert heard == ["hi"]
+
+
+async def test_a_topic_that_a_user_may_not_read_says_so(site: GuardedSite) -> None:
+    """Echo and plot, in the page and as a stream."""
+    refusal = "the access rules do not allow 'zoe' to subscribe to '/ours/status'"
+    headers = {"Authorization": f"Bearer {ZOE}"}
+    assert (await site.answer(ZOE, "/api/topics/ours/status/echo", 403))["error"] == refusal
+    async with site.client.ws_connect("/api/live", headers=headers) as socket:
+        page = Page(socket)
+        await page.open(1, "echo", topic="/ours/status")
+        assert await page.next() == {"id": 1, "error": refusal}
+        await page.open(2, "plot", topic="/ours/status", fields=["data"])
+        assert await page.next() == {"id": 2, "error": refusal}
+
+
+async def test_a_browser_signs_in_with_a_users_token(site: GuardedSite) -> None:
+    """The cookie is enough for the WebSocket, which shows the user's part of the graph."""
+    async with aiohttp.ClientSession(site.url, cookie_jar=aiohttp.CookieJar(unsafe=True)) as browser:
+        async with browser.post("/api/session", json={"token": NOBODY}) as response:
+            assert response.status == 401
+        async with browser.post("/api/session", json={"token": ZOE}) as response:
+            assert response.status == 200
+        async with browser.get("/api/session") as response:  # a cookie alone controls nothing
+            assert (await response.json())["control"] is False
+        async with browser.ws_connect("/api/live") as socket:
+            page = Page(socket)
+            await page.open(1, "overview")
+            found = await page.until(lambda each: each.get("patch", {}).get("nodes"))
+            assert set(found["patch"]["nodes"]) == {"/zoe/driver"}
+
+
+async def test_a_user_who_is_gone_is_refused(site: GuardedSite, guarded: Meeting, rules: Path) -> None:
+    """Although what the user saw is still known here."""
+    assert await names(site, ZOE) == {"/zoe/driver"}
+    changed = RULES.format(operator=hash_token(OPERATOR), zoe=hash_token(NOBODY))
+    await asyncio.to_thread(rules.write_text, changed)
+    guarded.broker.reload()
+    async with asyncio.timeout(DEADLINE_SEC):
+        while (await site.client.get("/api/nodes", headers={"Authorization": f"Bearer {ZOE}"})).status != 401:
+            pass
+    assert await names(site, NOBODY) == {"/zoe/driver"}
+
+
+async def test_workspaces_are_shared_and_close_when_unused(
+    site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also those of tokens that the broker has refused."""
+    monkeypatch.setattr(users, "IDLE_SEC", 0.0)
+    before = guarded.broker.stats().connections
+    headers = {"Authorization": f"Bearer {ZOE}"}
+    async with site.client.ws_connect("/api/live", headers=headers):
+        await asyncio.gather(*(site.answer(ZOE, "/api/nodes") for _ in range(5)))
+        assert guarded.broker.stats().connections == before + 1
+    await site.answer(NOBODY, "/api/nodes", 401)
+    await until(lambda: guarded.broker.stats().connections == before)
+
+
+async def test_the_oldest_unused_workspace_makes_room(
+    site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that is used does not: who comes then is asked to wait."""
+    monkeypatch.setattr(users, "MAX_USERS", 1)
+    before = guarded.broker.stats().connections
+    await site.answer(OPERATOR, "/api/nodes")
+    async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}):
+        await until(lambda: guarded.broker.stats().connections == before + 1)
+        refused = await site.answer(OPERATOR, "/api/nodes", 503)
+        assert refused["error"] == "1 users are signed in already; try again later"
+
+
+async def test_few_tokens_are_tried_at_a_time(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who guesses tokens does not fill the server."""
+    monkeypatch.setattr(users, "MAX_OPENING", 0)
+    refused = await site.answer(ZOE, "/api/nodes", 503)
+    assert "too many users are signing in" in refused["error"].lower()
+
+
+async def test_a_broker_without_users_lets_nobody_sign_in(meeting: Meeting) -> None:
+    """It would take any token."""
+    async with AsyncExitStack() as stack:
+        with pytest.raises(NoUsersError, match="start it with --auth"):
+            await Site(stack, meeting, WebOptions(port=0, users=True)).open()
+
+
+async def test_a_broker_that_has_lost_its_users_lets_nobody_sign_in(
+    site: GuardedSite, guarded: Meeting
+) -> None:
+    """Such as after a start without its rules."""
+    await guarded.restart_broker()
+    await until(lambda: site.observer.connected)
+    await site.answer(ZOE, "/api/nodes", 503)
+
+
+async def test_users_have_metrics_of_what_they_may_see(site: GuardedSite) -> None:
+    """Names of topics among them."""
+    for token, seen in ((SERVER, True), (ZOE, False)):
+        async with site.client.get("/metrics", headers={"Authorization": f"Bearer {token}"}) as response:
+            assert response.status == 200
+            assert ('topic="/ours/status"' in await response.text()) is seen
