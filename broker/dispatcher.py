@@ -65,6 +65,7 @@ class Dispatcher:
         mesh: The broker's part in a mesh; None without one.
         mesh_channels: By router, what waits for the mesh.
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
+        closed_frames_received: Frames from them.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class Dispatcher:
         self.on_progress: Callable[[], None] | None = None
         self.budget: ReadBudget | None = None
         self.reports = Reports(self)
-        self.closed_bytes_received = self.closed_bytes_sent = 0
+        self.closed_bytes_received = self.closed_bytes_sent = self.closed_frames_received = 0
         self.mesh: MeshMember | None = None
         self.mesh_channels: dict[Router, MeshChannel] = {}
         self._routers: dict[int, Router] = {}
@@ -126,6 +127,7 @@ class Dispatcher:
             self.admission.leave(link.origin)
         self.closed_bytes_received += link.channel.bytes_received
         self.closed_bytes_sent += link.channel.bytes_sent
+        self.closed_frames_received += link.channel.frames_received
         self.links.pop(link, None)
         self.handshaking.pop(link, None)
         self.partial.pop(link, None)

@@ -78,6 +78,8 @@ class Statistics:
             held_bytes=dispatcher.memory.held_bytes,
             refused_messages=dispatcher.reassembly.refused,
             closed_for_memory=dispatcher.memory.closed,
+            frames_received=dispatcher.closed_frames_received
+            + sum(each.frames_received for each in channels),
             bytes_received=dispatcher.closed_bytes_received + sum(each.bytes_received for each in channels),
             bytes_sent=dispatcher.closed_bytes_sent + sum(each.bytes_sent for each in channels),
         )

@@ -52,6 +52,7 @@ class BrokerRates:
     refused_declarations: float
     late_replies: float
     refused_connections: float
+    frames_received: float
     bytes_received: float
     bytes_sent: float
 
@@ -159,8 +160,9 @@ class BrokerStats:
     definition_bytes: int = 0
     refused_definitions: int = 0
     """Definitions that were not kept: not of their hash, or over a limit."""
+    frames_received: int = 0
+    """From all connections, including those that have ended; a batch of messages is one."""
     bytes_received: int = 0
-    """From all connections, including those that have ended."""
     bytes_sent: int = 0
 
     @property

@@ -56,6 +56,10 @@ GAUGES: Final = {
 COUNTERS: Final = {
     "callboard_messages_routed": ("routed", "Messages that had at least one receiver"),
     "callboard_copies_delivered": ("delivered", "Copies of messages handed to connections"),
+    "callboard_received_frames": (
+        "frames_received",
+        "Frames from all connections; a batch of messages is one",
+    ),
     "callboard_received_bytes": ("bytes_received", "Bytes from all connections"),
     "callboard_sent_bytes": ("bytes_sent", "Bytes to all connections"),
     "callboard_calls": ("calls", "Calls forwarded to a server"),

@@ -35,10 +35,11 @@ class BudgetedChannel(Channel):
         received: Counts the buffers of received bytes of all channels of the broker.
 
     Attributes:
+        frames_received: Frames handled so far.
         waiting: Whether received bytes wait for the budget.
     """
 
-    __slots__ = ("_budget", "_share_ended", "_until", "waiting")
+    __slots__ = ("_budget", "_share_ended", "_until", "frames_received", "waiting")
 
     def __init__(
         self,
@@ -51,6 +52,7 @@ class BudgetedChannel(Channel):
         received: ByteTotal | None = None,
     ) -> None:
         super().__init__(role, handler, loop=loop, reassembler=reassembler, received=received)
+        self.frames_received = 0
         self.waiting = False
         self._budget = budget
         self._until = 0.0
@@ -111,15 +113,21 @@ class BudgetedChannel(Channel):
             self.waiting = False
         self._share_ended = False
         left = SHARE_FRAMES
-        while receiver.has_unprocessed and self.connected and (frame := receiver.next_frame()) is not None:
-            if type(frame) not in PARTS:
-                handle(frame)
-            if receiver.has_unprocessed:
+        try:
+            while (
+                receiver.has_unprocessed and self.connected and (frame := receiver.next_frame()) is not None
+            ):
                 left -= 1
-                if not left or self._share_ended or self._budget.clock() >= self._until:
-                    if self.connected:
+                if type(frame) not in PARTS:
+                    handle(frame)
+                if receiver.has_unprocessed:
+                    ended = not left or self._share_ended or self._budget.clock() >= self._until
+                    if ended and self.connected:
                         self._wait()
-                    return
+                    if ended:
+                        return
+        finally:
+            self.frames_received += SHARE_FRAMES - left
 
     def end_share(self) -> None:
         """End the share after the frame that is being handled, because it costs much more than others."""

@@ -150,16 +150,20 @@ async def test_latched_messages_and_definitions_are_counted_while_they_are_kept(
         assert (stats.latched, stats.latched_bytes, stats.definitions) == (0, 0, 0)
 
 
-async def test_bytes_of_links_that_have_gone_still_count(broker: Broker) -> None:
+async def test_frames_and_bytes_of_links_that_have_gone_still_count(broker: Broker) -> None:
     """Totals never fall; what waited for a link is gone with it."""
     async with link(broker, "/a") as a:
         await a.synchronise()
+        first = broker.stats()
+        await a.synchronise()
         before = broker.stats()
+        assert before.frames_received == first.frames_received + 1
         received, sent = a.channel.bytes_received, a.channel.bytes_sent
     await until(lambda: not broker.stats().connections)
     after = broker.stats()
     assert (after.bytes_received, after.bytes_sent) == (sent, received)
     assert after.bytes_received >= before.bytes_received
+    assert after.frames_received >= before.frames_received
     assert not broker.link_stats()
 
 
