@@ -7,7 +7,7 @@ import hashlib
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from actors.errors import BrokerUnreachable
+from actors.errors import BrokerUnreachable, NotAuthorized
 from actors.web.observer import Observer
 from actors.web.workspace import Workspace
 from proto.errors import CallboardError
@@ -141,7 +141,10 @@ class Users:
 
     async def _open(self, token: str) -> Workspace:
         observer = Observer(self._url, self._domain, token=token)
-        await observer.__aenter__()
+        try:
+            await observer.__aenter__()
+        except NotAuthorized as error:
+            raise NotAuthorized("The broker knows no user with this token") from error
         try:
             require_users(observer)
         except NoUsersError:
