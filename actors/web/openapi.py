@@ -81,6 +81,7 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
         errors=("400", "401", "403", "413", "421"),
         open=True,
     ),
+    ("DELETE", "/api/session"): Operation(summary="Take that cookie away", errors=("403", "421"), open=True),
     ("GET", "/api/graph"): Operation(summary="The graph as it is drawn: nodes and edges"),
     ("GET", "/api/overview"): Operation(
         summary="Topics, nodes and services with rates, queues and losses", errors=ASKING

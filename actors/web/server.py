@@ -188,7 +188,7 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     """Handle a request in the workspace of whoever asks, if he may do so."""
     state, safe = state_of(request), request.method in SAFE_METHODS
     request[WORKSPACE] = state.own
-    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) == session.SIGN_IN:
+    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.OPEN:
         return await handler(request)
     token = bearer(request.headers)
     if safe and not token:

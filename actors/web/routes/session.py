@@ -11,8 +11,8 @@ from actors.web.routes.answers import answer, failure
 from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
 
-SIGN_IN: Final = ("POST", "/api/session")
-"""Needs no token beforehand."""
+OPEN: Final = frozenset({("POST", "/api/session"), ("DELETE", "/api/session")})
+"""Need no token beforehand: to sign in, and to sign out."""
 
 
 class SignIn(msgspec.Struct, forbid_unknown_fields=True):
@@ -58,9 +58,20 @@ async def sign_in(request: web.Request) -> web.Response:
     return response
 
 
+async def sign_out(request: web.Request) -> web.Response:
+    """Take the cookie for reading from a browser."""
+    response = answer({})
+    response.del_cookie(cookie_name(request), httponly=True, samesite="Strict")
+    return response
+
+
 def cookie_name(request: web.Request) -> str:
     """Return the name of the cookie with the token for reading; browsers share cookies among ports."""
     return f"callboard-{request.url.port}"
 
 
-ROUTES: Final = (web.get("/api/session", session), web.post("/api/session", sign_in))
+ROUTES: Final = (
+    web.get("/api/session", session),
+    web.post("/api/session", sign_in),
+    web.delete("/api/session", sign_out),
+)

@@ -138,7 +138,7 @@ async def test_a_topic_that_a_user_may_not_read_says_so(site: GuardedSite) -> No
         assert await page.next() == {"id": 2, "error": refusal}
 
 
-async def test_a_browser_signs_in_with_a_users_token(site: GuardedSite) -> None:
+async def test_a_browser_signs_in_and_out_with_a_users_token(site: GuardedSite) -> None:
     """The cookie is enough for the WebSocket, which shows the user's part of the graph."""
     async with aiohttp.ClientSession(site.url, cookie_jar=aiohttp.CookieJar(unsafe=True)) as browser:
         async with browser.post("/api/session", json={"token": NOBODY}) as response:
@@ -152,6 +152,10 @@ async def test_a_browser_signs_in_with_a_users_token(site: GuardedSite) -> None:
             await page.open(1, "overview")
             found = await page.until(lambda each: each.get("patch", {}).get("nodes"))
             assert set(found["patch"]["nodes"]) == {"/zoe/driver"}
+        async with browser.delete("/api/session") as response:
+            assert response.status == 200
+        async with browser.get("/api/session") as response:
+            assert response.status == 401
 
 
 async def test_a_user_who_is_gone_is_refused(site: GuardedSite, guarded: Meeting, rules: Path) -> None:

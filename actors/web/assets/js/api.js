@@ -41,6 +41,12 @@ export async function signIn(token = sessionStorage.getItem(KEY)) {
   sessionStorage.setItem(KEY, /** @type {string} */ (token));
 }
 
+/** Forget the token and the cookie. */
+export async function signOut() {
+  sessionStorage.removeItem(KEY);
+  await request("DELETE", "/api/session");
+}
+
 /**
  * Ask the API; the answer is JSON.
  *

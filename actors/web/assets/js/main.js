@@ -1,7 +1,7 @@
 // @ts-check
 // The page: its views, which one is shown, and the state of the connection.
 
-import { hasToken, request, signIn, takeToken } from "./api.js";
+import { hasToken, request, signIn, signOut, takeToken } from "./api.js";
 import { Connection } from "./connection.js";
 import { h, setText } from "./dom.js";
 import { addressOf, readAddress } from "./routes.js";
@@ -46,7 +46,13 @@ const content = /** @type {HTMLElement} */ (document.getElementById("content"));
 const views = /** @type {HTMLElement} */ (document.getElementById("views"));
 let clear = () => {};
 let shown = 0;
-let session = { control: false, refusal: "Not known yet whether control is allowed", user: /** @type {string | null} */ (null) };
+/** What the server says of who uses this page. */
+let session = {
+  control: false,
+  refusal: "Not known yet whether control is allowed",
+  token_needed: false,
+  user: /** @type {string | null} */ (null),
+};
 
 for (const [id, [title, , inMenu]] of Object.entries(VIEWS)) {
   if (inMenu) {
@@ -89,9 +95,10 @@ async function readSession() {
       clear = askForToken(content, () => readSession().then(show));
       return;
     }
-    session = { control: false, refusal: message, user: null };
+    session = { ...session, control: false, refusal: message };
   }
   showStatus();
+  signOutButton.hidden = !session.token_needed;
   if (session.control !== before.control || session.refusal !== before.refusal) {
     await show();
   }
@@ -104,6 +111,9 @@ function showStatus() {
   const as = session.user === null ? "" : ` as ${session.user}`;
   setText(status, connection.connected ? `live${as}` : "not connected: what you see is old");
 }
+
+const signOutButton = /** @type {HTMLElement} */ (document.getElementById("sign-out"));
+signOutButton.addEventListener("click", () => signOut().finally(() => location.reload()));
 
 const theme = /** @type {HTMLElement} */ (document.getElementById("theme"));
 const THEMES = ["system", "light", "dark"];
