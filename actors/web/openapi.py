@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 JSON: Final = "application/json"
 EVENTS: Final = "text/event-stream"
 TEXT: Final = "text/plain"
+IMAGE: Final = "image/*"
 
 ERRORS: Final = {
     "400": "The request is wrong; the text names the field",
@@ -33,6 +34,7 @@ ERRORS: Final = {
     "409": "The goal was rejected",
     "413": "The body is too large",
     "421": "The server does not go by the name in the Host header",
+    "422": "The newest message has no image that can be shown",
     "502": "The node that was asked has failed",
     "503": "There is no broker or no server now, or too many browsers are connected",
     "504": "The node that was asked has not answered in time",
@@ -94,6 +96,12 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
         summary="The messages of a topic as events; a slow reader gets the newest",
         content=EVENTS,
         errors=(*READING, "404", "503"),
+    ),
+    ("GET", "/api/topics/{name}/image"): Operation(
+        summary="The newest image of a topic; 204 if none comes within 10 s",
+        content=IMAGE,
+        errors=("400", *READING, "404", "422", "503"),
+        query={"after": "The Image-Number of the image that is there: wait for another one"},
     ),
     ("GET", "/api/topics/{name}/form"): Operation(
         summary="The fields of a topic's messages", errors=("400", *ASKING), query=TYPE_QUERY

@@ -15,6 +15,7 @@ from actors.web.routes import (
     echo,
     goals,
     graph,
+    images,
     lifecycle,
     live,
     log,
@@ -40,7 +41,20 @@ if TYPE_CHECKING:
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
-AREAS: Final = (calls, echo, goals, parameters, lifecycle, log, session, graph, live, openapi, operations)
+AREAS: Final = (
+    calls,
+    echo,
+    images,
+    goals,
+    parameters,
+    lifecycle,
+    log,
+    session,
+    graph,
+    live,
+    openapi,
+    operations,
+)
 """The first that has a path answers it."""
 
 KEEPALIVE_SEC: Final = 15.0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from actors.tools.graph_types import GraphTypes
 from actors.web.calls import Calls
 from actors.web.goals import Goals
+from actors.web.images import Images
 from actors.web.live.panels import Panels
 from actors.web.metrics import Metrics
 from actors.web.probes import RoundTrips
@@ -25,6 +26,7 @@ class Workspace:
     Attributes:
         observer: The same.
         feeds: Read topics.
+        images: Those of topics.
         panels: Make the panels of pages.
         types: The graph's classes.
         calls: Calls services and publishes.
@@ -36,6 +38,7 @@ class Workspace:
     def __init__(self, observer: Observer) -> None:
         self.observer = observer
         self.feeds = TopicFeeds(observer)
+        self.images = Images(self.feeds)
         self.panels = Panels(observer, self.feeds)
         self.types = GraphTypes(observer.node)
         self.calls = Calls(observer.node, self.types)
@@ -47,3 +50,4 @@ class Workspace:
         """End what is under way."""
         await self.round_trips.close()
         await self.goals.close()
+        await self.images.close()

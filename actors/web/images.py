@@ -1,0 +1,178 @@
+"""The newest image of a topic, for however many browsers that ask for it again and again."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+from functools import partial
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from actors.interfaces.errors import InvalidMessageError
+from actors.web.pictures import MAX_BYTES, Picture, PictureError, picture_of
+from proto.aio.tasks import cancel_and_wait
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.web.topic_feed import Received, TopicFeeds, TopicReader
+
+TYPES: Final = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
+
+PERIOD_SEC: Final = 0.1
+"""The least time between two images of a topic."""
+
+WAIT_SEC: Final = 10.0
+"""For an image; then who has asked may ask again."""
+
+LINGER_SEC: Final = 10.0
+"""How long a topic is read on after a request, so that its reader misses nothing until the next one."""
+
+OTHER_FIELDS_BYTES: Final = 64 * 1024
+"""Beside the data, in a message with an image."""
+
+_NUMBERS: Final = count(1)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Image:
+    """An image, or why a message has none.
+
+    Attributes:
+        number: Another one for each image of this process.
+        sent_ns: When it was sent, in ns since the epoch.
+        found: The picture, or the error.
+    """
+
+    number: int
+    sent_ns: int
+    found: Picture | PictureError
+
+
+class TopicImages:
+    """The images of one topic.
+
+    Args:
+        reader: Returns a reader that keeps the newest message, and calls a function when there is one.
+        converting: Held while an image is converted.
+        unused: Called when nobody has asked for `LINGER_SEC`.
+
+    Raises:
+        InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.
+    """
+
+    def __init__(
+        self,
+        reader: Callable[[Callable[[], None]], TopicReader],
+        converting: asyncio.Lock,
+        unused: Callable[[], object],
+    ) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._news = asyncio.Event()
+        self._reader = reader(self._news.set)
+        self._converting = converting
+        self._unused = unused
+        self._newest: Image | None = None
+        self._next: asyncio.Task[None] | None = None
+        """Waits for the next image while anybody does."""
+        self._next_at = 0.0
+        self._timer = self._loop.call_later(LINGER_SEC, self._expire)
+
+    async def newest(self, after: int) -> Image | None:
+        """Return the newest image; see `Images.newest`."""
+        if self._newest is None or self._newest.number == after or self._news.is_set():
+            if self._next is None or self._next.done():
+                self._next = self._loop.create_task(self._read())
+            self._restart_timer()
+            await asyncio.shield(self._next)
+        self._restart_timer()
+        newest = self._newest
+        return newest if newest is not None and newest.number != after else None
+
+    async def close(self) -> None:
+        """Read no more."""
+        self._timer.cancel()
+        if self._next is not None:
+            await cancel_and_wait(self._next)
+        self._reader.close()
+
+    async def _read(self) -> None:
+        """Convert the newest message; wait for one if there is none."""
+        await self._reader.accepted()
+        await asyncio.sleep(self._next_at - self._loop.time())
+        try:
+            async with asyncio.timeout(WAIT_SEC):
+                await self._news.wait()
+        except TimeoutError:
+            return
+        async with self._converting:
+            self._news.clear()
+            (received,) = self._reader.take()
+            found = await self._converted(received)
+        self._newest = Image(number=next(_NUMBERS), sent_ns=received.info.source_timestamp, found=found)
+        self._next_at = self._loop.time() + PERIOD_SEC
+
+    async def _converted(self, received: Received) -> Picture | PictureError:
+        if len(received.data) > MAX_BYTES + OTHER_FIELDS_BYTES:
+            return PictureError(
+                f"The message has {len(received.data)} bytes; images to {MAX_BYTES} are shown"
+            )
+        try:
+            message = self._reader.decode(received.data)
+            return await asyncio.to_thread(picture_of, message)
+        except InvalidMessageError as error:
+            return PictureError(str(error))
+        except PictureError as error:
+            return error
+
+    def _restart_timer(self) -> None:
+        self._timer.cancel()
+        self._timer = self._loop.call_later(LINGER_SEC, self._expire)
+
+    def _expire(self) -> None:
+        if self._next is not None and not self._next.done():
+            self._restart_timer()
+            return
+        self._reader.close()
+        self._unused()
+
+
+class Images:
+    """The topics whose images are asked for.
+
+    Args:
+        feeds: Read topics.
+    """
+
+    def __init__(self, feeds: TopicFeeds) -> None:
+        self._feeds = feeds
+        self._topics: dict[str, TopicImages] = {}
+        self._converting = asyncio.Lock()
+        """So that all topics of a user together keep one thread busy at most."""
+
+    async def newest(self, topic: str, after: int) -> Image | None:
+        """Return the newest image of a topic as soon as there is another one than the caller has.
+
+        Args:
+            topic: Its full name.
+            after: The number of the image that the caller has; 0 for none.
+
+        Returns:
+            The image; None if there is none within `WAIT_SEC`.
+
+        Raises:
+            InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.
+            TopicRefusedError: The broker refuses the subscription.
+        """
+        found = self._topics.get(topic)
+        if found is None:
+            read = partial(self._feeds.read, topic, 1)
+            found = TopicImages(read, self._converting, partial(self._topics.pop, topic))
+            self._topics[topic] = found
+        return await found.newest(after)
+
+    async def close(self) -> None:
+        """Read no more."""
+        for each in self._topics.values():
+            await each.close()
+        self._topics.clear()

@@ -1,0 +1,45 @@
+"""The newest image of a topic."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import msgspec
+from aiohttp import web
+
+from actors.tools import graph_documents as documents
+from actors.web.images import TYPES
+from actors.web.pictures import PictureError
+from actors.web.routes.answers import UnknownError, failure
+from actors.web.routes.graph import name_in
+from actors.web.routes.live import counted
+from actors.web.routes.state import state_of, workspace_of
+
+
+async def image(request: web.Request) -> web.Response:
+    """Return the newest image of a topic, once there is another one than that of the number `after`."""
+    workspace, name = workspace_of(request), name_in(request)
+    after = msgspec.convert(request.query.get("after", "0"), int, strict=False)
+    found = documents.topic(workspace.observer.snapshot, name)
+    if found is None:
+        raise UnknownError(f"There is no topic {name!r}")
+    if TYPES.isdisjoint(found["types"]):
+        return failure(400, f"{name!r} has no images; those are {' or '.join(sorted(TYPES))}")
+    with counted(state_of(request)):
+        newest = await workspace.images.newest(name, after)
+    if newest is None:
+        return web.Response(status=204)
+    picture = newest.found
+    if isinstance(picture, PictureError):
+        response = failure(422, str(picture))
+    else:
+        response = web.Response(body=picture.body, content_type=picture.content_type)
+        response.headers["Image-Size"] = f"{picture.width}x{picture.height}"
+        response.headers["Image-Encoding"] = picture.encoding
+        response.headers["Cache-Control"] = "no-store"
+    response.headers["Image-Number"] = str(newest.number)
+    response.headers["Image-Sent-Ns"] = str(newest.sent_ns)
+    return response
+
+
+ROUTES: Final = (web.get("/api/topics/{name:.+}/image", image),)
