@@ -58,7 +58,7 @@ export async function signOut() {
  * @returns {Promise<any>}
  */
 export async function request(method, path, body, signal, parse = JSON.parse) {
-  const response = await send(method, path, body, signal);
+  const response = await fetchFrom(method, path, body, signal);
   return parse(await response.text());
 }
 
@@ -73,7 +73,7 @@ export async function request(method, path, body, signal, parse = JSON.parse) {
  * @param {(text: string) => any} [parse] such as `parseExact`
  */
 export async function stream(method, path, body, onEvent, signal, parse = JSON.parse) {
-  const response = await send(method, path, body, signal);
+  const response = await fetchFrom(method, path, body, signal);
   const reader = /** @type {ReadableStream<BufferSource>} */ (response.body).pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
   for (;;) {
@@ -103,12 +103,14 @@ export function pathOf(area, name, rest = "") {
 }
 
 /**
+ * Ask the API; the answer is anything.
+ *
  * @param {string} method
  * @param {string} path
- * @param {unknown} body
+ * @param {unknown} body becomes JSON
  * @param {AbortSignal} [signal]
  */
-async function send(method, path, body, signal) {
+export async function fetchFrom(method, path, body, signal) {
   /** @type {Record<string, string>} */
   const headers = {};
   const token = sessionStorage.getItem(KEY);

@@ -3,6 +3,7 @@
 
 import { announce, h, setText } from "../dom.js";
 import { bytes, clock, duration, qosText, short } from "../format.js";
+import { ImageView, hasImages } from "../image_view.js";
 import { MessageTree } from "../message_tree.js";
 import { isPlotted, togglePlotted } from "../plotted_fields.js";
 import { publishForm } from "../publish_form.js";
@@ -30,6 +31,9 @@ export function show(place, context) {
   ]);
   const head = h("p", { class: "dim" }, "No message yet.");
   const tree = new MessageTree((path) => plotButton(name, path));
+  const pictures = h("div");
+  /** @type {ImageView | null} */
+  let images = null;
   let paused = false;
   let received = 0;
   let skipped = 0;
@@ -43,6 +47,7 @@ export function show(place, context) {
       onclick: () => {
         paused = !paused;
         pause.setAttribute("aria-pressed", String(paused));
+        images?.setPaused(paused);
         announce(paused ? "paused" : "goes on");
       },
     },
@@ -55,6 +60,7 @@ export function show(place, context) {
     h("details", { open: true }, h("summary", {}, "Publishers and subscriptions"), ends.element),
     h("h3", {}, "Messages"),
     h("div", { class: "toolbar" }, pause, plot),
+    pictures,
     head,
     tree.element,
     publishForm(context),
@@ -78,6 +84,11 @@ export function show(place, context) {
     const sides = /** @type {const} */ ([["publishers", "publisher"], ["subscriptions", "subscription"]]);
     const rows = sides.flatMap(([key, side]) => (document[key] ?? []).map((/** @type {any} */ end) => [`${end.endpoint_id}`, { ...end, side }]));
     ends.show(Object.fromEntries(rows));
+    if (images === null && hasImages(document.types ?? [])) {
+      images = new ImageView(name);
+      images.setPaused(paused);
+      pictures.append(images.element);
+    }
   });
   const closeEcho = connection.open("echo", { topic: name }, ({ body }) => {
     if (body.error) {
@@ -92,6 +103,7 @@ export function show(place, context) {
     clearInterval(timer);
     closeTopic();
     closeEcho();
+    images?.close();
   };
 }
 
