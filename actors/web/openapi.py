@@ -96,6 +96,7 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
         summary="The messages of a topic as events; a slow reader gets the newest",
         content=EVENTS,
         errors=(*READING, "404", "503"),
+        query={"type": "One type's messages only, if the topic has several"},
     ),
     ("GET", "/api/topics/{name}/image"): Operation(
         summary="The newest image of a topic; 204 if none comes within 10 s",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.web.probes import broker_answers
+from proto.codes import EntryKind
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -93,20 +94,24 @@ class TopicReader:
         feed: The topic.
         kept: How many messages wait for the reader at most.
         wake: Called when there is something to take.
+        kind: The type of the messages; empty for all types.
 
     Attributes:
         wake: As given.
         skipped: Messages that made room, or were lost on their way, since the last `take`.
     """
 
-    def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None]) -> None:
+    def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None], kind: str) -> None:
         self._feed = feed
+        self._kind = kind
         self._waiting = NewestMessages(kept)
         self.wake = wake
         self.skipped = 0
 
     def add(self, received: Received) -> None:
-        """Queue a message."""
+        """Queue a message, if it is of the reader's type."""
+        if self._kind and not self._feed.may_publish(received.info.publisher_node, self._kind):
+            return
         if not self._waiting:
             self.wake()
         self.skipped += self._waiting.add(received)
@@ -162,6 +167,8 @@ class TopicFeed:
         self._unused = unused
         self._readers: list[TopicReader] = []
         self._decode: Callable[[bytes], Any] | None = None
+        self._types: dict[str, set[str]] | None = None
+        """Those of the publishers of each node."""
         self._end_watch = observer.on_graph(self._adapt)
         self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
         self.answered = asyncio.get_running_loop().create_task(self._note_answer())
@@ -185,9 +192,9 @@ class TopicFeed:
         )
         self._lost = 0
 
-    def add(self, kept: int, wake: Callable[[], None]) -> TopicReader:
+    def add(self, kept: int, wake: Callable[[], None], kind: str) -> TopicReader:
         """Return a new reader."""
-        reader = TopicReader(self, kept, wake)
+        reader = TopicReader(self, kept, wake, kind)
         self._readers.append(reader)
         for received in self._latched or ():
             reader.add(received)
@@ -210,9 +217,18 @@ class TopicFeed:
             self._decode = decoder_of(self._observer.snapshot, self._topic)
         return self._decode(data)
 
+    def may_publish(self, node: str, kind: str) -> bool:
+        """Return whether a node has a publisher of a type, or is new; no message says of which type it is."""
+        if self._types is None:
+            self._types = {}
+            for entry in self._observer.snapshot.of_kind(EntryKind.PUBLISHER):
+                if entry.name == self._topic:
+                    self._types.setdefault(entry.node, set()).add(entry.type_name)
+        return kind in self._types.get(node, {kind})
+
     def _adapt(self) -> None:
         """Look type and QoS up again: a publisher may have come, with messages that are kept for us."""
-        self._decode = None
+        self._decode = self._types = None
         profile = profile_of(self._observer.snapshot, self._topic, depth=DEPTH)
         if self._latched is None and profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
             self._observer.node.destroy_subscription(self._subscription)
@@ -241,13 +257,15 @@ class TopicFeeds:
         self._observer = observer
         self._feeds: dict[str, TopicFeed] = {}
 
-    def read(self, topic: str, kept: int, wake: Callable[[], None]) -> TopicReader:
+    def read(self, topic: str, kept: int, wake: Callable[[], None], kind: str = "") -> TopicReader:
         """Begin to read a topic.
 
         Args:
             topic: Its full name; it need not exist yet.
             kept: How many messages wait for the reader at most; the oldest makes room.
             wake: Called when there is something to take.
+            kind: The type whose messages are read, where a topic has several; those of nodes that publish
+                both are read, too. Empty for all.
 
         Raises:
             InvalidTopicNameError: The name breaks the rules.
@@ -259,4 +277,4 @@ class TopicFeeds:
                 raise TooManyTopicsError(f"{MAX_TOPICS} topics are being read already; close one")
             feed = TopicFeed(self._observer, topic, partial(self._feeds.__delitem__, topic))
             self._feeds[topic] = feed
-        return feed.add(kept, wake)
+        return feed.add(kept, wake, kind)

@@ -5,9 +5,14 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_srvs.srv import SetBool
 from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
+    from contextlib import AsyncExitStack
+
     from tests.browser.conftest import Site
 
 
@@ -18,6 +23,20 @@ async def test_the_form_of_add_two_ints_answers_8(site: Site) -> None:
     await page.get_by_label("b int64").fill("3")
     await page.get_by_role("button", name="Call", exact=True).click()
     await page.get_by_text("sum: 8").wait_for()
+
+
+async def test_one_of_several_types_of_a_service_is_chosen(empty_site: Site, stack: AsyncExitStack) -> None:
+    """The form is that of the chosen type, and its server is called."""
+    for name, kind in (("adder", AddTwoInts), ("switch", SetBool)):
+        node = await stack.enter_async_context(actors.Node(name, url=empty_site.system.url))
+        node.create_service(kind, "mixed", lambda _, response: response)
+    page = await empty_site.open("service", "/mixed")
+    await page.get_by_label("Type").select_option("std_srvs/srv/SetBool")
+    await page.get_by_label("data bool").check()
+    await page.get_by_role("button", name="Call", exact=True).click()
+    await page.get_by_text("success: false").wait_for()
+    assert all("400" in each for each in empty_site.problems)  # no form before the choice
+    empty_site.problems.clear()
 
 
 async def test_a_goal_shows_feedback_and_is_cancelled(site: Site) -> None:

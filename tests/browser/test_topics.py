@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import actors
 from actors.interfaces.geometry_msgs.msg import Twist
+from actors.interfaces.std_msgs.msg import Int32, String
+from tests.actors.meeting import latched
 from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:
@@ -31,6 +33,30 @@ async def test_echo_shows_live_messages_and_pauses(site: Site) -> None:
     await published.wait_for_line("Publishing")
     await published.wait_for_line("Publishing")
     assert await field.inner_text() == held
+
+
+async def test_one_of_several_types_is_chosen(empty_site: Site, stack: AsyncExitStack) -> None:
+    """For the messages that are shown, and for the one that is published."""
+    publishers: list[Any] = []
+    for name, kind in (("texts", String), ("numbers", Int32)):
+        node = await stack.enter_async_context(actors.Node(name, url=empty_site.system.url))
+        publishers.append(node.create_publisher(kind, "mixed", latched(1)))
+    heard: asyncio.Queue[Any] = asyncio.Queue()
+    node.create_subscription(Int32, "mixed", heard.put_nowait)
+    publishers[0].publish(String(data="a text"))
+    page = await empty_site.open("topic", "/mixed")
+    tree = page.locator(".tree")
+    await tree.get_by_text("a text").wait_for()
+    await page.get_by_label("Type").select_option("std_msgs/msg/Int32")
+    publishers[1].publish(Int32(data=17))
+    await tree.get_by_text("17").wait_for()
+    await page.get_by_text("Publish a message").click()
+    await page.get_by_label("data").fill("8")
+    await page.get_by_role("button", name="Publish", exact=True).click()
+    await page.locator(".notice", has_text="Published on /mixed").wait_for()
+    async with asyncio.timeout(DEADLINE_SEC):
+        while (await heard.get()).data != 8:
+            pass
 
 
 async def test_a_number_is_plotted_and_downloaded(empty_site: Site, stack: AsyncExitStack) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
+
 from actors.interfaces.errors import InvalidMessageError
 from actors.web.plain_values import plain
 
@@ -19,20 +21,32 @@ SHOWN_LENGTH: Final = 512
 """Characters or elements of a text or sequence that are shown."""
 
 
+class EchoParameters(msgspec.Struct, forbid_unknown_fields=True):
+    """What is shown.
+
+    Attributes:
+        topic: Its full name.
+        type: The type whose messages are shown, where the topic has several; empty for all.
+    """
+
+    topic: str
+    type: str = ""
+
+
 class EchoPanel:
     """The newest messages of a topic.
 
     Args:
         feeds: Read topics.
-        topic: The full name.
+        parameters: The topic and the type.
         wake: Called when there are messages.
 
     Raises:
         InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.
     """
 
-    def __init__(self, feeds: TopicFeeds, topic: str, wake: Callable[[], None]) -> None:
-        self._reader: TopicReader = feeds.read(topic, AT_ONCE, wake)
+    def __init__(self, feeds: TopicFeeds, parameters: EchoParameters, wake: Callable[[], None]) -> None:
+        self._reader: TopicReader = feeds.read(parameters.topic, AT_ONCE, wake, parameters.type)
 
     def take(self) -> dict[str, Any] | None:
         """Return `messages`, and how many were `skipped` before them."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 
 from actors.tools import graph_documents
-from actors.web.live.echo_panel import EchoPanel
+from actors.web.live.echo_panel import EchoPanel, EchoParameters
 from actors.web.live.entry_panel import EntryPanel
 from actors.web.live.graph_panel import GraphPanel, GraphParameters
 from actors.web.live.log_panel import LogPanel
@@ -117,7 +117,7 @@ class Panels:
         return GraphPanel(self._observer, _converted(parameters, GraphParameters), wake)
 
     def _echo(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
-        return EchoPanel(self._feeds, _converted(parameters, TopicParameters).topic, wake)
+        return EchoPanel(self._feeds, _converted(parameters, EchoParameters), wake)
 
     def _topic(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return TopicPanel(self._observer, _converted(parameters, TopicParameters).topic, wake)

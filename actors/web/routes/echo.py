@@ -19,7 +19,7 @@ async def echo(request: web.Request) -> web.StreamResponse:
     """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
     workspace, news = workspace_of(request), asyncio.Event()
     with counted(state_of(request)):
-        reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set)
+        reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set, request.query.get("type", ""))
         try:
             await reader.accepted()
             stream = await event_stream(request)

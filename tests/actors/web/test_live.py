@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_msgs.msg import Int32, String
 from actors.web.live import graph_panel
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
-from tests.actors.meeting import until
+from tests.actors.meeting import latched, until
 from tests.actors.web.site import Page
 
 if TYPE_CHECKING:
@@ -89,6 +89,23 @@ async def test_a_slow_page_gets_the_newest_messages_and_the_number_of_the_others
         skipped += body["skipped"]
     assert len(shown) + skipped == 500
     assert shown == sorted(shown, key=int)
+
+
+async def test_an_echo_of_one_type_leaves_the_others_out(page: Page, site: Site, meeting: Meeting) -> None:
+    """Where two nodes publish other types on one topic; a type that none of them has leaves all out."""
+    texts = (await meeting.node("texts")).create_publisher(String, "mixed", latched(1))
+    numbers = (await meeting.node("numbers")).create_publisher(Int32, "mixed", latched(1))
+    await site.json_until("/api/topics", lambda found: any(len(each["types"]) == 2 for each in found))
+    await page.open(1, "echo", topic="/mixed", type="std_msgs/msg/Int32")
+    await page.open(2, "echo", topic="/mixed", type="std_msgs/msg/Bool")
+    await page.open(3, "echo", topic="/mixed")
+    texts.publish(String(data="a"))
+    numbers.publish(Int32(data=1))
+    found: dict[int, list[Any]] = {1: [], 2: [], 3: []}
+    while len(found[1]) < 1 or len(found[3]) < 2:
+        body = await page.next()
+        found[body["id"]] += [each["message"]["data"] for each in body["messages"]]
+    assert (found[1], found[2], set(found[3])) == ([1], [], {"a", 1})
 
 
 async def test_a_closed_panel_sends_nothing_more(page: Page, meeting: Meeting) -> None:

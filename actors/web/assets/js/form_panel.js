@@ -9,7 +9,7 @@ import { Form, FormError } from "./form.js";
 /** @typedef {import("./main.js").Context} Context */
 /**
  * @typedef {object} Parts
- * @property {string} path of the form
+ * @property {() => string} path returns that of the form
  * @property {string} title
  * @property {string} verb on the button
  * @property {(value: any) => void} send called with what has been written
@@ -47,7 +47,7 @@ export class FormPanel {
   async load() {
     const mine = ++this._loaded;
     try {
-      const { form } = await request("GET", this._parts.path, undefined, undefined, parseExact);
+      const { form } = await request("GET", this._parts.path(), undefined, undefined, parseExact);
       if (mine !== this._loaded) {
         return;
       }

@@ -4,23 +4,25 @@
 import { pathOf, request } from "./api.js";
 import { h } from "./dom.js";
 import { FormPanel } from "./form_panel.js";
+import { typeQuery } from "./type_choice.js";
 
 /** @typedef {import("./main.js").Context} Context */
 
 /**
- * Return a folded form, which is loaded when it is opened first.
+ * Return a folded form, which is loaded when it is opened first, and a function that loads it for another type.
  *
  * @param {Context} context its name is the topic
+ * @param {() => string} type returns the type of the message; empty for the topic's only one
  */
-export function publishForm(context) {
+export function publishForm(context, type) {
   const topic = context.name;
   const panel = new FormPanel(context, {
-    path: pathOf("topics", topic, "/form"),
+    path: () => pathOf("topics", topic, `/form${typeQuery(type())}`),
     title: "One message",
     verb: "Publish",
     send: async (message) => {
       try {
-        const { subscriptions } = await request("POST", pathOf("topics", topic), { message });
+        const { subscriptions } = await request("POST", pathOf("topics", topic), { message, type: type() });
         panel.say(`Published on ${topic}, to ${subscriptions === 1 ? "1 subscription" : `${subscriptions} subscriptions`}`, "good");
       } catch (error) {
         panel.say(`Not published: ${/** @type {Error} */ (error).message}`, "bad");
@@ -29,5 +31,6 @@ export function publishForm(context) {
   });
   const details = h("details", {}, h("summary", {}, "Publish a message"), panel.element);
   details.addEventListener("toggle", () => panel.load(), { once: true });
-  return details;
+  const reload = () => details.open && panel.load();
+  return { element: details, reload };
 }

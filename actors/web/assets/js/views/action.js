@@ -8,6 +8,7 @@ import { FormPanel } from "../form_panel.js";
 import { MessageTree } from "../message_tree.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
+import { TypeChoice, typeQuery } from "../type_choice.js";
 
 /** @typedef {import("../main.js").Context} Context */
 
@@ -35,8 +36,9 @@ export function show(place, context) {
   /** @type {Set<GoalCard>} */
   const cards = new Set();
   let types = "";
+  const choice = new TypeChoice(() => form.load());
   const form = new FormPanel(context, {
-    path: pathOf("actions", name, "/form"),
+    path: () => pathOf("actions", name, `/form${typeQuery(choice.value)}`),
     title: "Send a goal",
     verb: "Send the goal",
     send: (goal) => {
@@ -44,13 +46,14 @@ export function show(place, context) {
       cards.add(card);
       goals.prepend(card.element);
       makeRoom(cards);
-      card.send({ goal, cancel_on_close: cancelOnClose.checked }, form);
+      card.send({ goal, type: choice.value, cancel_on_close: cancelOnClose.checked }, form);
     },
     extras: [h("label", {}, cancelOnClose, "Cancel it when this view is left; otherwise it goes on")],
   });
   place.append(
     h("h2", {}, name),
     summary,
+    choice.element,
     h("details", { open: true }, h("summary", {}, "Servers and clients"), ends.element),
     form.element,
     h("h3", {}, "Goals"),
@@ -61,6 +64,7 @@ export function show(place, context) {
     const sides = /** @type {const} */ ([["servers", "server"], ["clients", "client"]]);
     const rows = sides.flatMap(([key, side]) => (document[key] ?? []).map((/** @type {any} */ end) => [`${side} ${end.node}`, { ...end, side }]));
     ends.show(Object.fromEntries(rows));
+    choice.show(document.types ?? []);
     const now = rows.map(([key, end]) => `${key} ${end.types}`).join();
     if (document.name && now !== types) {
       types = now;

@@ -9,6 +9,7 @@ import { duration } from "../format.js";
 import { MessageTree } from "../message_tree.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
+import { TypeChoice, typeQuery } from "../type_choice.js";
 
 /** @typedef {import("../main.js").Context} Context */
 
@@ -34,8 +35,9 @@ export function show(place, context) {
   /** @type {AbortController | null} */
   let calling = null;
   let types = "";
+  const choice = new TypeChoice(() => form.load());
   const form = new FormPanel(context, {
-    path: pathOf("services", name, "/form"),
+    path: () => pathOf("services", name, `/form${typeQuery(choice.value)}`),
     title: "Call",
     verb: "Call",
     send: (value) => call(value),
@@ -53,7 +55,7 @@ export function show(place, context) {
     const since = performance.now();
     form.say(`Calling ${name} …`);
     try {
-      const body = { request: value, timeout_sec: timeout.valueAsNumber || TIMEOUT_SEC };
+      const body = { request: value, type: choice.value, timeout_sec: timeout.valueAsNumber || TIMEOUT_SEC };
       const answer = await request("POST", pathOf("services", name), body, mine.signal, parseExact);
       tree.show(answer.response);
       response.hidden = false;
@@ -68,6 +70,7 @@ export function show(place, context) {
   place.append(
     h("h2", {}, name),
     summary,
+    choice.element,
     h("details", { open: true }, h("summary", {}, "Servers and clients"), ends.element),
     form.element,
     response,
@@ -77,6 +80,7 @@ export function show(place, context) {
     const sides = /** @type {const} */ ([["servers", "server"], ["clients", "client"]]);
     const rows = sides.flatMap(([key, side]) => (document[key] ?? []).map((/** @type {any} */ end) => [`${end.endpoint_id}`, { ...end, side }]));
     ends.show(Object.fromEntries(rows));
+    choice.show(document.types ?? []);
     const now = rows.map(([, end]) => end.type_hash).sort().join();
     if (document.name && now !== types) {
       types = now;

@@ -9,6 +9,7 @@ import { isPlotted, togglePlotted } from "../plotted_fields.js";
 import { publishForm } from "../publish_form.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
+import { TypeChoice } from "../type_choice.js";
 
 /** @typedef {import("../main.js").Context} Context */
 
@@ -53,17 +54,23 @@ export function show(place, context) {
     },
     "Pause",
   );
+  const choice = new TypeChoice(() => {
+    closeEcho();
+    closeEcho = openEcho();
+    publishing.reload();
+  });
+  const publishing = publishForm(context, () => choice.value);
   const plot = h("a", { href: addressOf("plot") }, "Open the plot");
   place.append(
     h("h2", {}, name),
     summary,
     h("details", { open: true }, h("summary", {}, "Publishers and subscriptions"), ends.element),
     h("h3", {}, "Messages"),
-    h("div", { class: "toolbar" }, pause, plot),
+    h("div", { class: "toolbar" }, pause, plot, choice.element),
     pictures,
     head,
     tree.element,
-    publishForm(context),
+    publishing.element,
   );
   const draw = () => {
     if (newest === null || paused) {
@@ -84,21 +91,24 @@ export function show(place, context) {
     const sides = /** @type {const} */ ([["publishers", "publisher"], ["subscriptions", "subscription"]]);
     const rows = sides.flatMap(([key, side]) => (document[key] ?? []).map((/** @type {any} */ end) => [`${end.endpoint_id}`, { ...end, side }]));
     ends.show(Object.fromEntries(rows));
+    choice.show(document.types ?? []);
     if (images === null && hasImages(document.types ?? [])) {
       images = new ImageView(name);
       images.setPaused(paused);
       pictures.append(images.element);
     }
   });
-  const closeEcho = connection.open("echo", { topic: name }, ({ body }) => {
-    if (body.error) {
-      setText(head, body.error);
-      return;
-    }
-    received += body.messages.length + body.skipped;
-    skipped += body.messages.length + body.skipped - 1;
-    newest = body.messages[body.messages.length - 1];
-  });
+  const openEcho = () =>
+    connection.open("echo", { topic: name, type: choice.value }, ({ body }) => {
+      if (body.error) {
+        setText(head, body.error);
+        return;
+      }
+      received += body.messages.length + body.skipped;
+      skipped += body.messages.length + body.skipped - 1;
+      newest = body.messages[body.messages.length - 1];
+    });
+  let closeEcho = openEcho();
   return () => {
     clearInterval(timer);
     closeTopic();
