@@ -162,7 +162,7 @@ class Images:
 
         Raises:
             InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.
-            TopicRefusedError: The broker refuses the subscription.
+            SubscriptionRefusedError: The broker refuses the subscription.
         """
         found = self._topics.get(topic)
         if found is None:

@@ -11,6 +11,7 @@ from actors.interfaces.rcl_interfaces.msg import Log
 from actors.logging.logger import node_logger_name, severity_from_name
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.node_documents import log_line
+from actors.web.subscription_answer import SubscriptionAnswer
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -101,17 +102,32 @@ class LogReader:
         self.skipped = 0
         profile = QoSProfile(depth=DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._subscription = observer.node.create_subscription(Log, TOPIC, self._receive, profile)
+        self._answer = SubscriptionAnswer(observer.node, lambda: self._subscription, wake)
 
     def take(self) -> list[dict[str, Any]]:
-        """Return the oldest lines that wait, `AT_ONCE` at most, in the order of their time."""
+        """Return the oldest lines that wait, `AT_ONCE` at most, in the order of their time.
+
+        Raises:
+            SubscriptionRefusedError: The broker refuses the subscription.
+        """
+        self._answer.require_accepted()
         taken = [heapq.heappop(self._waiting) for _ in range(min(AT_ONCE, len(self._waiting)))]
         self._characters -= sum(len(line.msg) for _, _, line, _ in taken)
         if self._waiting:
             self._wake()
         return [log_line(line, node) for _, _, line, node in taken]
 
+    async def accepted(self) -> None:
+        """Wait until the broker has answered the subscription, or cannot be reached.
+
+        Raises:
+            SubscriptionRefusedError: It refuses it.
+        """
+        await self._answer.accepted()
+
     def close(self) -> None:
         """Read no more."""
+        self._answer.close()
         if self._observer.node.destroy_subscription(self._subscription):
             self._ended()
 

@@ -18,6 +18,8 @@ from actors.node.parameter_services import EVENTS_TOPIC
 from actors.parameter_client.client import ParameterClient
 from actors.tools import node_documents
 from actors.web.plain_values import exact
+from actors.web.subscription_answer import SubscriptionRefusedError
+from actors.web.topic_feed import TooManyTopicsError
 from proto.aio.tasks import keep_running
 from proto.codes import EntryKind
 from proto.errors import CallboardError
@@ -195,8 +197,11 @@ class NodeWatch:
         }
         while True:
             self._news.clear()
-            self._follow_transitions()
-            self._read_events()
+            polled = {DIAGNOSTICS}
+            if not self._follow_transitions():
+                polled.add(LIFECYCLE)
+            if not self._follow_events():
+                polled.add(PARAMETERS)
             stale, self._stale = self._stale, set()
             await asyncio.gather(*(self._refresh(part, asks[part]) for part in stale))
             if stale:
@@ -206,15 +211,20 @@ class NodeWatch:
                 async with asyncio.timeout(PERIOD_SEC):
                     await self._news.wait()
             except TimeoutError:
-                self._stale.add(DIAGNOSTICS)
+                self._stale |= polled
 
-    def _follow_transitions(self) -> None:
-        if LIFECYCLE in self._served and self._transitions is None:
-            topic = f"{self._name}/transition_event"
-            try:
-                self._transitions = self._feeds.read(topic, 1, self._news.set)
-            except CallboardError:  # it reads too many topics; ask for the state instead
+    def _follow_transitions(self) -> bool:
+        """Ask for the state if it has changed; return whether changes are heard."""
+        if LIFECYCLE not in self._served:
+            return True
+        try:
+            if self._transitions is None:
+                self._transitions = self._feeds.read(f"{self._name}/transition_event", 1, self._news.set)
+            if self._transitions.take():
                 self._stale.add(LIFECYCLE)
+        except (TooManyTopicsError, SubscriptionRefusedError):
+            return False
+        return True
 
     async def _refresh(self, part: str, ask: Callable[[], Awaitable[Any]]) -> None:
         found, error = None, None
@@ -238,14 +248,17 @@ class NodeWatch:
         found, omitted = await parameters_of(self._observer.node, self._name, TIMEOUT_SEC)
         return {"by_name": {each["name"]: exact(each) for each in found}, "omitted": omitted}
 
-    def _read_events(self) -> None:
-        if self._transitions is not None and self._transitions.take():
-            self._stale.add(LIFECYCLE)
+    def _follow_events(self) -> bool:
+        """Ask for the parameters if they have changed; return whether changes are heard."""
         events = self._events
-        changed = any(_is_of(self._name, events, each.data) for each in events.take())
+        try:
+            changed = any(_is_of(self._name, events, each.data) for each in events.take())
+        except SubscriptionRefusedError:
+            return False
         if changed or events.skipped:
             events.skipped = 0
             self._stale.add(PARAMETERS)
+        return True
 
 
 def _is_of(name: str, reader: TopicReader, data: bytes) -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
-from actors.web.probes import broker_answers
+from actors.web.subscription_answer import SubscriptionAnswer
 from proto.codes import EntryKind
 from proto.errors import CallboardError
 
@@ -33,10 +32,6 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 
 class TooManyTopicsError(CallboardError):
     """So many topics are read already. Close one."""
-
-
-class TopicRefusedError(CallboardError):
-    """The broker refuses to let this user subscribe to the topic."""
 
 
 class Received(NamedTuple):
@@ -120,9 +115,9 @@ class TopicReader:
         """Return what has come since the last call.
 
         Raises:
-            TopicRefusedError: The broker refuses the subscription.
+            SubscriptionRefusedError: The broker refuses the subscription.
         """
-        self._feed.require_accepted()
+        self._feed.answer.require_accepted()
         taken = [*self._waiting]
         self._waiting.clear()
         return taken
@@ -131,10 +126,9 @@ class TopicReader:
         """Wait until the broker has answered the subscription, or cannot be reached.
 
         Raises:
-            TopicRefusedError: It refuses it.
+            SubscriptionRefusedError: It refuses it.
         """
-        await asyncio.shield(self._feed.answered)
-        self._feed.require_accepted()
+        await self._feed.answer.accepted()
 
     def decode(self, data: bytes) -> Any:
         """Return a message as an instance of its class, or as a dict.
@@ -158,7 +152,7 @@ class TopicFeed:
         unused: Called when the last reader has gone.
 
     Attributes:
-        answered: Ends when the broker has answered the subscription.
+        answer: Whether the broker accepts the subscription.
     """
 
     def __init__(self, observer: Observer, topic: str, unused: Callable[[], None]) -> None:
@@ -171,18 +165,11 @@ class TopicFeed:
         """Those of the publishers of each node."""
         self._end_watch = observer.on_graph(self._adapt)
         self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
-        self.answered = asyncio.get_running_loop().create_task(self._note_answer())
+        self.answer = SubscriptionAnswer(observer.node, lambda: self._subscription, self._wake)
 
-    async def _note_answer(self) -> None:
-        await broker_answers(self._observer.node)  # which it does after the subscription
-        if self._subscription.refusal:
-            for reader in self._readers:
-                reader.wake()
-
-    def require_accepted(self) -> None:
-        """Raise TopicRefusedError if the broker refuses the subscription."""
-        if self._subscription.refusal:
-            raise TopicRefusedError(self._subscription.refusal)
+    def _wake(self) -> None:
+        for reader in self._readers:
+            reader.wake()
 
     def _subscribe(self, profile: QoSProfile) -> None:
         latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
@@ -207,7 +194,7 @@ class TopicFeed:
         self._readers.remove(reader)
         if not self._readers:
             self._end_watch()
-            self.answered.cancel()
+            self.answer.close()
             self._observer.node.destroy_subscription(self._subscription)
             self._unused()
 

@@ -17,7 +17,7 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
-from actors.web.topic_feed import TopicRefusedError
+from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.users import NoUsersError, TooManyUsersError
 from proto.errors import CallboardError
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (NotAuthorized, 401),
     (PublisherRefused, 403),
-    (TopicRefusedError, 403),
+    (SubscriptionRefusedError, 403),
     (BrokerUnreachable, 503),
     (TooManyUsersError, 503),
     (NoUsersError, 503),

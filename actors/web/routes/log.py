@@ -22,6 +22,7 @@ async def log(request: web.Request) -> web.StreamResponse:
     with counted(state_of(request)):
         reader = workspace.panels.logs.read(chosen, news.set)
         try:
+            await reader.accepted()
             stream = await event_stream(request)
             while True:
                 await news.wait()

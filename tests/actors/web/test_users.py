@@ -10,7 +10,8 @@ import aiohttp
 import pytest
 
 from actors.interfaces.std_msgs.msg import String
-from actors.web import users
+from actors.parameters.types import Parameter
+from actors.web import node_watch, users
 from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
 from broker import Broker, BrokerOptions
@@ -35,9 +36,18 @@ roles = ["full"]
 tokens = ["{zoe}"]
 roles = ["zoe"]
 [roles.full]
-allow = {{node = ["/**"], publish = ["/**"], subscribe = ["/**"], see = ["/**"], administer = ["/**"]}}
+allow.node = ["/**"]
+allow.publish = ["/**"]
+allow.subscribe = ["/**"]
+allow.serve = ["/**"]
+allow.see = ["/**"]
+allow.administer = ["/**"]
 [roles.zoe]
-allow = {{node = ["/**"], publish = ["/zoe/**"], subscribe = ["/zoe/**"], see = ["/zoe/**"]}}
+allow.node = ["/**"]
+allow.publish = ["/zoe/**"]
+allow.subscribe = ["/zoe/**"]
+allow.call = ["/zoe/**"]
+allow.see = ["/zoe/**"]
 """
 
 
@@ -84,6 +94,12 @@ async def site(guarded: Meeting) -> AsyncIterator[GuardedSite]:
         site = await GuardedSite(stack, guarded, options).open()
         await until(lambda: len(site.observer.snapshot.nodes()) == 2)
         yield site
+
+
+def speed_in(news: dict[str, Any]) -> object:
+    """Return the value of the parameter `speed` in what a page gets."""
+    parameters = (news.get("patch") or {}).get("parameters") or {}
+    return parameters.get("by_name", {}).get("speed", {}).get("value")
 
 
 async def names(site: GuardedSite, token: str) -> set[str]:
@@ -136,6 +152,24 @@ async def test_a_topic_that_a_user_may_not_read_says_so(site: GuardedSite) -> No
         assert await page.next() == {"id": 1, "error": refusal}
         await page.open(2, "plot", topic="/ours/status", fields=["data"])
         assert await page.next() == {"id": 2, "error": refusal}
+        await page.open(3, "log")
+        assert await page.next() == {"id": 3, "error": refusal.replace("/ours/status", "/rosout")}
+    assert "/rosout" in (await site.answer(ZOE, "/api/log", 403))["error"]
+
+
+async def test_a_node_is_asked_for_what_its_user_may_not_hear(
+    site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Zoe has no right to `/parameter_events`, and sees a changed parameter of her node all the same."""
+    monkeypatch.setattr(node_watch, "PERIOD_SEC", 0.05)
+    node = await guarded.node("arm", namespace="/zoe", start_parameter_services=True)
+    node.declare_parameter("speed", 1)
+    async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}) as socket:
+        page = Page(socket)
+        await page.open(1, "node", node="/zoe/arm")
+        await page.until(lambda each: speed_in(each) == 1)
+        node.set_parameters([Parameter("speed", value=2)])
+        await page.until(lambda each: speed_in(each) == 2)
 
 
 async def test_a_browser_signs_in_and_out_with_a_users_token(site: GuardedSite) -> None:
