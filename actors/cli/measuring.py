@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.cli.broker_counters import PRINT_EVERY_SEC
 from actors.cli.errors import CommandError
@@ -25,6 +25,7 @@ from actors.tools.rates import (
     Delay,
     Rate,
 )
+from actors.tools.stamps import stamp_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -181,7 +182,7 @@ class DelayMeter(Meter):
             CommandError: It has no header, like all messages before.
             InvalidMessageError: It is no message, or it alone has no header.
         """
-        sent_ns = _stamp_ns(self._decode(data))
+        sent_ns = stamp_of(self._decode(data))
         if sent_ns is None:
             if self.delay.summary() is not None:
                 raise InvalidMessageError("it has no header")
@@ -189,16 +190,3 @@ class DelayMeter(Meter):
             raise CommandError(f"{text} {self.topic} do not have")
         self.delay.add((info.received_timestamp - sent_ns) / 1e9)
         self.new += 1
-
-
-def _stamp_ns(message: Any) -> int | None:
-    """Return the time in a message's header; None if it has none."""
-    stamp = _field(_field(message, "header"), "stamp")
-    sec, nanosec = _field(stamp, "sec"), _field(stamp, "nanosec")
-    if isinstance(sec, int) and isinstance(nanosec, int):
-        return sec * 1_000_000_000 + nanosec
-    return None
-
-
-def _field(value: Any, name: str) -> Any:
-    return cast("dict[str, Any]", value).get(name) if isinstance(value, dict) else getattr(value, name, None)

@@ -5,7 +5,7 @@
     stamps.set(message, time.time_ns())
 
 `auto` is the value of a std_msgs/msg/Header, whose stamp is set, and `now` of a builtin_interfaces/msg/Time,
-anywhere in a message.
+anywhere in a message. `stamp_of` reads the time in a header.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.fields import fields_of
 from actors.interfaces.message import Message, type_name
+from actors.tools.field_paths import InvalidFieldError, value_at
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -62,6 +63,19 @@ class Stamps:
             for step in path:
                 value = value[step] if isinstance(step, int) else getattr(value, step)
             value.sec, value.nanosec = sec, nanosec
+
+
+def stamp_of(message: Any) -> int | None:
+    """Return the time in the header of a message, in ns since the epoch; None if it has none.
+
+    Args:
+        message: A message, or the dict of a message of unknown type.
+    """
+    try:
+        sec, nanosec = (value_at(message, f"header.stamp.{name}") for name in ("sec", "nanosec"))
+    except InvalidFieldError:
+        return None
+    return sec * 1_000_000_000 + nanosec if isinstance(sec, int) and isinstance(nanosec, int) else None
 
 
 def _without(msg_type: type[Message], values: Any, path: Path, paths: list[Path]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from typing import TYPE_CHECKING, Any
 
 import actors
@@ -86,6 +87,19 @@ async def test_a_number_is_plotted_and_downloaded(empty_site: Site, stack: Async
     assert head == '"time","/wave linear.x"'
     values = [float(row.split(",")[1]) for row in rows]
     assert values == [values[0] + number for number in range(len(values))]
+
+
+async def test_delays_are_measured_on_demand(site: Site) -> None:
+    """Nobody reads the topics of the list before."""
+    page = await site.open("topics")
+    row = page.locator("tbody tr").filter(has=page.get_by_role("link", name="/addison", exact=True))
+    delay = row.locator("td").nth(6)
+    await row.wait_for()
+    assert await delay.inner_text() == "-"
+    await page.get_by_label("Measure delays").check()
+    await delay.filter(has_text=re.compile("[µm]?s$")).wait_for()
+    await page.get_by_label("Measure delays").uncheck()
+    await delay.filter(has_text=re.compile("^-$")).wait_for()
 
 
 async def test_the_list_of_topics_is_filtered_and_sorted(site: Site) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from actors.interfaces.errors import InvalidMessageError
+from actors.tools.stamps import stamp_of
 from actors.web.plain_values import plain
 
 if TYPE_CHECKING:
@@ -63,7 +64,10 @@ class EchoPanel:
 
 
 def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
-    """Return a message for JSON: `node`, `sent_ns`, `delay_sec`, `bytes`, and `message` or `error`."""
+    """Return a message for JSON: `node`, `sent_ns`, `delay_sec`, `bytes`, and `message` or `error`.
+
+    Where the header has a stamp, `header_delay_sec` is the age of that on arrival.
+    """
     info = received.info
     found: dict[str, Any] = {
         "node": info.publisher_node,
@@ -72,7 +76,11 @@ def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
         "bytes": len(received.data),
     }
     try:
-        found["message"] = plain(reader.decode(received.data), SHOWN_LENGTH)
+        message = reader.decode(received.data)
+        found["message"] = plain(message, SHOWN_LENGTH)
     except InvalidMessageError as error:
         found["error"] = str(error)
+    else:
+        if stamp := stamp_of(message):
+            found["header_delay_sec"] = (info.received_timestamp - stamp) / 1e9
     return found

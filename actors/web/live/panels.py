@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 
 from actors.tools import graph_documents
+from actors.web.live.delay_panel import DelayPanel, DelayParameters
 from actors.web.live.echo_panel import EchoPanel, EchoParameters
 from actors.web.live.entry_panel import EntryPanel
 from actors.web.live.graph_panel import GraphPanel, GraphParameters
@@ -84,6 +85,7 @@ class Panels:
             "graph": self._graph,
             "topic": self._topic,
             "echo": self._echo,
+            "delays": self._delays,
             "plot": self._plot,
             "node": self._node,
             "log": self._log,
@@ -118,6 +120,9 @@ class Panels:
 
     def _echo(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return EchoPanel(self._feeds, _converted(parameters, EchoParameters), wake)
+
+    def _delays(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        return DelayPanel(self._observer, self._feeds, _converted(parameters, DelayParameters), wake)
 
     def _topic(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         return TopicPanel(self._observer, _converted(parameters, TopicParameters).topic, wake)

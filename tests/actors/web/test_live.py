@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
-from actors.interfaces.std_msgs.msg import Int32, String
+from actors.interfaces.geometry_msgs.msg import PointStamped, Twist, Vector3
+from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.web.live import graph_panel
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
-from tests.actors.meeting import latched, until
+from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.site import Page
 
 if TYPE_CHECKING:
@@ -106,6 +108,56 @@ async def test_an_echo_of_one_type_leaves_the_others_out(page: Page, site: Site,
         body = await page.next()
         found[body["id"]] += [each["message"]["data"] for each in body["messages"]]
     assert (found[1], found[2], set(found[3])) == ([1], [], {"a", 1})
+
+
+async def test_delays_are_measured_by_header_or_since_the_messages_were_sent(
+    page: Page, meeting: Meeting
+) -> None:
+    """Once a second; what is older than the question, such as a latched message, does not count."""
+    node = await meeting.node("talker")
+    stamped = node.create_publisher(PointStamped, "stamped", 1)
+    plain = node.create_publisher(String, "plain", 1)
+    old = node.create_publisher(String, "old", latched(1))
+    old.publish(String())
+    await page.open(1, "delays", topics=["/stamped", "/plain", "/old"])
+    await until(lambda: all(each.get_subscription_count() for each in (stamped, plain, old)))
+    header = Header(stamp=Time(sec=int(time.time()) - 1000))
+    stamped.publish(PointStamped(header=header))
+    plain.publish(String())
+    delays: dict[str, float] = {}
+    while len(delays) < 2:
+        delays |= (await page.next())["patch"].get("delays", {})
+    assert delays.keys() == {"/stamped", "/plain"}
+    assert 999 < delays["/stamped"] < 1000 + DEADLINE_SEC
+    assert 0 <= delays["/plain"] < DEADLINE_SEC
+    await page.socket.send_json({"close": 1})
+    await until(lambda: not stamped.get_subscription_count())
+
+
+async def test_delays_that_cannot_be_measured_leave_nothing_open(page: Page, meeting: Meeting) -> None:
+    """A wrong name among others; too many."""
+    publisher = (await meeting.node("talker")).create_publisher(String, "chatter", 1)
+    await page.open(1, "delays", topics=["/chatter", "not a name"])
+    assert "not a name" in (await page.next())["error"]
+    await page.open(2, "delays", topics=["/chatter"] * 65)
+    assert "64" in (await page.next())["error"]
+    await page.open(3, "delays", topics=["/chatter", "/chatter"])
+    await until(publisher.get_subscription_count)
+    await page.socket.send_json({"close": 3})
+    await until(lambda: not publisher.get_subscription_count())
+
+
+async def test_an_echo_has_the_delay_by_the_header(page: Page, meeting: Meeting) -> None:
+    """If the stamp is set."""
+    publisher = (await meeting.node("talker")).create_publisher(PointStamped, "stamped", latched(2))
+    publisher.publish(PointStamped())
+    publisher.publish(PointStamped(header=Header(stamp=Time(sec=int(time.time()) - 1000))))
+    await page.open(1, "echo", topic="/stamped")
+    found: list[dict[str, Any]] = []
+    while len(found) < 2:
+        found += (await page.next())["messages"]
+    assert "header_delay_sec" not in found[0]
+    assert 999 < found[1]["header_delay_sec"] < 1000 + DEADLINE_SEC
 
 
 async def test_a_closed_panel_sends_nothing_more(page: Page, meeting: Meeting) -> None:

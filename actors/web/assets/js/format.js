@@ -28,10 +28,16 @@ export function bytes(value) {
   return text === "-" ? text : /[kMGT]$/.test(text) ? `${text}iB` : `${text} B`;
 }
 
-/** @param {number | null | undefined} seconds */
+/**
+ * @param {number | null | undefined} seconds
+ * @returns {string}
+ */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined) {
     return "-";
+  }
+  if (seconds < 0) {
+    return `-${duration(-seconds)}`; // of a clock that is ahead
   }
   if (seconds < 1) {
     return seconds < 1e-3 ? `${(seconds * 1e6).toFixed(0)} µs` : `${(seconds * 1e3).toFixed(1)} ms`;

@@ -76,8 +76,9 @@ export function show(place, context) {
     if (newest === null || paused) {
       return;
     }
-    const { node, sent_ns, delay_sec, message, error } = newest;
-    setText(head, `${clock(sent_ns)} from ${node}, after ${duration(delay_sec)}, ${bytes(newest.bytes)}; ${received} received, ${skipped} not shown`);
+    const { node, sent_ns, delay_sec, header_delay_sec, message, error } = newest;
+    const age = header_delay_sec === undefined ? "" : ` (header.stamp: ${duration(header_delay_sec)})`;
+    setText(head, `${clock(sent_ns)} from ${node}, after ${duration(delay_sec)}${age}, ${bytes(newest.bytes)}; ${received} received, ${skipped} not shown`);
     if (error) {
       tree.show(error);
     } else {
