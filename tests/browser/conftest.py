@@ -110,6 +110,13 @@ class Site:
             self.problems.append(f"a request to {url}")
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print what tests have measured."""
+    for report in terminalreporter.stats.get("passed", []):
+        for name, value in report.user_properties:
+            terminalreporter.write_line(f"{name}: {value}")
+
+
 @pytest.fixture
 async def browser() -> AsyncIterator[Browser]:
     """Chromium."""
