@@ -41,7 +41,7 @@ async def test_both_color_schemes_have_their_colors(site: Site, scheme: str) -> 
 
 
 async def test_nothing_is_wider_than_a_phone(site: Site) -> None:
-    """360 pixels, in every view; tables scroll by themselves."""
+    """360 pixels, in every view; tables scroll by themselves, and the menu to where one is."""
     page = await site.open()
     await page.set_viewport_size({"width": 360, "height": 740})
     for view in VIEWS:
@@ -50,6 +50,8 @@ async def test_nothing_is_wider_than_a_phone(site: Site) -> None:
         await page.locator("main h2").wait_for(state="attached")
         await page.wait_for_timeout(300)
         assert await page.evaluate("document.documentElement.scrollWidth") == 360, view
+        current = page.locator("nav [aria-current]")
+        assert await current.evaluate("link => link.getBoundingClientRect().right") <= 360, view
 
 
 async def test_axe_finds_no_serious_violation(site: Site) -> None:

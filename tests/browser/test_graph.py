@@ -78,6 +78,14 @@ async def test_services_and_actions_are_drawn_on_demand(site: Site) -> None:
     await until_listed(page, "service /add_two_ints", "action /fibonacci")
 
 
+async def test_an_unknown_view_is_the_graph(empty_site: Site) -> None:
+    """Also if an object of JavaScript has a member of that name."""
+    page = await empty_site.open("topics")
+    await page.get_by_role("heading", name="Topics").wait_for()
+    await empty_site.go(page, "constructor")
+    await page.locator(".graph").wait_for()
+
+
 async def test_a_drawing_can_be_saved(site: Site) -> None:
     """As SVG, with the names in it, and as PNG."""
     page = await site.open()

@@ -43,7 +43,7 @@ export class LogList {
     this._end = () => {};
     const changed = () => this._reopenSoon();
     this._level = h("select", { "aria-label": "Least level", onchange: () => this._reopen() }, ...LEVELS.map((each) => h("option", { value: each }, each)));
-    this._name = h("input", { type: "search", placeholder: "Node, or part of its name", "aria-label": "Node", oninput: changed });
+    this._name = h("input", { type: "search", placeholder: "Part of a node's name", "aria-label": "Node", oninput: changed });
     this._text = h("input", { type: "search", placeholder: "Part of the text", "aria-label": "Text", oninput: changed });
     this._pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => this._setPaused(!this._paused) }, "Pause");
     this._count = h("span", { class: "dim" });

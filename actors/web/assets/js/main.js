@@ -63,7 +63,7 @@ for (const [id, [title, , inMenu]] of Object.entries(VIEWS)) {
 /** Show the view that the address names. */
 async function show() {
   const { view, name } = readAddress(location.hash);
-  const id = view in VIEWS ? view : FIRST;
+  const id = Object.hasOwn(VIEWS, view) ? view : FIRST;
   const [title, load] = VIEWS[id];
   const mine = ++shown;
   const module = await load();
@@ -75,6 +75,7 @@ async function show() {
     link.removeAttribute("aria-current");
     if (link.dataset.view === id || link.dataset.view === `${id}s`) {
       link.setAttribute("aria-current", "page");
+      link.scrollIntoView({ block: "nearest", inline: "nearest" });
     }
   }
   document.title = `${name || title} - callboard`;

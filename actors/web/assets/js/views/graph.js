@@ -353,7 +353,7 @@ class GraphView {
       { selector: 'node[kind = "service"]', style: { shape: "cut-rectangle", "border-color": colors.good } },
       { selector: 'node[kind = "action"]', style: { shape: "octagon", "border-color": colors.warn } },
       { selector: 'node[kind = "group"]', style: { "background-opacity": 0.25, "border-style": "dashed", "border-color": colors.dim, color: colors.dim, "background-color": colors.raised } },
-      { selector: "node:parent", style: { "text-valign": "top" } },
+      { selector: "node:parent", style: { "text-valign": "top", "text-margin-y": -4 } },
       { selector: "node[?suspended]", style: { "background-color": colors.raised, color: colors.dim, "border-style": "dotted" } },
       { selector: "node[?dropping]", style: { "border-color": colors.bad } },
       {
