@@ -170,6 +170,16 @@ def test_the_picture_in_the_readme_is_up_to_date(tmp_path: Path) -> None:
     assert re.findall(r">(/\w+)<", document("graph.svg")) == names
 
 
+def test_the_pictures_of_the_page_are_small_and_shown() -> None:
+    """Each is below 150 kB and has its place in a document; tests/browser/test_screenshots.py takes them."""
+    pictures = set((ROOT / "docs" / "images").iterdir())
+    assert pictures
+    for picture in pictures:
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        assert picture.stat().st_size < 150_000, picture
+    assert pictures <= {file for path in DOCUMENTS for file, _ in links(path).values()}
+
+
 def links(path: Path) -> dict[str, tuple[Path, str]]:
     """Return a document's relative links, each with the file and heading that it leads to."""
     text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)

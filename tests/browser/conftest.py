@@ -85,7 +85,8 @@ class Site:
             name: What of it is shown.
             options: Of the browser's context, such as `color_scheme`.
         """
-        context = await self._browser.new_context(viewport={"width": 1200, "height": 800}, **options)
+        options.setdefault("viewport", {"width": 1200, "height": 800})
+        context = await self._browser.new_context(**options)
         page = await context.new_page()
         page.set_default_timeout(20_000)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
@@ -108,6 +109,11 @@ class Site:
     def _check(self, url: str) -> None:
         if not url.startswith((self.url.partition("#")[0], "data:", "blob:")):
             self.problems.append(f"a request to {url}")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that takes the pictures for the documents."""
+    parser.addoption("--screenshots", action="store_true", help="write the pictures to docs/images")
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
