@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-test web-types check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
+.PHONY: demo test web-test web-types web-unit check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -102,7 +102,12 @@ web-types: $(WEB_READY)
 	@cp $(NPM)/node_modules/@dagrejs/dagre/dist/dagre.d.ts build/web/vendor/dagre.esm.d.ts
 	$(NPM)/node_modules/.bin/tsc --project build/web/jsconfig.json
 
-web-test: web-types
+# Node.js takes the page's scripts for modules in build/web, where the package says so.
+web-unit: web-types
+	@cp -r tests/browser/unit build/web/ && echo '{"type": "module"}' > build/web/package.json
+	@cd build/web && node --test --test-reporter=dot unit/*.test.mjs
+
+web-test: web-unit
 	@$(BIN)/python -m pytest --numprocesses=auto tests/browser $(PYTEST_FLAGS)
 
 clean:

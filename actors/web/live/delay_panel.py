@@ -10,7 +10,7 @@ import msgspec
 from actors.interfaces.errors import InvalidMessageError
 from actors.tools.stamps import stamp_of
 from actors.web.live.panel import DocumentPanel
-from actors.web.topic_feed import TopicRefusedError
+from actors.web.subscription_answer import SubscriptionRefusedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,7 +69,7 @@ class DelayPanel(DocumentPanel):
     def _delay(self, reader: TopicReader) -> float | None:
         try:
             taken = reader.take()
-        except TopicRefusedError:
+        except SubscriptionRefusedError:
             return None
         if not taken or taken[-1].info.source_timestamp < self._since_ns:
             return None

@@ -23,7 +23,7 @@ export class ValueError extends Error {}
 /**
  * Return the value of a text.
  *
- * @param {Field} field neither a message nor a sequence
+ * @param {Field} field a number or a text
  * @param {string} text
  * @returns {any}
  */
@@ -33,9 +33,6 @@ export function valueOf(field, text) {
   }
   if (field.kind === "number") {
     return numberOf(text.trim());
-  }
-  if (field.kind === "boolean") {
-    return text.trim() === "true" || text.trim() === "1";
   }
   if (field.max_length !== undefined && [...text].length > field.max_length) {
     throw new ValueError(`at most ${field.max_length} characters`);

@@ -14,12 +14,17 @@ export function short(value, step = 1000) {
     return "-";
   }
   let unit = 0;
-  while (Math.abs(value) >= step && unit < UNITS.length - 1) {
+  while (rounded(value) >= step && unit < UNITS.length - 1) {
     value /= step;
     unit += 1;
   }
-  const digits = Math.abs(value) >= 100 || Number.isInteger(value) ? 0 : Math.abs(value) >= 10 ? 1 : 2;
+  const digits = rounded(value) >= 100 || Number.isInteger(value) ? 0 : rounded(value) >= 10 ? 1 : 2;
   return `${value.toFixed(digits)}${unit ? ` ${UNITS[unit]}` : ""}`;
+}
+
+/** @param {number} value its size is returned as it is shown */
+function rounded(value) {
+  return Math.abs(value) >= 1000 ? Math.abs(value) : Math.abs(Number(value.toPrecision(3)));
 }
 
 /** @param {number | null | undefined} value bytes */
@@ -37,15 +42,18 @@ export function duration(seconds) {
     return "-";
   }
   if (seconds < 0) {
-    return `-${duration(-seconds)}`; // of a clock that is ahead
+    return `-${duration(-seconds)}`; // between clocks of two computers
   }
-  if (seconds < 1) {
-    return seconds < 1e-3 ? `${(seconds * 1e6).toFixed(0)} µs` : `${(seconds * 1e3).toFixed(1)} ms`;
+  if (seconds < 0.9995e-3) {
+    return `${(seconds * 1e6).toFixed(0)} µs`;
   }
-  if (seconds < 60) {
+  if (seconds < 0.99995) {
+    return `${(seconds * 1e3).toFixed(1)} ms`;
+  }
+  if (seconds < 59.95) {
     return `${seconds.toFixed(1)} s`;
   }
-  const minutes = Math.floor(seconds / 60);
+  const minutes = Math.floor(Math.round(seconds) / 60);
   return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 

@@ -50,13 +50,9 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
   const shown = new Set(Object.keys(vertices));
   if (filter) {
     const found = new Set([...shown].filter((id) => vertices[id].name.includes(filter)));
-    for (const [, { source, target }] of edges) {
-      if (!found.has(source) && !found.has(target)) {
-        continue;
-      }
-      found.add(source).add(target);
-    }
-    shown.forEach((id) => found.has(id) || shown.delete(id));
+    const ends = edges.map(([, { source, target }]) => [source, target]).filter((pair) => pair.some((id) => found.has(id)));
+    const kept = new Set([...found, ...ends.flat()]);
+    shown.forEach((id) => kept.has(id) || shown.delete(id));
   }
   /** @type {Elements} */
   const elements = new Map();
