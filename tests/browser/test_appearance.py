@@ -26,7 +26,9 @@ VIEWS = (
     "actions",
     "log",
 )
-AXE = ROOT / "build" / "npm" / "node_modules" / "axe-core" / "axe.min.js"
+PACKAGES = ROOT / "build" / "npm" / "node_modules"
+AXE = PACKAGES / "axe-core" / "axe.min.js"
+VENDOR = ROOT / "actors" / "web" / "assets" / "vendor"
 HOSTILE = "<img src=x onerror=alert(1)><script>alert(2)</script>\u202egnp \u0000 __proto__ " + "x" * 3000
 
 
@@ -71,6 +73,15 @@ async def test_axe_finds_no_serious_violation(site: Site) -> None:
                 if each["impact"] in {"serious", "critical"}
             ]
             assert serious == [], (view, scheme)
+
+
+def test_libraries_are_those_of_their_packages() -> None:
+    """Without comments that name source maps."""
+    for path in (each for each in VENDOR.iterdir() if each.suffix in {".js", ".mjs", ".css"}):
+        (original,) = [*PACKAGES.glob(f"*/dist/{path.name}"), *PACKAGES.glob(f"@*/*/dist/{path.name}")]
+        text = original.read_text(encoding="utf-8")
+        lines = [line for line in text.splitlines(keepends=True) if "sourceMappingURL" not in line]
+        assert path.read_text(encoding="utf-8") == "".join(lines), path.name
 
 
 async def test_hostile_messages_and_log_lines_are_only_text(empty_site: Site, stack: AsyncExitStack) -> None:
