@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+import asyncio
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 from aiohttp import web
@@ -14,6 +15,12 @@ from actors.web.routes.answers import UnknownError, failure
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
+
+if TYPE_CHECKING:
+    from actors.web.images import Image
+
+SEND_SEC: Final = 60.0
+"""For an image to be read; then the connection is closed, since its bytes wait in memory."""
 
 
 async def image(request: web.Request) -> web.Response:
@@ -27,8 +34,18 @@ async def image(request: web.Request) -> web.Response:
         return failure(400, f"{name!r} has no images; those are {' or '.join(sorted(TYPES))}")
     with counted(state_of(request)):
         newest = await workspace.images.newest(name, after)
-    if newest is None:
-        return web.Response(status=204)
+        response = web.Response(status=204) if newest is None else _response(newest)
+        try:
+            async with asyncio.timeout(SEND_SEC):
+                await response.prepare(request)
+                await response.write_eof()
+        except TimeoutError:
+            if request.transport is not None:
+                request.transport.abort()
+    return response
+
+
+def _response(newest: Image) -> web.Response:
     picture = newest.found
     if isinstance(picture, PictureError):
         response = failure(422, str(picture))

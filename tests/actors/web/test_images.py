@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
+from random import Random
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,6 +13,8 @@ import actors
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from actors.interfaces.std_msgs.msg import String
 from actors.web import images
+from actors.web.routes import images as image_routes
+from actors.web.routes import live as live_routes
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.pictures import JPEG, read_png
 
@@ -146,6 +150,29 @@ async def test_a_topic_is_left_when_nobody_asks_any_more(
     await camera.get()
     await until(lambda: not publisher.get_subscription_count())
     assert read_png((await camera.get())[1])[1] == b"\0\1"
+
+
+async def test_who_does_not_read_an_image_is_disconnected(
+    camera: Camera, site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would keep its bytes in memory."""
+    monkeypatch.setattr(image_routes, "SEND_SEC", 0.1)
+    monkeypatch.setattr(live_routes, "MAX_LIVE", 1)
+    side = 4096  # what the kernel keeps for a connection is less
+    data = Random(1).randbytes(side * side)
+    publisher = await camera.publisher(keep=1)
+    publisher.publish(Image(width=side, height=side, step=side, encoding="mono8", data=data))
+    reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port, limit=1024)
+    writer.write(f"GET {PATH} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+    async with asyncio.timeout(DEADLINE_SEC):
+        assert b"200" in await reader.readline()
+        status = 503  # while the image is being sent
+        while status == 503:
+            async with site.client.get(PATH) as response:
+                status = response.status
+        with suppress(ConnectionResetError):
+            assert len(await reader.read(-1)) < len(data)
+    writer.close()
 
 
 async def test_a_message_without_an_image_says_why(camera: Camera) -> None:
