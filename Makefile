@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-test web-types web-unit check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
+.PHONY: demo test web-bench web-test web-types web-unit check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -109,6 +109,10 @@ web-unit: web-types
 
 web-test: web-unit
 	@$(BIN)/python -m pytest --numprocesses=auto tests/browser $(PYTEST_FLAGS)
+
+# The page in front of 500 nodes: how long it loads and answers, what it holds, what it costs the broker.
+web-bench: $(WEB_READY)
+	@mkdir -p build && $(BIN)/python benchmarks/web.py --json build/web-bench.json
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -89,27 +89,32 @@ class ProcessGroup:
     async def start_broker(self, *arguments: str) -> ControlledProcess:
         """Start a broker on the port and wait until it listens."""
         command = ["-m", "broker", "--port", str(self.port), "--log-level", "error", *arguments]
-        daemon = await self._start("broker", command)
+        daemon = await self.start("broker", command)
         if not (await daemon.read_line()).startswith(LISTENING):
             raise daemon.failure("does not listen")
         return daemon
 
     async def start_role(self, role: str, **parameters: object) -> ControlledProcess:
         """Start a process in a role; it reports when it is ready."""
-        return await self._start(
+        return await self.start(
             role, ["-m", ROLES, json.dumps({"role": role, "url": self.url, **parameters})]
         )
 
     async def load_cores(self, count: int) -> None:
         """Keep `count` cores busy until the group is left."""
         for _ in range(count):
-            await self._start("spinner", ["-c", "while True: pass"])
+            await self.start("spinner", ["-c", "while True: pass"])
 
-    async def _start(self, name: str, arguments: list[str]) -> ControlledProcess:
+    async def start(self, name: str, arguments: list[str]) -> ControlledProcess:
+        """Start Python with these arguments; the environment names the broker."""
         self._started += 1
         name = f"{name}{self._started}"
         child = await ControlledProcess.start(
-            name, [sys.executable, *arguments], Path(self._scratch.name), pipes=True
+            name,
+            [sys.executable, *arguments],
+            Path(self._scratch.name),
+            pipes=True,
+            variables={"CALLBOARD_URL": self.url},
         )
         self._children[child] = None
         return child

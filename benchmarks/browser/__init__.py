@@ -1,0 +1,1 @@
+"""Measures the page: real processes, and Chromium by Playwright."""
