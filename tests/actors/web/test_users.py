@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 import pytest
 
+from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import Parameter
 from actors.web import node_watch, users
@@ -47,7 +48,7 @@ allow.node = ["/**"]
 allow.publish = ["/zoe/**"]
 allow.subscribe = ["/zoe/**"]
 allow.call = ["/zoe/**"]
-allow.see = ["/zoe/**"]
+allow.see = ["/zoe/**", "/camera"]
 """
 
 
@@ -155,6 +156,17 @@ async def test_a_topic_that_a_user_may_not_read_says_so(site: GuardedSite) -> No
         await page.open(3, "log")
         assert await page.next() == {"id": 3, "error": refusal.replace("/ours/status", "/rosout")}
     assert "/rosout" in (await site.answer(ZOE, "/api/log", 403))["error"]
+
+
+async def test_an_image_that_a_user_may_not_read_is_refused(site: GuardedSite, guarded: Meeting) -> None:
+    """Although the topic may be seen."""
+    camera = await guarded.node("camera", namespace="/zoe")
+    camera.create_publisher(Image, "/camera")
+    async with asyncio.timeout(DEADLINE_SEC):
+        while "/camera" not in {each["name"] for each in await site.answer(ZOE, "/api/topics")}:
+            pass
+    refused = await site.answer(ZOE, "/api/topics/camera/image", 403)
+    assert refused["error"] == "the access rules do not allow 'zoe' to subscribe to '/camera'"
 
 
 async def test_a_node_is_asked_for_what_its_user_may_not_hear(

@@ -28,7 +28,7 @@ test("a number that is missing is a dash", () => {
 });
 
 test("sizes have binary units", () => {
-  check(bytes, [[0, "0 B"], [1000, "1000 B"], [1024, "1 kiB"], [1536, "1.50 kiB"], [5 * 2 ** 30, "5 GiB"]]);
+  check(bytes, [[0, "0 B"], [1000, "1000 B"], [1024, "1 KiB"], [1536, "1.50 KiB"], [5 * 2 ** 30, "5 GiB"]]);
 });
 
 test("durations have the unit that suits them", () => {

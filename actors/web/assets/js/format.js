@@ -30,7 +30,7 @@ function rounded(value) {
 /** @param {number | null | undefined} value bytes */
 export function bytes(value) {
   const text = short(value, 1024);
-  return text === "-" ? text : /[kMGT]$/.test(text) ? `${text}iB` : `${text} B`;
+  return text === "-" ? text : /[kMGT]$/.test(text) ? `${text.replace("k", "K")}iB` : `${text} B`;
 }
 
 /**
