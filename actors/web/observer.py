@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
     from actors.graph.broker_report import BrokerReport
 
+NAME: Final = f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}"
+"""Of all nodes of this process: `logging` keeps a logger for each name for ever."""
+
 SAMPLE_SEC: Final = 1.0
 """Between two samples of the broker's counters, while anybody reads them."""
 
@@ -48,7 +51,7 @@ class Observer:
         domain: As given.
         target: Both, for people.
         node: The node, for other queries and for controls.
-        snapshot: The graph as it was last, without the node itself.
+        snapshot: The graph as it was last, without the nodes of this process.
         report: The broker's counters; None before the first sample.
         overview: The graph at work; None before the first sample.
     """
@@ -57,10 +60,11 @@ class Observer:
         self.url, self.domain = url, domain
         self.target = f"{url} domain {domain}"
         self.node = Node(
-            f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}",
+            NAME,
             url=url,
             domain=domain,
             token=token,
+            shared_name=True,
             use_global_arguments=False,
             parameter_overrides={"start_type_description_service": False},
             start_parameter_services=False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any, Final
 
@@ -228,6 +229,16 @@ async def test_workspaces_are_shared_and_close_when_unused(
         assert guarded.broker.stats().connections == before + 1
     await site.answer(NOBODY, "/api/nodes", 401)
     await until(lambda: guarded.broker.stats().connections == before)
+
+
+async def test_sign_ins_leave_no_loggers(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`logging` never forgets a logger, and anybody may try tokens."""
+    monkeypatch.setattr(users, "IDLE_SEC", 0.0)
+    await site.answer(ZOE, "/api/nodes")
+    before = len(logging.root.manager.loggerDict)
+    for token, status in ((ZOE, 200), (NOBODY, 401)) * 2:
+        await site.answer(token, "/api/nodes", status)
+    assert len(logging.root.manager.loggerDict) == before
 
 
 async def test_the_oldest_unused_workspace_makes_room(
