@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["system"]
 
+OVERFLOW: Final = """() => ["html", "main"].filter((tag) => {
+    const element = document.querySelector(tag);
+    return element.scrollWidth > element.clientWidth;
+}).join()"""
+"""Says what of the page scrolls to the side."""
+
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser") or "chromium"
 FLAGS: Final = (
     "--no-sandbox",

@@ -91,7 +91,7 @@ class Row {
       },
       h("label", { for: id, class: "mono" }, parameter.name),
       h("span", { class: "parameter-field" }, this._field, this._set, this._reset),
-      h("span", { class: "parameter-text" }, this._hint, parameter.description ? ` ${parameter.description}` : "", " ", this._result),
+      h("span", { class: "parameter-text" }, this._hint, " ", h("span", {}, parameter.description), " ", this._result),
     );
     this.reset();
   }

@@ -152,11 +152,11 @@ class Process {
       return;
     }
     const lag = `loop delay ${duration(found.loop_lag_sec)}, longest ${duration(found.longest_loop_lag_sec)}`;
-    const parts = [`host ${found.host}`, `process ${found.pid}`, `up for ${duration(found.uptime_sec)}`, lag];
+    const parts = [`process ${found.pid}`, `up for ${duration(found.uptime_sec)}`, lag];
     if (found.connections > 1) {
       parts.push(`connected ${found.connections} times`);
     }
-    parts.push(`${short(found.callback_errors)} callbacks raised`);
+    parts.push(`${short(found.callback_errors)} callbacks raised`, `host ${found.host}`); // its direction changes nothing after it
     setText(this._facts, parts.join(" · "));
     const rows = keyed(found.callbacks);
     const seconds = this._before ? found.uptime_sec - this._before.uptime_sec : 0;
