@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import msgspec
 
 from actors.tools import graph_documents
+from actors.web.live.broker_panel import BrokerPanel
 from actors.web.live.delay_panel import DelayPanel, DelayParameters
 from actors.web.live.echo_panel import EchoPanel, EchoParameters
 from actors.web.live.entry_panel import EntryPanel
@@ -81,6 +82,7 @@ class Panels:
         self._nodes = NodeWatches(observer, feeds)
         self.logs = LogReaders(observer)
         self._makers: dict[str, Callable[[Mapping[str, Any], Callable[[], None]], Panel]] = {
+            "broker": self._broker,
             "overview": self._overview,
             "graph": self._graph,
             "topic": self._topic,
@@ -110,6 +112,10 @@ class Panels:
         if maker is None:
             raise PanelError(f"There is no panel {name!r}; there is {', '.join(self._makers)}")
         return maker(parameters, wake)
+
+    def _broker(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
+        _converted(parameters, NoParameters)
+        return BrokerPanel(self._observer, wake)
 
     def _overview(self, parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         _converted(parameters, NoParameters)

@@ -46,6 +46,16 @@ async def test_the_graph_panel_sends_what_changes(page: Page, meeting: Meeting) 
     await page.until(lambda body: body["patch"].get("vertices", {}).get("node /talker", 0) is None)
 
 
+async def test_the_broker_panel_says_whether_there_is_a_broker(page: Page, meeting: Meeting) -> None:
+    """It ends, and there is another one at the same place."""
+    await page.open(1, "broker")
+    assert (await page.next())["patch"] == {"connected": True, "target": f"{meeting.url} domain 0"}
+    await meeting.stop_broker()
+    assert (await page.next())["patch"] == {"connected": False}
+    await meeting.restart_broker()
+    assert (await page.next())["patch"] == {"connected": True}
+
+
 async def test_the_overview_panel_sends_rates(page: Page, meeting: Meeting) -> None:
     """A topic's row is there as soon as a sample was taken."""
     node = await meeting.node("talker")

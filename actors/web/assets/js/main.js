@@ -105,12 +105,16 @@ async function readSession() {
   }
 }
 
+/** The broker that the server has lost; empty while it is connected. */
+let lostBroker = "";
+
 /** Say whether what is shown is up to date. */
 function showStatus() {
   const status = /** @type {HTMLElement} */ (document.getElementById("status"));
-  status.classList.toggle("lost", !connection.connected);
+  const problem = connection.connected ? lostBroker && `no broker at ${lostBroker}` : "not connected";
+  status.classList.toggle("lost", Boolean(problem));
   const as = session.user === null ? "" : ` as ${session.user}`;
-  setText(status, connection.connected ? `live${as}` : "not connected: what you see is old");
+  setText(status, problem ? `${problem}: what you see is old` : `live${as}`);
 }
 
 const signOutButton = /** @type {HTMLElement} */ (document.getElementById("sign-out"));
@@ -132,6 +136,10 @@ theme.addEventListener("click", () => {
 });
 setTheme(localStorage.getItem("callboard-theme") ?? THEMES[0]);
 connection.addEventListener("change", showStatus);
+connection.open("broker", {}, ({ document: { connected, target } }) => {
+  lostBroker = connected === false ? target : "";
+  showStatus();
+});
 connection.addEventListener("change", () => connection.connected && readSession());
 window.addEventListener("hashchange", show);
 readSession();
