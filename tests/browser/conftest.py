@@ -58,6 +58,8 @@ class Site:
 
     Attributes:
         url: The page's address, with the token.
+        broker: Its process.
+        web: The web server's.
         programs: The examples' processes by name.
         problems: What pages have logged as errors, and requests to other servers.
     """
@@ -71,7 +73,7 @@ class Site:
 
     async def start(self, *examples: str) -> None:
         """Start everything."""
-        await self.system.broker()
+        self.broker = await self.system.broker()
         for name in examples:
             self.programs[name] = await self.system.example(name)
         await self.start_web(free_port())

@@ -5,14 +5,18 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from tests.integration.conftest import DEADLINE_SEC
+import actors
+from tests.browser.conftest import Site
+from tests.integration.conftest import DEADLINE_SEC, free_port
+from tests.integration.mesh.stations import MeshBroker
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from contextlib import AsyncExitStack
 
-    from playwright.async_api import Page
+    from playwright.async_api import Browser, Page
 
-    from tests.browser.conftest import Site
+    from tests.integration.conftest import System
 
 READY = ".drawing[data-ready]"
 REMOVAL = """name => {
@@ -100,16 +104,26 @@ async def test_a_drawing_can_be_saved(site: Site) -> None:
     assert (await (await png.value).path()).read_bytes().startswith(b"\x89PNG")
 
 
-async def test_the_page_recovers_from_a_restart_of_the_web_server(site: Site) -> None:
-    """It says that what it shows is old, and goes on by itself."""
-    page = await site.open()
+async def test_nodes_of_a_mesh_are_shown_with_their_brokers(
+    system: System, browser: Browser, stack: AsyncExitStack
+) -> None:
+    """In the list of nodes and in the graph; there is no such column before the second broker has joined."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    site = Site(system, browser)
+    await system.broker("--mesh-listen", endpoint, "--mesh-name", "alpha", "--insecure")
+    await site.start_web(free_port())
+    await stack.enter_async_context(actors.Node("here", url=system.url))
+    page = await site.open("nodes")
+    rows = page.locator("tbody tr")
+    await rows.filter(has_text="/here").wait_for()
+    assert "Broker" not in await page.locator("thead").inner_text()
+    beta = await MeshBroker(system, [endpoint]).start("--mesh-name", "beta")
+    await stack.enter_async_context(actors.Node("there", url=beta.url))
+    await page.locator("thead").get_by_text("Broker").wait_for()
+    await rows.filter(has_text="/there").filter(has_text="beta").wait_for()
+    await rows.filter(has_text="/here").filter(has_text="alpha").wait_for()
+    await site.go(page, "graph")
     await page.get_by_text("As a list").click()
-    await until_listed(page, "topic /addison")
-    port = int(site.url.split("#")[0].rstrip("/").rpartition(":")[2])
-    await site.web.kill()
-    await page.locator("#status.lost").wait_for()
-    await site.start_web(port)
-    await page.locator("#status:not(.lost)").wait_for()
-    await page.get_by_text("As a list").click()  # with another token the view begins anew, without control
-    await until_listed(page, "topic /addison")
-    site.problems.clear()  # the browser logs each attempt to connect
+    await page.get_by_role("button", name="/there").click()
+    await page.get_by_role("complementary", name="Details").get_by_text("on beta").wait_for()
+    assert site.problems == []
