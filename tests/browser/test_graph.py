@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 import actors
@@ -88,6 +89,42 @@ async def test_an_unknown_view_is_the_graph(empty_site: Site) -> None:
     await page.get_by_role("heading", name="Topics").wait_for()
     await empty_site.go(page, "constructor")
     await page.locator(".graph").wait_for()
+
+
+LAY_OUT = """async ({ count, blocks }) => {
+  const { laidOut } = await import(new URL("js/layout.js", document.baseURI));
+  const ids = [...Array(count).keys()];
+  const boxes = ids.map(number => ({ id: `${number}`, width: 100, height: 30, block: `${number % blocks}` }));
+  const steps = [1, blocks, 7 * blocks];
+  const edges = ids.flatMap(number => steps.map(step => [`${number}`, `${(number + step) % count}`]));
+  return [...laidOut(boxes, edges)].map(([id, { x, y }]) => [Number(id), x, y]);
+}"""
+"""Lay out a circle, in which each vertex also has arrows to others of its block."""
+
+
+async def test_a_large_graph_is_laid_out_whatever_its_shape(empty_site: Site) -> None:
+    """Also a circle of a thousand: no vertex covers another, and the whole is not much wider than tall."""
+    page = await empty_site.open()
+    found = await page.evaluate(LAY_OUT, {"count": 1000, "blocks": 1})
+    assert sorted(number for number, _, _ in found) == list(range(1000))
+    places = sorted((x, y) for _, x, y in found)
+    assert all(
+        right - left >= 100 or abs(below - above) >= 30 for (left, above), (right, below) in pairwise(places)
+    )
+    assert (max(x for _, x, _ in found) - min(x for _, x, _ in found)) < 4 * max(y for _, _, y in found)
+
+
+async def test_namespaces_of_a_large_graph_are_apart(empty_site: Site) -> None:
+    """Each has an area of its own."""
+    page = await empty_site.open()
+    found = await page.evaluate(LAY_OUT, {"count": 200, "blocks": 4})
+    areas: list[tuple[float, float, float, float]] = []
+    for block in range(4):
+        xs = [x for number, x, _ in found if number % 4 == block]
+        ys = [y for number, _, y in found if number % 4 == block]
+        areas.append((min(xs), max(xs), min(ys), max(ys)))
+    for one, other in combinations(areas, 2):
+        assert one[1] < other[0] or other[1] < one[0] or one[3] < other[2] or other[3] < one[2]
 
 
 async def test_a_drawing_can_be_saved(site: Site) -> None:

@@ -13,7 +13,7 @@ import { addressOf } from "../routes.js";
 /** @typedef {import("../graph_elements.js").Elements} Elements */
 
 const MANY_ELEMENTS = 400;
-/** With more, labels of edges are left out and the drawing is simplified while it moves. */
+/** With more, edges are straight and have no labels, and the drawing is a picture while it moves: else frames take long. */
 
 const MAX_FIT_ZOOM = 1.3;
 
@@ -46,6 +46,7 @@ class GraphView {
     this._selected = "";
     this._laidOut = false;
     this._moved = false;
+    this._many = false;
     this._layout = 0;
     this._worker = new Worker("js/layout_worker.js", { type: "module" });
     this._worker.onmessage = ({ data }) => this._takeLayout(data);
@@ -57,6 +58,7 @@ class GraphView {
     this._drawing = h("div", { class: "drawing", "aria-hidden": "true" });
     this._details = h("aside", { "aria-label": "Details", hidden: true });
     this._list = h("ul");
+    this._listArea = h("details", { ontoggle: () => this._showList() }, h("summary", {}, "As a list"), this._list);
     const toolbar = h(
       "div",
       { class: "toolbar" },
@@ -68,10 +70,9 @@ class GraphView {
       h("button", { type: "button", onclick: () => this._save("svg") }, "SVG"),
       h("button", { type: "button", onclick: () => this._save("png") }, "PNG"),
     );
-    const list = h("details", {}, h("summary", {}, "As a list"), this._list);
     place.append(
       h("section", { class: "graph" }, h("h2", { class: "hidden-text" }, "Graph"), toolbar, this._notice,
-        h("div", { class: "drawing-area" }, this._drawing, this._details), list),
+        h("div", { class: "drawing-area" }, this._drawing, this._details), this._listArea),
     );
     this._cy = cytoscape({
       container: this._drawing,
@@ -166,7 +167,11 @@ class GraphView {
       folded: this._folded,
       rate: (value) => short(value),
     });
-    const many = elements.size > MANY_ELEMENTS;
+    if (this._many !== elements.size > MANY_ELEMENTS) {
+      this._many = !this._many;
+      /** @type {any} */ (this._cy).renderer().textureOnViewport = this._many; // as the option, which cannot be changed
+      this._style();
+    }
     const vertices = [...elements].filter(([, data]) => data.source === undefined);
     const before = this._elements;
     const structureChanged = elements.size !== before.size || [...elements.keys()].some((id) => !before.has(id));
@@ -180,7 +185,7 @@ class GraphView {
       }
       for (const wanted of [vertices.filter(([, data]) => data.kind === "group"), vertices, [...elements]]) {
         for (const [id, data] of wanted) {
-          this._show(id, many && data.source !== undefined ? { ...data, label: "" } : data);
+          this._show(id, this._many && data.source !== undefined ? { ...data, label: "" } : data);
         }
       }
     });
@@ -222,7 +227,7 @@ class GraphView {
     this._draw();
     const boxes = [...this._elements]
       .filter(([, data]) => data.source === undefined)
-      .map(([id, data]) => ({ id, parent: data.parent, ...sizeOf(String(data.label)) }));
+      .map(([id, data]) => ({ id, parent: data.parent, block: blockOf(id), ...sizeOf(String(data.label)) }));
     const edges = [...this._elements.values()].filter((data) => data.source !== undefined).map((data) => [data.source, data.target]);
     this._layout += 1;
     this._worker.postMessage({ number: this._layout, boxes, edges });
@@ -327,8 +332,11 @@ class GraphView {
     announce(`${id} is selected`);
   }
 
-  /** The same for those who do not see the drawing. */
+  /** The same for those who do not see the drawing; nothing while the list is closed. */
   _showList() {
+    if (!this._listArea.open) {
+      return;
+    }
     const items = Object.keys(this._document.vertices ?? {})
       .sort()
       .map((id) => h("li", {}, `${id.slice(0, id.indexOf(" "))} `, this._link(id)));
@@ -342,7 +350,7 @@ class GraphView {
       {
         selector: "node",
         style: {
-          label: "data(label)", "text-wrap": "wrap", "text-valign": "center", "font-size": 12, "font-family": "system-ui, sans-serif",
+          label: "data(label)", "text-wrap": "wrap", "text-valign": "center", "font-size": 12, "min-zoomed-font-size": 4, "font-family": "system-ui, sans-serif",
           width: (/** @type {any} */ element) => sizeOf(element.data("label")).width,
           height: (/** @type {any} */ element) => sizeOf(element.data("label")).height,
           color: colors.text, "background-color": colors.raised, "border-width": 1.5, "border-color": colors.accent, shape: "round-rectangle",
@@ -359,7 +367,7 @@ class GraphView {
       {
         selector: "edge",
         style: {
-          width: 1.5, "curve-style": "bezier", "target-arrow-shape": "triangle", "line-color": colors.dim, "target-arrow-color": colors.dim,
+          width: 1.5, "curve-style": this._many ? "straight" : "bezier", "target-arrow-shape": "triangle", "line-color": colors.dim, "target-arrow-color": colors.dim,
           label: "data(label)", "font-size": 10, color: colors.text, "text-background-color": colors.surface, "text-background-opacity": 0.85,
         },
       },
@@ -413,6 +421,17 @@ class GraphView {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href));
   }
+}
+
+/**
+ * Return the outermost namespace of a vertex.
+ *
+ * @param {string} id
+ */
+function blockOf(id) {
+  const name = id.slice(id.indexOf(" ") + 1);
+  const end = name.indexOf("/", 1);
+  return end < 0 ? "/" : name.slice(0, end);
 }
 
 /**
