@@ -111,3 +111,20 @@ async def test_the_list_of_topics_is_filtered_and_sorted(site: Site) -> None:
     assert await names.all_inner_texts() == ["/addison", "/addison2"]
     await page.get_by_role("button", name="Topic", exact=True).click()
     assert await names.all_inner_texts() == ["/addison2", "/addison"]
+
+
+async def test_a_long_table_shows_all_rows_when_asked(empty_site: Site, stack: AsyncExitStack) -> None:
+    """At first the first ones, in the chosen order."""
+    node = await stack.enter_async_context(actors.Node("many", url=empty_site.system.url))
+    for number in range(210):
+        node.create_publisher(Twist, f"topic_{number:03}", 10)
+    page = await empty_site.open("topics")
+    more = page.get_by_role("button", name="Show all")
+    await more.wait_for()
+    rows = page.locator("tbody tr")
+    assert await rows.count() == 200
+    await page.get_by_role("button", name="Topic", exact=True).click()
+    assert await rows.filter(has_text="/topic_209").count() == 1
+    await more.click()
+    assert await rows.count() > 210
+    assert not await more.is_visible()

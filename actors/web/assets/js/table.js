@@ -14,6 +14,9 @@ import { h, setText } from "./dom.js";
  * @property {boolean} [number] whether it is a number: aligned right, the greatest first
  */
 
+/** Rows that are shown before all of them are asked for: thousands take the browser longer than a click may. */
+const FEW = 200;
+
 /** @template Row */
 export class Table {
   /**
@@ -37,7 +40,9 @@ export class Table {
     );
     this._body = h("tbody");
     const table = h("table", {}, h("caption", { class: "hidden-text" }, caption), h("thead", {}, h("tr", {}, ...this._headings)), this._body);
-    this.element = h("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption }, table);
+    this._limit = FEW;
+    this._more = h("button", { type: "button", hidden: true, onclick: () => this._showAll() });
+    this.element = h("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption }, table, this._more);
     this._markSorted();
   }
 
@@ -48,14 +53,18 @@ export class Table {
    */
   show(rows) {
     this._rows = rows;
+    const order = this._order();
+    const shown = new Set(order.slice(0, this._limit));
+    this._more.hidden = shown.size === order.length;
+    setText(this._more, `Show all ${order.length} rows`);
     for (const [key, element] of this._elements) {
-      if (!(key in rows)) {
+      if (!shown.has(key)) {
         element.remove();
         this._elements.delete(key);
       }
     }
     let before = null;
-    for (const key of this._order()) {
+    for (const key of shown) {
       const element = this._filled(key);
       /** @type {ChildNode | null} */
       const place = before === null ? this._body.firstChild : before.nextSibling;
@@ -96,6 +105,11 @@ export class Table {
       .map((key) => /** @type {const} */ ([value(this._rows[key]) ?? missing, key]))
       .sort(([a, one], [b, other]) => (a < b ? -sign : a > b ? sign : one < other ? -1 : 1))
       .map(([, key]) => key);
+  }
+
+  _showAll() {
+    this._limit = Infinity;
+    this.show(this._rows);
   }
 
   /** @param {number} column */
