@@ -28,7 +28,7 @@ import msgspec
 
 import actors
 from actors.bench import machine
-from benchmarks.browser import interaction, loading
+from benchmarks.browser import interaction, loading, memory, node_cost, scrape, throughput
 from benchmarks.faults.page import Report
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from benchmarks.faults.figures import Section
 
-MEASUREMENTS = ("loading", "interaction")
+MEASUREMENTS = ("loading", "interaction", "memory", "throughput", "scrape", "node")
 INTERRUPTED = 130
 
 
@@ -61,8 +61,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("what", nargs="*", metavar="WHAT", help=f"of {', '.join(MEASUREMENTS)}; default: all")
     parser.add_argument("--nodes", type=int, default=500, help="that are shown; default: 500")
-    parser.add_argument("--rounds", type=int, default=10, help="of loading; default: 10")
-    parser.add_argument("--inputs", type=int, default=100, help="of each kind; default: 100")
+    parser.add_argument("--rounds", type=int, default=10, help="of loading; others: twice; default: 10")
+    parser.add_argument("--minutes", type=int, default=10, help="of memory; default: 10")
+    parser.add_argument("--inputs", type=int, default=100, help="of each kind, and scrapes; default: 100")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to this file")
     options = parser.parse_args(arguments)
     if unknown := {*options.what} - {*MEASUREMENTS}:
@@ -86,6 +87,14 @@ async def _sections(options: argparse.Namespace) -> AsyncIterator[Section]:
     if "interaction" in wanted:
         times, blocked = await interaction.measure(options.inputs, options.nodes)
         yield interaction.section(times, blocked, options.nodes)
+    if "memory" in wanted:
+        yield memory.section(await memory.measure(options.minutes, options.nodes))
+    if "throughput" in wanted:
+        yield throughput.section(await throughput.measure(2 * options.rounds, options.nodes))
+    if "scrape" in wanted:
+        yield scrape.section(*await scrape.measure(options.inputs))
+    if "node" in wanted:
+        yield node_cost.section(await node_cost.measure(2 * options.rounds))
 
 
 if __name__ == "__main__":

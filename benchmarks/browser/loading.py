@@ -25,16 +25,19 @@ DEMO: Final = (
 )
 DEMO_VERTICES: Final = 7
 """Five nodes and two topics."""
-VIEWS: Final = (
-    "topics",
-    "topic/%2Fstream",
-    "plot",
-    "nodes",
-    "node/%2Fstreamer",
-    "services",
-    "actions",
-    "log",
-)
+VIEWS: Final = {
+    "topics": "Topics",
+    "topic/%2Fstream": "/stream",
+    "plot": "Plot",
+    "nodes": "Nodes",
+    "node/%2Fstreamer": "/streamer",
+    "services": "Services",
+    "service/%2Fstreamer%2Fget_parameters": "/streamer/get_parameters",
+    "actions": "Actions",
+    "action/%2Fnone": "/none",
+    "log": "Log",
+}
+"""All but the first, with their titles."""
 TARGET_KIB: Final = 400
 """Of all files of the page over the wire."""
 
@@ -104,9 +107,9 @@ async def measure(rounds: int, nodes: int) -> Loading:
         requests = _requests(window)
         await window.load()
         await window.drawn(site.vertices)
-        for view in VIEWS:
+        for view, title in VIEWS.items():
             await window.show(view)
-            await window.page.wait_for_load_state("networkidle")
+            await window.page.wait_for_function("title => document.title.startsWith(title)", arg=title)
         return Loading({"the demo": demo, f"{nodes} nodes": many}, await _wire_bytes(requests))
 
 

@@ -71,13 +71,13 @@ async def stream(controller: Controller, *, url: str, per_second: int) -> None:
             await asyncio.sleep(1 / per_second)
 
 
-async def visitors(controller: Controller, *, url: str, count: int, total: int) -> None:
-    """Let nodes beyond the others come and go until stdin is closed."""
+async def visitors(controller: Controller, *, url: str, first: int, count: int) -> None:
+    """Let `count` nodes with numbers from `first` on come and go until stdin is closed."""
     report("ready")
     closed = asyncio.ensure_future(controller.next_command())
     while not closed.done():
         async with AsyncExitStack() as stack:
-            for number in range(total, total + count):
+            for number in range(first, first + count):
                 await stack.enter_async_context(_node(number, url))
             await asyncio.wait([closed], timeout=VISIT_S)
         await asyncio.wait([closed], timeout=VISIT_S)

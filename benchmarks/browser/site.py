@@ -39,7 +39,7 @@ FLAGS: Final = (
 DRAWN: Final = """vertices => new Promise(resolve => {
   const check = () => {
     const drawn = document.querySelector(".drawing[data-ready]");
-    if (drawn && document.querySelectorAll(".graph details li").length >= vertices) {
+    if (drawn && drawn._cyreg.cy.nodes().length >= vertices) {
       requestAnimationFrame(() => requestAnimationFrame(() => resolve(performance.now())));
     } else {
       requestAnimationFrame(check);
@@ -47,7 +47,10 @@ DRAWN: Final = """vertices => new Promise(resolve => {
   };
   check();
 })"""
-"""Resolves with the time since the navigation when a graph of so many vertices is laid out and painted."""
+"""Resolves with the time since the navigation when a graph of so many vertices is laid out and painted.
+
+Cytoscape leaves its instance at its element.
+"""
 
 
 class Memory(NamedTuple):
