@@ -27,3 +27,12 @@ def is_loopback(text: str) -> bool:
         return parse_address(text).is_loopback
     except ValueError:
         return False
+
+
+def is_address(text: str) -> bool:
+    """Return whether a text is an address; False for names."""
+    try:
+        parse_address(text)
+    except ValueError:
+        return False
+    return True

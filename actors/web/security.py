@@ -1,8 +1,9 @@
 """Who may ask the web server for what. Pure: no I/O.
 
 A page of another site must neither read the graph nor steer it, also where the server listens on loopback
-only. So the Host header must name this server (no DNS rebinding), a request that has an Origin must come from
-this server's own page, and controls need a token in a header, which no form and no link of another site has.
+only. So the Host header must be an address or a name of this server (no DNS rebinding), a request that has an
+Origin must come from this server's own page, and controls need a token in a header, which no form and no link
+of another site has.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
-from proto.addresses import is_loopback
+from proto.addresses import is_address
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,7 +59,8 @@ class Door:
 
     Attributes:
         token: What grants control, and reading if `private`.
-        hosts: The names by which the server may be called, without a port, besides loopback ones.
+        hosts: The names by which the server may be called, in lower case and without a port, besides
+            `localhost` and all addresses: DNS cannot make an address lead to another machine.
         private: Whether reading needs a token, too.
         control: Whether anything may be controlled.
     """
@@ -80,11 +82,12 @@ class Door:
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
             return Refusal(status=421, reason=text)
         origin = headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc != host:
-            return Refusal(status=403, reason="Pages of other sites may not ask this server")
-        if origin is None and headers.get("Sec-Fetch-Site", "none") not in {"none", "same-origin"}:
-            return Refusal(status=403, reason="Pages of other sites may not ask this server")
-        return None
+        if origin is not None:
+            own = origin.partition("://")[2] == host
+        else:  # a link may lead here: the page that has it cannot read what it leads to
+            own = headers.get("Sec-Fetch-Site", "none") in {"none", "same-origin"}
+            own = own or headers.get("Sec-Fetch-Dest") == "document"
+        return None if own else Refusal(status=403, reason="Pages of other sites may not ask this server")
 
     def refuses_reading(self, *, known: bool) -> Refusal | None:
         """Return why somebody may not read; None if he may.
@@ -119,14 +122,15 @@ class Door:
         Args:
             token: As presented.
         """
-        return hmac.compare_digest(token.encode(), self.token.encode())
+        # Headers have surrogates for bytes that are no UTF-8.
+        return hmac.compare_digest(token.encode(errors="surrogateescape"), self.token.encode())
 
     def _knows(self, host: str) -> bool:
         try:
             name = urlsplit(f"//{host}").hostname or ""
         except ValueError:
             return False
-        return name == "localhost" or name in self.hosts or is_loopback(name)
+        return name == "localhost" or name in self.hosts or is_address(name)
 
 
 def bearer(headers: Mapping[str, str]) -> str:

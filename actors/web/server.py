@@ -99,7 +99,7 @@ class WebServer:
         self._options = options
         door = Door(
             token=self.token,
-            hosts=frozenset({*options.allowed_hosts, options.host}),
+            hosts=frozenset(name.lower() for name in (*options.allowed_hosts, options.host)),
             private=options.users or not is_loopback(options.host),
             control=options.allow_control,
         )

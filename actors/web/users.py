@@ -11,6 +11,7 @@ from actors.errors import BrokerUnreachable, NotAuthorized
 from actors.web.observer import Observer
 from actors.web.workspace import Workspace
 from proto.errors import CallboardError
+from proto.limits import MAX_TOKEN_CHARACTERS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
@@ -23,6 +24,9 @@ MAX_OPENING: Final = 4
 
 IDLE_SEC: Final = 60.0
 """How long a workspace stays open that nobody uses."""
+
+
+UNKNOWN: Final = "The broker knows no user with this token"
 
 
 class TooManyUsersError(CallboardError):
@@ -93,6 +97,8 @@ class Users:
             TooManyUsersError: `MAX_USERS` are active, or `MAX_OPENING` are being opened.
             NoUsersError: The broker has no access rules.
         """
+        if not token.isascii() or len(token) > MAX_TOKEN_CHARACTERS:
+            raise NotAuthorized(UNKNOWN)
         key = hashlib.sha256(token.encode()).digest()
         entry = self._entries.get(key)
         if entry is not None and entry.lost and not entry.uses:
@@ -144,7 +150,7 @@ class Users:
         try:
             await observer.__aenter__()
         except NotAuthorized as error:
-            raise NotAuthorized("The broker knows no user with this token") from error
+            raise NotAuthorized(UNKNOWN) from error
         try:
             require_users(observer)
         except NoUsersError:

@@ -11,10 +11,11 @@ HOST = {"Host": "127.0.0.1:7412"}
 
 
 @pytest.mark.parametrize(
-    "host", ["127.0.0.1:7412", "localhost:7412", "localhost", "[::1]:7412", "robot:7412"]
+    "host",
+    ["127.0.0.1:7412", "localhost:7412", "localhost", "[::1]:7412", "ROBOT:7412", "192.168.7.5:7412"],
 )
-def test_the_server_goes_by_loopback_names_and_by_those_it_was_given(host: str) -> None:
-    """With any port: it may be forwarded."""
+def test_the_server_goes_by_addresses_and_by_the_names_that_it_was_given(host: str) -> None:
+    """With any port, as it may be forwarded; no page can make an address lead to another machine."""
     assert Door(token="t", hosts=frozenset({"robot"})).refuses_origin({"Host": host}) is None
 
 
@@ -34,9 +35,12 @@ def test_another_host_is_refused(host: str) -> None:
     [
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
+        {"Origin": "http://["},
         {"Origin": "http://127.0.0.1:8000"},
         {"Sec-Fetch-Site": "cross-site"},
         {"Sec-Fetch-Site": "same-site"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "iframe"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Dest": "document", "Origin": "http://evil.example"},
     ],
 )
 def test_a_page_of_another_site_is_refused(headers: dict[str, str]) -> None:
@@ -48,10 +52,16 @@ def test_a_page_of_another_site_is_refused(headers: dict[str, str]) -> None:
 
 @pytest.mark.parametrize(
     "headers",
-    [{}, {"Origin": "http://127.0.0.1:7412"}, {"Sec-Fetch-Site": "same-origin"}, {"Sec-Fetch-Site": "none"}],
+    [
+        {},
+        {"Origin": "http://127.0.0.1:7412"},
+        {"Sec-Fetch-Site": "same-origin"},
+        {"Sec-Fetch-Site": "none"},
+        {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Dest": "document"},
+    ],
 )
 def test_its_own_page_and_programs_are_not_refused(headers: dict[str, str]) -> None:
-    """A program sends neither header."""
+    """A program sends neither header; a link of another site opens the page."""
     assert DOOR.refuses_origin({**HOST, **headers}) is None
 
 
@@ -78,9 +88,9 @@ def test_reading_needs_a_token_of_a_private_server_only() -> None:
     assert refusal.status == 401
 
 
-@pytest.mark.parametrize("token", ["", "sécret", "secre"])
+@pytest.mark.parametrize("token", ["", "sécret", "secret\udcff", "secre"])
 def test_other_tokens_are_just_wrong(token: str) -> None:
-    """They may come from anybody."""
+    """They may come from anybody, as bytes that are no UTF-8, too."""
     assert DOOR.knows_token("secret")
     assert not DOOR.knows_token(token)
 

@@ -128,6 +128,13 @@ async def test_a_page_of_another_site_gets_nothing(site: Site) -> None:
         await site.client.ws_connect("/api/live", headers={"Origin": "http://evil.example"})
 
 
+async def test_names_of_the_server_may_be_written_in_any_case(meeting: Meeting) -> None:
+    """A browser sends them in lower case."""
+    async with AsyncExitStack() as stack:
+        site = await Site(stack, meeting, WebOptions(port=0, allowed_hosts=("Robot.Local",))).open()
+        await site.json("/api/topics", headers={"Host": "robot.local:7412"})
+
+
 async def test_beyond_loopback_reading_needs_the_token(meeting: Meeting) -> None:
     """In a header, or in the cookie that the page has set; the page itself needs none."""
     async with AsyncExitStack() as stack:
