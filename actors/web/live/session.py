@@ -14,7 +14,6 @@ import msgspec
 from aiohttp import WSMsgType
 
 from actors.web.live.panel import PanelError
-from proto.aio.tasks import cancel_and_wait
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -60,17 +59,14 @@ class LiveSession:
 
     async def run(self) -> None:
         """Serve the browser until it leaves."""
-        loop = asyncio.get_running_loop()
-        tasks = [loop.create_task(self._receive()), loop.create_task(self._send_regularly())]
         try:
-            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in done:
-                task.result()
-        except ConnectionError:
+            async with asyncio.TaskGroup() as group:
+                sending = group.create_task(self._send_regularly())
+                await self._receive()
+                sending.cancel()
+        except* ConnectionError:
             pass  # the browser has gone
         finally:
-            for task in tasks:
-                await cancel_and_wait(task)
             for panel in self._panels.values():
                 panel.close()
 
@@ -104,9 +100,9 @@ class LiveSession:
                 self._fail(number, str(error))
 
     def _close(self, number: object) -> None:
-        panel = self._panels.pop(number, None) if isinstance(number, int) else None
-        if panel is not None:
-            panel.close()
+        if isinstance(number, int) and number in self._panels:
+            self._panels.pop(number).close()
+            self._dirty.pop(number, None)
 
     def _wake(self, number: int) -> None:
         self._dirty[number] = None
