@@ -172,6 +172,7 @@ class TopicFeed:
             reader.wake()
 
     def _subscribe(self, profile: QoSProfile) -> None:
+        self._profile = profile
         latched = profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
         self._latched = NewestMessages(DEPTH) if latched else None
         self._subscription: Subscription[Any] = self._observer.node.create_subscription(
@@ -214,10 +215,11 @@ class TopicFeed:
         return kind in self._types.get(node, {kind})
 
     def _adapt(self) -> None:
-        """Look type and QoS up again: a publisher may have come, with messages that are kept for us."""
+        """Look type and QoS up again: a publisher may have come that keeps messages for us, or is strict."""
         self._decode = self._types = None
-        profile = profile_of(self._observer.snapshot, self._topic, depth=DEPTH)
-        if self._latched is None and profile.durability is DurabilityPolicy.TRANSIENT_LOCAL:
+        snapshot = self._observer.snapshot
+        profile = profile_of(snapshot, self._topic, depth=DEPTH)
+        if profile != self._profile and snapshot.count(EntryKind.PUBLISHER, self._topic):
             self._observer.node.destroy_subscription(self._subscription)
             self._subscribe(profile)
 

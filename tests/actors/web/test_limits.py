@@ -6,11 +6,9 @@ import asyncio
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
-import aiohttp
 import pytest
 
 from actors.web import server
-from actors.web.live.session import MAX_ERRORS
 from actors.web.options import MAX_BODY_BYTES
 from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
@@ -81,13 +79,3 @@ async def test_a_connection_too_many_is_told_so(site: Site, monkeypatch: pytest.
     line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
     assert line.split()[1] == b"503"
     assert await site.json("/healthz") == {"status": "ok"}
-
-
-async def test_a_page_whose_requests_all_fail_is_disconnected(site: Site) -> None:
-    """What is to be answered does not queue without a limit."""
-    async with asyncio.timeout(DEADLINE_SEC), site.client.ws_connect("/api/live") as socket:
-        for number in range(10 * MAX_ERRORS):
-            await socket.send_json({"open": number, "panel": "no such panel"})
-        while (await socket.receive()).type is aiohttp.WSMsgType.TEXT:
-            pass
-        assert socket.close_code == 1008

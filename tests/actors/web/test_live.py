@@ -12,6 +12,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import PointStamped, Twist, Vector3
 from actors.interfaces.std_msgs.msg import Header, Int32, String
+from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.web.live import graph_panel
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
@@ -168,6 +169,25 @@ async def test_an_echo_has_the_delay_by_the_header(page: Page, meeting: Meeting)
         found += (await page.next())["messages"]
     assert "header_delay_sec" not in found[0]
     assert 999 < found[1]["header_delay_sec"] < 1000 + DEADLINE_SEC
+
+
+@pytest.mark.parametrize("opened_first", [False, True])
+async def test_messages_of_a_strict_publisher_are_shown_whenever_it_comes(
+    page: Page, meeting: Meeting, *, opened_first: bool
+) -> None:
+    """It is BEST_EFFORT, and comes before the page or after a publisher that keeps messages."""
+    node = await meeting.node("talker")
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    if opened_first:
+        node.create_publisher(String, "chatter", latched(1)).publish(String(data="kept"))
+        await page.open(1, "echo", topic="/chatter")
+        await page.next()
+    publisher = node.create_publisher(String, "chatter", best_effort, strict_qos=True)
+    if not opened_first:
+        await page.open(1, "echo", topic="/chatter")
+    await until(publisher.get_subscription_count)
+    publisher.publish(String(data="new"))
+    assert (await page.next())["messages"][-1]["message"] == {"data": "new"}
 
 
 async def test_a_closed_panel_sends_nothing_more(page: Page, meeting: Meeting) -> None:
