@@ -143,7 +143,14 @@ async def browser() -> AsyncIterator[Browser]:
 
 
 @pytest.fixture
-async def empty_site(system: System, browser: Browser) -> AsyncIterator[Site]:
+async def stack() -> AsyncIterator[AsyncExitStack]:
+    """Leaves nodes at the end, after sites have been held against their problems."""
+    async with AsyncExitStack() as entered:
+        yield entered
+
+
+@pytest.fixture
+async def empty_site(system: System, browser: Browser, stack: AsyncExitStack) -> AsyncIterator[Site]:
     """A broker and a web server; no page may log an error."""
     site = Site(system, browser)
     await site.start()
@@ -152,16 +159,9 @@ async def empty_site(system: System, browser: Browser) -> AsyncIterator[Site]:
 
 
 @pytest.fixture
-async def site(system: System, browser: Browser) -> AsyncIterator[Site]:
+async def site(system: System, browser: Browser, stack: AsyncExitStack) -> AsyncIterator[Site]:
     """The same with the examples."""
     site = Site(system, browser)
     await site.start(*COURSE)
     yield site
     assert site.problems == []
-
-
-@pytest.fixture
-async def stack() -> AsyncIterator[AsyncExitStack]:
-    """Leaves nodes at the end."""
-    async with AsyncExitStack() as entered:
-        yield entered
