@@ -209,10 +209,13 @@ class Samples:
 
     Args:
         window: Intervals between samples over which rates are taken, 1 or more.
+        least_sec: The shortest interval: a sample that comes sooner is replaced by the next one, and has no
+            rates if there is only one before it.
     """
 
-    def __init__(self, window: int = WINDOW) -> None:
+    def __init__(self, window: int = WINDOW, *, least_sec: float = 0.0) -> None:
         self._samples: deque[Sample] = deque(maxlen=max(1, window) + 1)
+        self._least_sec = least_sec
 
     def add(self, sample: Sample) -> Overview:
         """Add the newest sample.
@@ -228,9 +231,16 @@ class Samples:
             last = self._samples[-1].report.totals
             if last.broker != newest.broker or last.stamp_sec >= newest.stamp_sec:
                 self._samples.clear()  # the counters of a restarted broker begin at 0
+        if len(self._samples) > 1 and self._is_soon(self._samples[-2], self._samples[-1]):
+            self._samples.pop()
         self._samples.append(sample)
-        first = self._samples[0].report
-        return overview(sample, None if first is sample.report else sample.report.rates_since(first))
+        first = self._samples[0]
+        soon = self._is_soon(first, sample)
+        return overview(sample, None if soon else sample.report.rates_since(first.report))
+
+    def _is_soon(self, earlier: Sample, later: Sample) -> bool:
+        seconds = later.report.totals.stamp_sec - earlier.report.totals.stamp_sec
+        return seconds <= 0 or seconds < self._least_sec
 
 
 def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import secrets
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Self
 
@@ -26,6 +28,12 @@ NAME: Final = f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}"
 
 SAMPLE_SEC: Final = 1.0
 """Between two samples of the broker's counters, while anybody reads them."""
+
+LEAST_SEC: Final = SAMPLE_SEC / 2
+"""Over which rates are taken: programs may ask for samples again and again."""
+
+OLD_SEC: Final = 10.0
+"""Samples before a longer pause give no rates: these would be those of the pause."""
 
 CHANGES_SEC: Final = 0.1
 """The least time between two reports of changes: a launch makes hundreds."""
@@ -77,7 +85,8 @@ class Observer:
         self.snapshot = GraphSnapshot()
         self.report: BrokerReport | None = None
         self.overview: Overview | None = None
-        self._samples = Samples()
+        self._samples = Samples(least_sec=LEAST_SEC)
+        self._sampled_sec = -math.inf
         self._graph_listeners: set[Callable[[], None]] = set()
         self._sample_listeners: set[Callable[[], None]] = set()
         self._tasks: list[asyncio.Task[None]] = []
@@ -141,6 +150,8 @@ class Observer:
         Returns:
             Ends it.
         """
+        if not self._sample_listeners and time.monotonic() - self._sampled_sec > OLD_SEC:
+            self._samples, self.overview = Samples(least_sec=LEAST_SEC), None
         self._sample_listeners.add(listener)
         self._sampled.set()
 
@@ -158,7 +169,7 @@ class Observer:
             BrokerUnreachable: There is no broker now.
         """
         report = await self.node.get_broker_stats()
-        self.report = report
+        self.report, self._sampled_sec = report, time.monotonic()
         self.overview = self._samples.add(Sample(self.snapshot, report))
         return self.overview
 

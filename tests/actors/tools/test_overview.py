@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+import pytest
+
 from actors.cli.commands.top.columns import NODES
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -88,6 +90,17 @@ def test_rates_are_those_of_the_last_few_samples() -> None:
     for second in (0, 50, 51):
         samples.add(at_second(second))
     assert samples.add(at_second(52)).seconds == 2.0
+
+
+def test_samples_that_come_too_soon_do_not_decide_the_rates() -> None:
+    """Two readers of the same samples, the second one right behind the first."""
+    samples = Samples(window=2, least_sec=0.5)
+    for second in range(1, 5):
+        seen = samples.add(at_second(second))
+        assert seen.seconds == min(second - 1, 2)
+        rest = topic("/chatter", messages=10 * second + 5, bytes=50 * second, dropped=2 * second)
+        close = samples.add(sample(second + 0.01, PAIR, topics=(rest,)))
+        assert close.topics[0].messages_per_sec == (None if second == 1 else pytest.approx(14.9, abs=0.1))
 
 
 def test_a_broker_that_began_anew_has_no_rates() -> None:

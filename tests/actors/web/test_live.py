@@ -13,6 +13,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import PointStamped, Twist, Vector3
 from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
+from actors.web import observer
 from actors.web.live import graph_panel
 from actors.web.live.echo_panel import AT_ONCE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
@@ -65,6 +66,21 @@ async def test_the_overview_panel_sends_rates(page: Page, meeting: Meeting) -> N
     found = await page.until(lambda body: "/chatter" in body["patch"].get("topics", {}))
     assert found["id"] == 7
     assert found["patch"]["topics"]["/chatter"]["publishers"] == 1
+
+
+async def test_rates_after_a_pause_are_not_those_of_the_pause(
+    page: Page, site: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody has looked for long: the first numbers have no rates."""
+    monkeypatch.setattr(observer, "OLD_SEC", -1.0)
+    monkeypatch.setattr(observer, "LEAST_SEC", 0.0)
+    node = await meeting.node("talker")
+    node.create_publisher(String, "chatter", 1)
+    await site.json_until("/api/overview", lambda found: found["topics"] and found["seconds"])
+    await page.open(1, "overview")
+    found = await page.until(lambda body: "/chatter" in body["patch"].get("topics", {}))
+    assert found["patch"]["topics"]["/chatter"]["messages_per_sec"] is None
+    await page.until(lambda body: body["patch"]["topics"]["/chatter"].get("messages_per_sec") is not None)
 
 
 async def test_the_panels_of_a_service_and_an_action_follow_their_servers(
