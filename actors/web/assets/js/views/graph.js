@@ -13,7 +13,7 @@ import { addressOf } from "../routes.js";
 /** @typedef {import("../graph_elements.js").Elements} Elements */
 
 const MANY_ELEMENTS = 400;
-/** With more, edges are straight and have no labels, and the drawing is a picture while it moves: else frames take long. */
+/** With more, edges are straight, have no labels and take no clicks, and the drawing is a picture while it moves: frames take too long else. */
 
 const MAX_FIT_ZOOM = 1.3;
 
@@ -273,7 +273,7 @@ class GraphView {
       return;
     }
     this._selected = id;
-    this._cy.elements().unselect();
+    this._cy.$(":selected").unselect();
     this._cy.getElementById(id).select();
     this._showDetails();
   }
@@ -367,7 +367,7 @@ class GraphView {
       {
         selector: "edge",
         style: {
-          width: 1.5, "curve-style": this._many ? "straight" : "bezier", "target-arrow-shape": "triangle", "line-color": colors.dim, "target-arrow-color": colors.dim,
+          width: 1.5, "curve-style": this._many ? "straight" : "bezier", events: this._many ? "no" : "yes", "target-arrow-shape": "triangle", "line-color": colors.dim, "target-arrow-color": colors.dim,
           label: "data(label)", "font-size": 10, color: colors.text, "text-background-color": colors.surface, "text-background-opacity": 0.85,
         },
       },
