@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import shutil
 from contextlib import AsyncExitStack
 from importlib import import_module
@@ -24,6 +25,8 @@ CROWD_PROCESSES: Final = 4
 PER_SECOND: Final = 1000
 """Messages of the stream."""
 LISTENING: Final = b"callboard web listening on "
+ERROR_OF_MEDIAN: Final = 0.93
+"""Times the distance of the quartiles, by the root of the number of values, if these are normal."""
 READY_S: Final = 60.0
 """Limit for everything that a page is waited for."""
 FLAGS: Final = (
@@ -180,7 +183,9 @@ def edges(nodes: int) -> int:
 
 
 def percent(ratios: Sequence[float]) -> list[str]:
-    """Return median and quartiles of ratios as differences from 1, in percent."""
+    """Return median, with its standard error, and quartiles of ratios as differences from 1, in percent."""
     ordered = sorted(ratios)
     last = len(ordered) - 1
-    return [f"{100 * (ordered[round(part * last)] - 1):+.1f} %" for part in (0.5, 0.25, 0.75)]
+    middle, lower, upper = (100 * (ordered[round(part * last)] - 1) for part in (0.5, 0.25, 0.75))
+    error = ERROR_OF_MEDIAN * (upper - lower) / math.sqrt(len(ordered))
+    return [f"{middle:+.1f} ± {error:.1f} %", f"{lower:+.1f} %", f"{upper:+.1f} %"]

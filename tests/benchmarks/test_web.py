@@ -16,8 +16,8 @@ def samples(mb_per_minute: float) -> list[memory.Sample]:
 
 
 def test_ratios_are_summarized_as_differences_in_percent() -> None:
-    """Median and quartiles, in any order."""
-    assert percent([1.1, 0.9, 1.0, 1.05, 0.95]) == ["+0.0 %", "-5.0 %", "+5.0 %"]
+    """The median with its error, and quartiles, in any order."""
+    assert percent([1.1, 0.9, 1.0, 1.05, 0.95]) == ["+0.0 ± 4.2 %", "-5.0 %", "+5.0 %"]
 
 
 def test_a_heap_that_grows_is_a_failure() -> None:
@@ -53,7 +53,7 @@ def test_a_page_that_is_too_large_is_a_failure() -> None:
 def test_costs_of_a_node_are_compared_in_pairs() -> None:
     """The difference is the median of the ratios."""
     pairs = {name: [(1.0, 1.02), (2.0, 2.04), (4.0, 4.08)] for name in node_cost.FIGURES}
-    assert all(row[4] == "+2.0 %" for row in node_cost.section(pairs).rows)
+    assert all(row[4] == "+2.0 ± 0.0 %" for row in node_cost.section(pairs).rows)
 
 
 def test_an_unknown_measurement_is_refused() -> None:
