@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 
     from tests.browser.conftest import Site
 
+AXES_FIT = """() => {
+    const [, red] = /(\\d+)/.exec(getComputedStyle(document.querySelector("main .dim")).color);
+    const canvas = document.querySelector(".plot canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return data.some((value, index) => index % 4 === 0 && data[index + 3] === 255 && value === Number(red));
+}"""
+"""Says whether a plot's axes have the color that faint texts have now."""
+
 
 async def test_echo_shows_live_messages_and_pauses(site: Site) -> None:
     """The text of the publisher, then another one, and none while it is paused."""
@@ -87,6 +95,17 @@ async def test_a_number_is_plotted_and_downloaded(empty_site: Site, stack: Async
     assert head == '"time","/wave linear.x"'
     values = [float(row.split(",")[1]) for row in rows]
     assert values == [values[0] + number for number in range(len(values))]
+
+
+async def test_a_plot_takes_the_colors_of_another_theme(empty_site: Site) -> None:
+    """Its axes are dark on light ground, then light on dark ground."""
+    page = await empty_site.open("plot", color_scheme="light")
+    await page.locator(".plot canvas").wait_for()
+    for theme in ("light", "dark"):
+        await page.evaluate("theme => { document.documentElement.dataset.theme = theme; }", theme)
+        async with asyncio.timeout(DEADLINE_SEC):
+            while not await page.evaluate(AXES_FIT):
+                await page.wait_for_timeout(20)
 
 
 async def test_delays_are_measured_on_demand(site: Site) -> None:

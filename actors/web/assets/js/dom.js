@@ -63,3 +63,20 @@ export function announce(text) {
     place.textContent = text;
   }
 }
+
+/**
+ * Call a function when the page gets other colors: those of the system, or chosen ones.
+ *
+ * @param {() => void} listener
+ * @returns {() => void} ends it
+ */
+export function onOtherColors(listener) {
+  const system = matchMedia("(prefers-color-scheme: dark)");
+  system.addEventListener("change", listener);
+  const chosen = new MutationObserver(listener);
+  chosen.observe(document.documentElement, { attributeFilter: ["data-theme"] });
+  return () => {
+    system.removeEventListener("change", listener);
+    chosen.disconnect();
+  };
+}

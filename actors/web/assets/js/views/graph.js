@@ -2,7 +2,7 @@
 // The graph: nodes, topics, and on demand services and actions, as they change.
 
 import cytoscape from "../../vendor/cytoscape.esm.min.mjs";
-import { add, announce, h, setText } from "../dom.js";
+import { add, announce, h, onOtherColors, setText } from "../dom.js";
 import { bytes, short } from "../format.js";
 import { elementsOf, placeNear } from "../graph_elements.js";
 import { svgOf } from "../graph_svg.js";
@@ -84,11 +84,7 @@ class GraphView {
     });
     this._cy.on("tap", (/** @type {any} */ event) => this._tapped(event.target === this._cy ? "" : event.target.id()));
     this._cy.on("dragfree", "node", (/** @type {any} */ event) => this._positions.set(event.target.id(), { ...event.target.position() }));
-    this._colors = matchMedia("(prefers-color-scheme: dark)");
-    this._restyle = () => this._style();
-    this._colors.addEventListener("change", this._restyle);
-    this._themes = new MutationObserver(this._restyle);
-    this._themes.observe(document.documentElement, { attributeFilter: ["data-theme"] });
+    this._endColors = onOtherColors(() => this._style());
     this._resized = new ResizeObserver(() => {
       this._cy.resize();
       if (!this._moved) {
@@ -104,9 +100,8 @@ class GraphView {
   close() {
     this._end();
     this._worker.terminate();
-    this._themes.disconnect();
+    this._endColors();
     this._resized.disconnect();
-    this._colors.removeEventListener("change", this._restyle);
     this._cy.destroy();
   }
 

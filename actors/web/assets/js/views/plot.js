@@ -2,7 +2,7 @@
 // Fields of topics over time, several in one plot.
 
 import uPlot from "../../vendor/uPlot.esm.js";
-import { announce, h, setText } from "../dom.js";
+import { announce, h, onOtherColors, setText } from "../dom.js";
 import { plottedFields, togglePlotted } from "../plotted_fields.js";
 import { addressOf } from "../routes.js";
 
@@ -57,6 +57,7 @@ class PlotView {
     );
     this._resized = new ResizeObserver(() => this._plot?.setSize({ width: this._area.clientWidth, height: HEIGHT }));
     this._resized.observe(this._area);
+    this._endColors = onOtherColors(() => this._makePlot());
     this._open();
     this._timer = setInterval(() => this._draw(), 100);
   }
@@ -64,6 +65,7 @@ class PlotView {
   close() {
     clearInterval(this._timer);
     this._resized.disconnect();
+    this._endColors();
     this._ends.forEach((end) => end());
     this._plot?.destroy();
   }
@@ -122,7 +124,7 @@ class PlotView {
 
   _makePlot() {
     this._plot?.destroy();
-    const style = getComputedStyle(document.documentElement);
+    const { fontFamily } = getComputedStyle(document.body);
     const probe = h("span");
     this._area.replaceChildren(probe);
     probe.style.color = "var(--dim)";
@@ -130,7 +132,7 @@ class PlotView {
     probe.style.color = "var(--line)";
     const line = getComputedStyle(probe).color;
     probe.remove();
-    const axis = { stroke: dim, grid: { stroke: line, width: 1 }, ticks: { stroke: line }, font: `12px ${style.fontFamily}` };
+    const axis = { stroke: dim, grid: { stroke: line, width: 1 }, ticks: { stroke: line }, font: `12px ${fontFamily}` };
     this._plot = new uPlot(
       {
         width: this._area.clientWidth || 600,
