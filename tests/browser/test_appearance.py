@@ -73,6 +73,19 @@ async def test_axe_finds_no_serious_violation(site: Site) -> None:
             assert serious == [], (view, scheme)
 
 
+async def test_views_say_that_there_is_nothing(empty_site: Site) -> None:
+    """Until there is something."""
+    page = await empty_site.open()
+    await page.get_by_text("There are no nodes.").wait_for()
+    for view in ("topics", "nodes", "services", "actions"):
+        await empty_site.go(page, view)
+        await page.get_by_text(f"No {view} are shown.").wait_for()
+    await empty_site.system.example("minimal_publisher")
+    await empty_site.go(page, "nodes")
+    await page.get_by_role("link", name="/minimal_publisher").wait_for()
+    assert not await page.get_by_text("No nodes are shown.").is_visible()
+
+
 def test_libraries_are_those_of_their_packages() -> None:
     """Without comments that name source maps."""
     for path in (each for each in VENDOR.iterdir() if each.suffix in {".js", ".mjs", ".css"}):

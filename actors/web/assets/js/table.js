@@ -40,9 +40,10 @@ export class Table {
     );
     this._body = h("tbody");
     const table = h("table", {}, h("caption", { class: "hidden-text" }, caption), h("thead", {}, h("tr", {}, ...this._headings)), this._body);
+    this._empty = h("p", { class: "dim", hidden: true }, `No ${caption.toLowerCase()} are shown.`);
     this._limit = FEW;
     this._more = h("button", { type: "button", hidden: true, onclick: () => this._showAll() });
-    this.element = h("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption }, table, this._more);
+    this.element = h("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption }, table, this._more, this._empty);
     this._markSorted();
   }
 
@@ -57,6 +58,7 @@ export class Table {
     const shown = new Set(order.slice(0, this._limit));
     this._more.hidden = shown.size === order.length;
     setText(this._more, `Show all ${order.length} rows`);
+    this._empty.hidden = order.length > 0;
     for (const [key, element] of this._elements) {
       if (!shown.has(key)) {
         element.remove();

@@ -24,17 +24,15 @@ export function show(place, context) {
   ]));
   const filter = h("input", { type: "search", placeholder: "Part of a name or type", "aria-label": "Filter", oninput: () => draw() });
   const hidden = h("input", { type: "checkbox", onchange: () => draw() });
-  const empty = h("p", { class: "dim" }, "No actions are shown.");
   /** @type {Record<string, Row>} */
   let actions = {};
   const draw = () => {
     const shown = Object.entries(actions).filter(
       ([name, row]) => (hidden.checked || !isHidden(name)) && [name, ...row.types].some((text) => text.includes(filter.value)),
     );
-    empty.hidden = shown.length > 0;
     table.show(Object.fromEntries(shown));
   };
-  place.append(h("h2", {}, "Actions"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element, empty);
+  place.append(h("h2", {}, "Actions"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element);
   return context.connection.open("overview", {}, ({ document }) => {
     actions = actionsAmong(Object.values(document.services ?? {}));
     draw();

@@ -55,6 +55,7 @@ class GraphView {
     this._filter = h("input", { type: "search", placeholder: "Part of a name", "aria-label": "Filter by name", oninput: () => this._draw() });
     this._grouped = this._box("Namespaces", () => this._layOut());
     this._notice = h("p", { class: "notice bad", hidden: true });
+    this._empty = h("p", { class: "dim", hidden: true }, "There are no nodes.");
     this._drawing = h("div", { class: "drawing", "aria-hidden": "true" });
     this._details = h("aside", { "aria-label": "Details", hidden: true });
     this._list = h("ul");
@@ -71,7 +72,7 @@ class GraphView {
       h("button", { type: "button", onclick: () => this._save("png") }, "PNG"),
     );
     place.append(
-      h("section", { class: "graph" }, h("h2", { class: "hidden-text" }, "Graph"), toolbar, this._notice,
+      h("section", { class: "graph" }, h("h2", { class: "hidden-text" }, "Graph"), toolbar, this._notice, this._empty,
         h("div", { class: "drawing-area" }, this._drawing, this._details), this._listArea),
     );
     this._cy = cytoscape({
@@ -133,6 +134,7 @@ class GraphView {
         return;
       }
       this._document = document;
+      this._empty.hidden = Object.keys(document.vertices ?? {}).length > 0;
       this._say(this._mismatchText() || (document.omitted ? `${document.omitted} more are not drawn` : ""));
       this._draw();
     });

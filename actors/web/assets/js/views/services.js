@@ -25,7 +25,6 @@ export function show(place, context) {
   const filter = h("input", { type: "search", placeholder: "Part of a name or type", "aria-label": "Filter", oninput: () => draw() });
   const standard = h("input", { type: "checkbox", onchange: () => draw() });
   const hidden = h("input", { type: "checkbox", onchange: () => draw() });
-  const empty = h("p", { class: "dim" }, "No services are shown.");
   /** @type {Record<string, Row>} */
   let services = {};
   const draw = () => {
@@ -35,11 +34,10 @@ export function show(place, context) {
         (standard.checked || !isStandard(row)) &&
         [name, ...row.types].some((text) => text.includes(filter.value)),
     );
-    empty.hidden = shown.length > 0;
     table.show(Object.fromEntries(shown));
   };
   const boxes = [h("label", {}, standard, "Standard"), h("label", {}, hidden, "Hidden")];
-  place.append(h("h2", {}, "Services"), h("div", { class: "toolbar" }, filter, ...boxes), table.element, empty);
+  place.append(h("h2", {}, "Services"), h("div", { class: "toolbar" }, filter, ...boxes), table.element);
   return context.connection.open("overview", {}, ({ document }) => {
     services = document.services ?? {};
     draw();
