@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from playwright.async_api import async_playwright
 
-from tests.integration.conftest import System, free_port, system
+from tests.integration.conftest import System, system
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -76,10 +76,10 @@ class Site:
         self.broker = await self.system.broker()
         for name in examples:
             self.programs[name] = await self.system.example(name)
-        await self.start_web(free_port())
+        await self.start_web()
 
-    async def start_web(self, port: int) -> None:
-        """Start the web server."""
+    async def start_web(self, port: int = 0) -> None:
+        """Start the web server, at a free port unless one is given."""
         listen = ("--listen", f"127.0.0.1:{port}", "--allow-control", "--no-browser")
         self.web = await self.system.program(sys.executable, "-m", "actors", "web", *listen)
         line = await self.web.wait_for_line("callboard web listening on ")

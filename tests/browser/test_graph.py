@@ -148,7 +148,7 @@ async def test_nodes_of_a_mesh_are_shown_with_their_brokers(
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     site = Site(system, browser)
     await system.broker("--mesh-listen", endpoint, "--mesh-name", "alpha", "--insecure")
-    await site.start_web(free_port())
+    await site.start_web()
     await stack.enter_async_context(actors.Node("here", url=system.url))
     page = await site.open("nodes")
     rows = page.locator("tbody tr")
