@@ -17,13 +17,18 @@ export class ApiError extends Error {
   }
 }
 
-/** Keep the token of the address (`#token=...`) for this tab, and take it out of the address. */
+/**
+ * Keep the token of the address (`#token=...`) for this tab, and take it out of the address.
+ *
+ * @returns {boolean} whether it had one
+ */
 export function takeToken() {
   const match = /^#token=([\w-]+)$/.exec(location.hash);
   if (match) {
     sessionStorage.setItem(KEY, match[1]);
     history.replaceState(null, "", location.pathname);
   }
+  return match !== null;
 }
 
 /** Whether the address had a token. */

@@ -53,6 +53,27 @@ export function setText(element, text) {
 }
 
 /**
+ * Replace the children of an element; those that are equal stay, so that they keep the focus and no click misses.
+ *
+ * @param {Element} parent
+ * @param {...Child} children
+ */
+export function setChildren(parent, ...children) {
+  const wanted = [...h("div", {}, ...children).childNodes];
+  wanted.forEach((child, number) => {
+    const old = parent.childNodes[number];
+    if (!old) {
+      parent.append(child);
+    } else if (!old.isEqualNode(child)) {
+      old.replaceWith(child);
+    }
+  });
+  while (parent.childNodes.length > wanted.length) {
+    parent.lastChild?.remove();
+  }
+}
+
+/**
  * Tell readers of the screen something.
  *
  * @param {string} text

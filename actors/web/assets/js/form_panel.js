@@ -3,7 +3,7 @@
 
 import { request } from "./api.js";
 import { announce, h, setText } from "./dom.js";
-import { parseExact } from "./exact_json.js";
+import { parseExact, stringifyExact } from "./exact_json.js";
 import { Form, FormError } from "./form.js";
 
 /** @typedef {import("./main.js").Context} Context */
@@ -26,6 +26,7 @@ export class FormPanel {
     this._context = context;
     this._parts = parts;
     this._loaded = 0;
+    this._description = "";
     /** @type {Form | null} */
     this._form = null;
     this._place = h("div", {}, h("p", { class: "dim" }, "Loading the form …"));
@@ -43,7 +44,7 @@ export class FormPanel {
     );
   }
 
-  /** Get the form; again when the type may have changed. What has been written is lost then. */
+  /** Get the form; again when the type may have changed. What has been written is lost if it has. */
   async load() {
     const mine = ++this._loaded;
     try {
@@ -51,9 +52,13 @@ export class FormPanel {
       if (mine !== this._loaded) {
         return;
       }
-      this._form = new Form(form);
-      this._form.setDisabled(!this._context.control);
-      this._place.replaceChildren(this._form.element);
+      const description = stringifyExact(form);
+      if (this._form === null || description !== this._description) {
+        this._description = description;
+        this._form = new Form(form);
+        this._form.setDisabled(!this._context.control);
+        this._place.replaceChildren(this._form.element);
+      }
     } catch (error) {
       if (mine === this._loaded) {
         this._form = null;

@@ -33,7 +33,11 @@ export class Lifecycle {
       const buttons = lifecycle.transitions.map((/** @type {any} */ each) =>
         h("button", { type: "button", disabled: !this._control, onclick: () => this._request(each) }, each.label),
       );
+      const focused = this._buttons.contains(document.activeElement);
       this._buttons.replaceChildren(...buttons);
+      if (focused) {
+        buttons[0]?.focus();
+      }
     }
   }
 

@@ -66,7 +66,7 @@ async function show() {
   const id = Object.hasOwn(VIEWS, view) ? view : FIRST;
   const [title, load] = VIEWS[id];
   const mine = ++shown;
-  const module = await load();
+  const [module, problem] = await load().then((found) => /** @type {const} */ ([found, ""]), (error) => /** @type {const} */ ([null, String(error.message)]));
   if (mine !== shown) {
     return; // another one has been chosen meanwhile
   }
@@ -80,14 +80,19 @@ async function show() {
   }
   document.title = `${name || title} - callboard`;
   content.replaceChildren();
+  if (module === null) {
+    clear = () => {};
+    content.append(h("p", { class: "notice bad", role: "alert" }, `This view cannot be loaded: ${problem}`));
+    return;
+  }
   clear = module.show(content, { connection, name, control: session.control, refusal: session.refusal ?? "" });
 }
 
 /** Ask what this page may do, and show the view anew if that has changed: the server may be another one now. */
 async function readSession() {
-  const before = session;
+  let found = session;
   try {
-    session = await request("GET", "/api/session");
+    found = await request("GET", "/api/session");
   } catch (error) {
     const { status, message } = /** @type {import("./api.js").ApiError} */ (error);
     if (status === 401) {
@@ -96,8 +101,10 @@ async function readSession() {
       clear = askForToken(content, () => readSession().then(show));
       return;
     }
-    session = { ...session, control: false, refusal: message };
+    found = { ...session, control: false, refusal: message };
   }
+  const before = session; // which another answer may have changed meanwhile
+  session = found;
   showStatus();
   signOutButton.hidden = !session.token_needed;
   if (session.control !== before.control || session.refusal !== before.refusal) {
@@ -141,5 +148,11 @@ connection.open("broker", {}, ({ document: { connected, target } }) => {
   showStatus();
 });
 connection.addEventListener("change", () => connection.connected && readSession());
-window.addEventListener("hashchange", show);
+window.addEventListener("hashchange", async () => {
+  if (takeToken()) {
+    await signIn().catch(() => {});
+    await readSession();
+  }
+  await show();
+});
 readSession();

@@ -3,6 +3,7 @@
 
 import { pathOf, request } from "./api.js";
 import { announce, h, setText } from "./dom.js";
+import { parseExact } from "./exact_json.js";
 
 /**
  * What a node says of a parameter.
@@ -27,6 +28,9 @@ export function textOf(type, value) {
   if (value === undefined || value === null) {
     return "";
   }
+  if (type === "integer array") {
+    return `[${value.join(",")}]`;
+  }
   return type === "string" || typeof value !== "object" ? String(value) : JSON.stringify(value);
 }
 
@@ -41,7 +45,7 @@ export function valueOf(type, text) {
   if (type === "string" || type === "integer" || type === "double") {
     return text;
   }
-  return JSON.parse(text);
+  return parseExact(text);
 }
 
 /** @param {Parameter} parameter */
@@ -98,7 +102,7 @@ class Row {
 
   /** Whether somebody is editing it. */
   get edited() {
-    return this._text() !== this._shown;
+    return this.text !== this._shown;
   }
 
   /** Whether the field has a value that may be sent; the browser says why not. */
@@ -108,7 +112,7 @@ class Row {
 
   get wanted() {
     const { name, type } = this.parameter;
-    const value = this._field.type === "checkbox" ? /** @type {HTMLInputElement} */ (this._field).checked : valueOf(type, this._text());
+    const value = this._field.type === "checkbox" ? /** @type {HTMLInputElement} */ (this._field).checked : valueOf(type, this.text);
     return type === "not set" ? { name, value } : { name, type, value };
   }
 
@@ -120,7 +124,7 @@ class Row {
     if (now === before) {
       return;
     }
-    if (this.edited && now !== this._text()) {
+    if (this.edited && now !== this.text) {
       this.say(`It has become ${now} meanwhile`, "warn");
     } else {
       this.reset();
@@ -134,6 +138,22 @@ class Row {
     old.element.replaceWith(this.element);
     if (focused) {
       this._field.focus();
+    }
+  }
+
+  /**
+   * Know the value that the node has taken; what has been written since it was sent remains.
+   *
+   * @param {any} value
+   * @param {string} sent its text
+   */
+  take(value, sent) {
+    this.parameter = { ...this.parameter, value };
+    if (this.text === sent) {
+      this.reset();
+    } else {
+      this._shown = sent;
+      this._edited();
     }
   }
 
@@ -159,7 +179,8 @@ class Row {
     setText(this._result, text);
   }
 
-  _text() {
+  /** What is in the field. */
+  get text() {
     return this._field.type === "checkbox" ? String(/** @type {HTMLInputElement} */ (this._field).checked) : this._field.value;
   }
 
@@ -259,8 +280,11 @@ export class Parameters {
     }
     /** @type {any[]} */
     let results;
+    const sent = rows.map((row) => row.text);
+    /** @type {any[]} */
+    let parameters = [];
     try {
-      const parameters = rows.map((row) => row.wanted);
+      parameters = rows.map((row) => row.wanted);
       const answer = await request("PATCH", pathOf("nodes", this._node, "/parameters"), { parameters, atomic });
       results = atomic ? rows.map(() => answer) : answer;
     } catch (error) {
@@ -269,10 +293,9 @@ export class Parameters {
     }
     rows.forEach((row, number) => {
       const { successful, reason } = results[number];
-      const text = successful ? `Set to ${textOf(row.parameter.type, row.wanted.value)}` : `Not set: ${reason || "the node gives no reason"}`;
+      const text = successful ? `Set to ${sent[number]}` : `Not set: ${reason || "the node gives no reason"}`;
       if (successful) {
-        row.parameter = { ...row.parameter, value: row.wanted.value };
-        row.reset();
+        row.take(parameters[number].value, sent[number]);
       }
       row.say(text, successful ? "good" : "bad");
       announce(`${row.parameter.name}: ${text}`);

@@ -65,6 +65,7 @@ export class Table {
         this._elements.delete(key);
       }
     }
+    const focused = document.activeElement;
     let before = null;
     for (const key of shown) {
       const element = this._filled(key);
@@ -74,6 +75,9 @@ export class Table {
         this._body.insertBefore(element, place);
       }
       before = element;
+    }
+    if (focused instanceof HTMLElement && focused !== document.activeElement && this._body.contains(focused)) {
+      focused.focus({ preventScroll: true }); // its row has moved
     }
   }
 

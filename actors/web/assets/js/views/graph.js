@@ -2,7 +2,7 @@
 // The graph: nodes, topics, and on demand services and actions, as they change.
 
 import cytoscape from "../../vendor/cytoscape.esm.min.mjs";
-import { add, announce, h, onOtherColors, setText } from "../dom.js";
+import { announce, h, onOtherColors, setChildren, setText } from "../dom.js";
 import { bytes, short } from "../format.js";
 import { elementsOf, placeNear } from "../graph_elements.js";
 import { svgOf } from "../graph_svg.js";
@@ -280,18 +280,20 @@ class GraphView {
     const vertex = this._document.vertices?.[this._selected];
     const edge = this._document.edges?.[this._selected];
     this._details.hidden = !vertex && !edge;
+    /** @type {(Node | null)[]} */
+    const parts = [];
     if (vertex) {
-      this._details.replaceChildren(
+      parts.push(
         h("h3", {}, h("a", { href: addressOf(vertex.kind, vertex.name) }, vertex.name)),
         h("p", {}, [vertex.kind, ...(vertex.types ?? []), vertex.broker && `on ${vertex.broker}`, vertex.state].filter(Boolean).join(", ")),
       );
       if (vertex.kind === "topic") {
         const rates = `${short(vertex.messages_per_sec)} messages/s, ${bytes(vertex.bytes_per_sec)}/s, ${short(vertex.dropped)} dropped`;
-        add(this._details, h("p", {}, rates));
+        parts.push(h("p", {}, rates));
       }
-      add(this._details, this._neighbours(this._selected));
+      parts.push(this._neighbours(this._selected));
     } else if (edge) {
-      this._details.replaceChildren(
+      parts.push(
         h("h3", {}, edge.relation),
         h("ul", {}, ...[edge.source, edge.target].map((id) => h("li", {}, this._link(id)))),
       );
@@ -299,9 +301,10 @@ class GraphView {
     for (const { topic, publisher, subscriber, policy } of Object.values(this._document.mismatches ?? {})) {
       const about = [`topic ${topic}`, `node ${publisher}`, `node ${subscriber}`];
       if (about.includes(this._selected) || (edge && about.includes(edge.source) && about.includes(edge.target))) {
-        add(this._details, h("p", { class: "bad" }, `${publisher} and ${subscriber} do not match on ${topic}: ${policy}`));
+        parts.push(h("p", { class: "bad" }, `${publisher} and ${subscriber} do not match on ${topic}: ${policy}`));
       }
     }
+    setChildren(this._details, ...parts);
   }
 
   /** @param {string} id */
@@ -316,7 +319,7 @@ class GraphView {
   /** @param {string} id */
   _link(id) {
     const name = id.slice(id.indexOf(" ") + 1);
-    return h("button", { type: "button", class: "link", onclick: () => this._select(id) }, name);
+    return h("button", { type: "button", class: "link", "data-id": id, onclick: () => this._select(id) }, name);
   }
 
   /** @param {string} id */
