@@ -86,6 +86,51 @@ def test_promtool_accepts_the_alerts() -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize(
+    ("alert", "series", "values"),
+    [
+        ("CallboardBrokerDown", "callboard_up", "0x60"),
+        ("CallboardBrokerDown", "up", "0x60"),
+        ("CallboardRestarted", "callboard_uptime_seconds", "10 1 10 1 10 1 10+15x60"),
+        ("CallboardLoopLag", "callboard_loop_lag_longest_seconds", "0.2x60"),
+        ("CallboardLosesMessages", 'callboard_lost_copies_total{reason="depth"}', "0+30x60"),
+        ("CallboardMemory", 'callboard_closed_links_total{reason="memory"}', "0x30 1x30"),
+        ("CallboardRefusesConnections", 'callboard_refused_connections_total{reason="too_many"}', "0+3x60"),
+        ("CallboardSuspendedLinks", "callboard_suspended_links", "0 1 1 0 0 0 0 0" + " 1 1 0 0 0 0 0 0" * 7),
+        ("CallboardMeshTrouble", 'callboard_mesh_problems_total{reason="dropped"}', "0+30x60"),
+    ],
+)
+def test_the_alerts_fire(alert: str, series: str, values: str, tmp_path: Path) -> None:
+    """At some time of a quarter of an hour of the trouble, scraped every 15 s."""
+    tool = shutil.which("promtool")
+    if tool is None:
+        pytest.skip("needs promtool (Debian: apt install prometheus)")
+    name, _, labels = series.partition("{")
+    whole = ",".join(filter(None, ['instance="robot"', 'job="callboard"', labels.rstrip("}")]))
+    fires = f'count by (alertname) (ALERTS{{alertstate="firing",alertname="{alert}"}})'
+    test: dict[str, Any] = {
+        "rule_files": [str(ALERTS)],
+        "evaluation_interval": "15s",
+        "tests": [
+            {
+                "interval": "15s",
+                "input_series": [{"series": f"{name}{{{whole}}}", "values": values}],
+                "promql_expr_test": [
+                    {
+                        "expr": f"count(max_over_time({fires}[14m:15s]))",
+                        "eval_time": "14m",
+                        "exp_samples": [{"labels": "{}", "value": 1}],
+                    }
+                ],
+            }
+        ],
+    }
+    file = tmp_path / "test.yml"
+    file.write_text(yaml.safe_dump(test))
+    done = subprocess.run([tool, "test", "rules", str(file)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_promtool_accepts_the_metrics() -> None:
     """Each has a description, and the name that Prometheus expects of its kind."""
     tool = shutil.which("promtool")
