@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 from importlib.util import find_spec
 from typing import Final
@@ -57,7 +56,6 @@ def check_web(listen: str, flag: str) -> None:
     try:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         socket.create_server((host, port), family=family).close()
-    except OSError as error:
-        raise CommandError(
-            f"{flag}: cannot listen on {listen}: {os.strerror(error.errno or 0)}", USAGE
-        ) from None
+    except OSError as error:  # its number may be that of a resolver, and its text repeats the address
+        reason = str(error.strerror).partition(" (while")[0]
+        raise CommandError(f"{flag}: cannot listen on {listen}: {reason}", USAGE) from None

@@ -154,9 +154,9 @@ class WebServer:
                 ssl=options.tls,
                 ssl_handshake_timeout=None if options.tls is None else HANDSHAKE_SEC,
             )
-        except OSError as error:
+        except (OSError, UnicodeError) as error:  # the latter from a name that cannot be one
             await self._runner.cleanup()
-            reason = error.strerror or str(error)
+            reason = getattr(error, "strerror", None) or str(error)
             raise WebListenError(f"Cannot listen on {options.host}:{options.port}: {reason}") from None
         self.port = self._listener.sockets[0].getsockname()[1]
         return self

@@ -157,6 +157,13 @@ async def test_a_port_that_is_taken_is_one_clear_error(site: Site, meeting: Meet
             await Site(stack, meeting, WebOptions(port=site.server.port)).open()
 
 
+async def test_a_name_that_cannot_be_one_is_one_clear_error(meeting: Meeting) -> None:
+    """It never reaches the resolver."""
+    async with AsyncExitStack() as stack:
+        with pytest.raises(WebListenError, match=r"robot\.\.local:0"):
+            await Site(stack, meeting, WebOptions(host="robot..local", port=0)).open()
+
+
 async def test_without_a_broker_the_api_says_so(site: Site, meeting: Meeting) -> None:
     """503, while the page goes on to be served."""
     await meeting.stop_broker()

@@ -77,6 +77,14 @@ def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> No
     assert captured.err == f"--http: cannot listen on {address}: Address already in use\n"
 
 
+def test_the_page_needs_a_name_that_is_known(capsys: pytest.CaptureFixture[str]) -> None:
+    """The error is that of the resolver."""
+    assert main(["broker", "--port", "0", "--http", "robot..local:7412"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("--http: cannot listen on robot..local:7412: ")
+    assert "Unknown error" not in error
+
+
 @pytest.mark.parametrize("address", ["7412", "127.0.0.1:", "127.0.0.1:65536", ":80"])
 def test_the_address_of_the_page_is_checked(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One line says how it looks."""
