@@ -184,8 +184,18 @@ def edges(nodes: int) -> int:
 
 def percent(ratios: Sequence[float]) -> list[str]:
     """Return median, with its standard error, and quartiles of ratios as differences from 1, in percent."""
-    ordered = sorted(ratios)
-    last = len(ordered) - 1
-    middle, lower, upper = (100 * (ordered[round(part * last)] - 1) for part in (0.5, 0.25, 0.75))
-    error = ERROR_OF_MEDIAN * (upper - lower) / math.sqrt(len(ordered))
-    return [f"{middle:+.1f} ± {error:.1f} %", f"{lower:+.1f} %", f"{upper:+.1f} %"]
+    middle, lower, upper = (100 * (each - 1) for each in quartiles(ratios))
+    return [f"{middle:+.1f} ± {100 * error(ratios):.1f} %", f"{lower:+.1f} %", f"{upper:+.1f} %"]
+
+
+def quartiles(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return the median, the lower quartile and the upper one."""
+    ordered = sorted(values)
+    middle, lower, upper = (ordered[round(part * (len(ordered) - 1))] for part in (0.5, 0.25, 0.75))
+    return middle, lower, upper
+
+
+def error(values: Sequence[float]) -> float:
+    """Return the standard error of the median."""
+    _, lower, upper = quartiles(values)
+    return ERROR_OF_MEDIAN * (upper - lower) / math.sqrt(len(values))
