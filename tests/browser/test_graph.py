@@ -91,6 +91,23 @@ async def test_an_unknown_view_is_the_graph(empty_site: Site) -> None:
     await page.locator(".graph").wait_for()
 
 
+async def test_the_filter_draws_when_typing_ends(site: Site) -> None:
+    """Only what matches and its neighbours; leaving the view before that is no error."""
+    page = await site.open()
+    await page.wait_for_selector(READY)
+    field = page.get_by_label("Filter by name")
+    await field.press_sequentially("addison2")
+    shown = "() => document.querySelector('.drawing')._cyreg.cy.nodes().map(node => node.id()).sort()"
+    async with asyncio.timeout(DEADLINE_SEC):
+        while await page.evaluate(shown) != ["node /publishing_subscriber", "topic /addison2"]:
+            await page.wait_for_timeout(20)
+    await field.press("Backspace")
+    await site.go(page, "log")
+    await page.get_by_role("heading", name="Log").wait_for()
+    await site.go(page, "graph")
+    await page.wait_for_selector(READY)
+
+
 LAY_OUT = """async ({ count, blocks }) => {
   const { laidOut } = await import(new URL("js/layout.js", document.baseURI));
   const ids = [...Array(count).keys()];

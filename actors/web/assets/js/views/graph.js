@@ -17,6 +17,9 @@ const MANY_ELEMENTS = 400;
 
 const MAX_FIT_ZOOM = 1.3;
 
+const TYPING_MS = 200;
+/** After the last key in the filter the graph is drawn: hundreds of vertices that come back take longer than a key may. */
+
 /**
  * @param {HTMLElement} place
  * @param {Context} context
@@ -48,11 +51,12 @@ class GraphView {
     this._moved = false;
     this._many = false;
     this._layout = 0;
+    this._typing = 0;
     this._worker = new Worker("js/layout_worker.js", { type: "module" });
     this._worker.onmessage = ({ data }) => this._takeLayout(data);
     this._parameters = { services: false, actions: false, hidden: false, debug: false };
 
-    this._filter = h("input", { type: "search", placeholder: "Part of a name", "aria-label": "Filter by name", oninput: () => this._draw() });
+    this._filter = h("input", { type: "search", placeholder: "Part of a name", "aria-label": "Filter by name", oninput: () => this._drawSoon() });
     this._grouped = this._box("Namespaces", () => this._layOut());
     this._notice = h("p", { class: "notice bad", hidden: true });
     this._empty = h("p", { class: "dim", hidden: true }, "There are no nodes.");
@@ -99,6 +103,7 @@ class GraphView {
   }
 
   close() {
+    clearTimeout(this._typing);
     this._end();
     this._worker.terminate();
     this._endColors();
@@ -154,6 +159,12 @@ class GraphView {
     const { topic, publisher, subscriber, policy } = found[0];
     const more = found.length > 1 ? ` And ${found.length - 1} more.` : "";
     return `Not connected, as one of them is strict: ${publisher} publishes ${topic} with a QoS that ${subscriber} does not match: ${policy}.${more}`;
+  }
+
+  /** Draw when nobody has typed for a moment. */
+  _drawSoon() {
+    clearTimeout(this._typing);
+    this._typing = window.setTimeout(() => this._draw(), TYPING_MS);
   }
 
   /** Make the drawing show the document: only what has changed is touched. */
