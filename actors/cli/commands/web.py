@@ -80,8 +80,10 @@ def _web_options(options: Options) -> WebOptions:
 
 async def _serve(options: Options, chosen: WebOptions) -> None:
     import asyncio
+    import webbrowser
 
     from actors.cli.broker_target import target_of, why_unreachable
+    from actors.cli.browser_address import browser_address
     from actors.errors import BrokerUnreachable
     from actors.web.observer import Observer
     from actors.web.server import WebServer
@@ -95,10 +97,9 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
     try:
         async with WebServer(observer, chosen) as server:
             print_out(f"callboard web listening on {server.url_with_token}")
-            if not options.no_browser:
-                import webbrowser
-
-                await asyncio.to_thread(webbrowser.open, server.url_with_token)
-            await asyncio.Event().wait()
+            with browser_address(server.url_with_token) as address:
+                if not options.no_browser:
+                    await asyncio.to_thread(webbrowser.open, address)
+                await asyncio.Event().wait()
     finally:
         await observer.__aexit__(None, None, None)
