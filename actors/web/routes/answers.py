@@ -1,4 +1,4 @@
-"""Answers of the API: JSON, errors as `{"error": TEXT}`, and streams of events."""
+"""Answers of the API: JSON, and errors as `{"error": TEXT}`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web.routes.event_stream import STREAM, EventStream
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.users import NoUsersError, TooManyUsersError
 from proto.errors import CallboardError
@@ -71,16 +72,20 @@ def failure(status: int, reason: str) -> web.Response:
 async def answered(
     handler: Callable[[web.Request], Awaitable[web.StreamResponse]], request: web.Request
 ) -> web.StreamResponse:
-    """Return what a handler answers, or what its error says."""
+    """Return what a handler answers, or what its error says; as an event if a stream has begun."""
     try:
         return await handler(request)
     except UnknownError as error:
-        return failure(404, str(error))
+        status, reason = 404, str(error)
     except web.HTTPException as error:
-        return failure(error.status, error.text or error.reason)
+        status, reason = error.status, error.text or error.reason
     except (CallboardError, msgspec.MsgspecError) as error:
-        status = next(status for kind, status in _STATUS if isinstance(error, kind))
-        return failure(status, str(error))
+        status, reason = next(status for kind, status in _STATUS if isinstance(error, kind)), str(error)
+    stream: EventStream | None = request.get(STREAM)
+    if stream is None:
+        return failure(status, reason)
+    await stream.send({"error": reason}, "error")
+    return stream.response
 
 
 async def body_of(request: web.Request) -> dict[str, Any]:
@@ -91,21 +96,3 @@ async def body_of(request: web.Request) -> dict[str, Any]:
         web.HTTPRequestEntityTooLarge: It has more than `MAX_BODY_BYTES`.
     """
     return msgspec.json.decode(await request.read() or b"{}", type=dict[str, Any])
-
-
-async def event_stream(request: web.Request) -> web.StreamResponse:
-    """Begin a stream of server-sent events."""
-    response = web.StreamResponse(headers={"Content-Type": "text/event-stream", "Cache-Control": "no-store"})
-    await response.prepare(request)
-    return response
-
-
-async def send_event(response: web.StreamResponse, document: object, event: str = "message") -> None:
-    """Send one event, and wait while the reader is slow.
-
-    Args:
-        response: The stream.
-        document: Its data, as JSON.
-        event: Its kind.
-    """
-    await response.write(f"event: {event}\ndata: ".encode() + msgspec.json.encode(document) + b"\n\n")

@@ -9,7 +9,7 @@ from aiohttp import web
 
 from actors.web.live.echo_panel import AT_ONCE, shown
 from actors.web.live.session import PERIOD_SEC
-from actors.web.routes.answers import event_stream, send_event
+from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
@@ -22,15 +22,14 @@ async def echo(request: web.Request) -> web.StreamResponse:
         reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set, request.query.get("type", ""))
         try:
             await reader.accepted()
-            stream = await event_stream(request)
+            stream = await EventStream.begin(request)
             while True:
-                await news.wait()
-                news.clear()
+                await stream.wait(news)
                 for received in reader.take():
-                    await send_event(stream, shown(received, reader))
+                    await stream.send(shown(received, reader))
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
-                    await send_event(stream, {"skipped": skipped}, "skipped")
+                    await stream.send({"skipped": skipped}, "skipped")
                 await asyncio.sleep(PERIOD_SEC)
         finally:
             reader.close()

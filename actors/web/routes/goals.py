@@ -13,8 +13,9 @@ from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.live.session import PERIOD_SEC
-from actors.web.routes.answers import UnknownError, answer, event_stream, failure, send_event
+from actors.web.routes.answers import UnknownError, answer, failure
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
+from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
@@ -62,35 +63,34 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
         goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
         try:
             await goal.accepted()
-            stream = await event_stream(request)
-            await send_event(stream, {"goal_id": goal.goal_id}, "accepted")
+            stream = await EventStream.begin(request)
+            await stream.send({"goal_id": goal.goal_id}, "accepted")
             await _send_progress(stream, goal)
         finally:
             goal.read = False
             if body.cancel_on_close and not goal.ended:
                 workspace.goals.cancel_later(goal)
-    return stream
+    return stream.response
 
 
-async def _send_progress(stream: web.StreamResponse, goal: FollowedGoal) -> None:
+async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
     """Send feedback, of which a slow reader gets the newest, and the end."""
     ended = False
     while not ended:
-        await goal.news.wait()
-        goal.news.clear()
+        await stream.wait(goal.news)
         ended = goal.ended  # before the feedback is taken: nothing comes after the end
         skipped, goal.skipped = goal.skipped, 0
         if skipped:
-            await send_event(stream, {"skipped": skipped}, "skipped")
+            await stream.send({"skipped": skipped}, "skipped")
         for each in goal.take_feedback():
-            await send_event(stream, {"feedback": each}, "feedback")
+            await stream.send({"feedback": each}, "feedback")
         if not ended:
             await asyncio.sleep(PERIOD_SEC)
     if goal.outcome is None:
-        await send_event(stream, {"error": str(goal.error)}, "error")
+        await stream.send({"error": str(goal.error)}, "error")
     else:
         fields = message_to_ordereddict(goal.outcome.result)
-        await send_event(stream, {"status": goal.outcome.status.name, "result": fields}, "result")
+        await stream.send({"status": goal.outcome.status.name, "result": fields}, "result")
 
 
 async def cancel(request: web.Request) -> web.Response:

@@ -10,7 +10,7 @@ from aiohttp import web
 
 from actors.web.live.session import PERIOD_SEC
 from actors.web.log_reader import LogFilter
-from actors.web.routes.answers import event_stream, send_event
+from actors.web.routes.event_stream import EventStream
 from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
 
@@ -23,15 +23,14 @@ async def log(request: web.Request) -> web.StreamResponse:
         reader = workspace.panels.logs.read(chosen, news.set)
         try:
             await reader.accepted()
-            stream = await event_stream(request)
+            stream = await EventStream.begin(request)
             while True:
-                await news.wait()
-                news.clear()
+                await stream.wait(news)
                 for line in reader.take():
-                    await send_event(stream, line)
+                    await stream.send(line)
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
-                    await send_event(stream, {"skipped": skipped}, "skipped")
+                    await stream.send({"skipped": skipped}, "skipped")
                 await asyncio.sleep(PERIOD_SEC)
         finally:
             reader.close()

@@ -90,6 +90,9 @@ export async function stream(method, path, body, onEvent, signal, parse = JSON.p
     const events = text.split("\n\n");
     text = /** @type {string} */ (events.pop());
     for (const event of events) {
+      if (event.startsWith(":")) {
+        continue; // a comment, which keeps the connection
+      }
       const [, kind, data] = /** @type {RegExpExecArray} */ (/^event: (.*)\ndata: ([^]*)$/.exec(event));
       onEvent(kind, parse(data));
     }

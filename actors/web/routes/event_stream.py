@@ -1,0 +1,61 @@
+"""Answers that go on: streams of server-sent events (https://html.spec.whatwg.org/#server-sent-events)."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+import msgspec
+from aiohttp import web
+
+COMMENT_SEC: Final = 15.0
+"""Without an event for so long, a comment is sent: proxies end silent streams, and a reader may have gone."""
+
+
+class EventStream:
+    """A stream of server-sent events.
+
+    Args:
+        response: Prepared.
+
+    Attributes:
+        response: The same.
+    """
+
+    def __init__(self, response: web.StreamResponse) -> None:
+        self.response = response
+
+    @staticmethod
+    async def begin(request: web.Request) -> EventStream:
+        """Begin to answer a request; an error from now on becomes an event `error`, see `answered`."""
+        headers = {"Content-Type": "text/event-stream", "Cache-Control": "no-store"}
+        stream = EventStream(web.StreamResponse(headers=headers))
+        request[STREAM] = stream
+        await stream.response.prepare(request)
+        return stream
+
+    async def send(self, document: object, event: str = "message") -> None:
+        """Send one event, and wait while the reader is slow.
+
+        Args:
+            document: Its data, as JSON.
+            event: Its kind.
+        """
+        data = msgspec.json.encode(document)
+        await self.response.write(b"event: %s\ndata: %s\n\n" % (event.encode(), data))
+
+    async def wait(self, news: asyncio.Event) -> None:
+        """Wait for news, and clear it; send comments meanwhile."""
+        while True:
+            try:
+                async with asyncio.timeout(COMMENT_SEC):
+                    await news.wait()
+            except TimeoutError:
+                await self.response.write(b":\n\n")
+            else:
+                news.clear()
+                return
+
+
+STREAM: Final = web.RequestKey("STREAM", EventStream)
+"""The stream that answers a request, if one has begun."""
