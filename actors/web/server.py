@@ -100,7 +100,7 @@ class WebServer:
         door = Door(
             token=self.token,
             hosts=frozenset(name.lower() for name in (*options.allowed_hosts, options.host)),
-            private=options.users or not is_loopback(options.host),
+            private=options.users or not (is_loopback(options.host) or options.host == "localhost"),
             control=options.allow_control,
         )
         self._app = web.Application(

@@ -224,3 +224,11 @@ def test_a_file_without_a_usable_token_is_refused(content: str | bytes, tmp_path
         read_token(path)
     path.write_text("0123456789abcdef\n")
     assert read_token(path) == "0123456789abcdef"
+
+
+async def test_localhost_is_this_machine(meeting: Meeting) -> None:
+    """Reading needs no token there, as with its address."""
+    async with AsyncExitStack() as stack:
+        site = await Site(stack, meeting, WebOptions(host="localhost", port=0)).open()
+        assert "#" not in site.server.url_with_token
+        assert await site.json("/api/nodes") == []

@@ -22,7 +22,7 @@ const STANDARD =
  */
 export function show(place, context) {
   const { connection, name } = context;
-  const summary = h("div", { "aria-live": "polite" });
+  const summary = h("div");
   const process = new Process();
   const lifecycle = new Lifecycle(name, context);
   const lifecycleError = h("p", { class: "bad" });
