@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.errors import InvalidMessageError
-from actors.web.pictures import MAX_BYTES, Picture, PictureError, picture_of
+from actors.web.image_files import MAX_BYTES, ImageError, ImageFile, image_file_of
 from proto.aio.tasks import cancel_and_wait
 
 if TYPE_CHECKING:
@@ -41,12 +41,12 @@ class Image:
     Attributes:
         number: Another one for each image of this process.
         sent_ns: When it was sent, in ns since the epoch.
-        found: The picture, or the error.
+        found: The file, or the error.
     """
 
     number: int
     sent_ns: int
-    found: Picture | PictureError
+    found: ImageFile | ImageError
 
 
 class TopicImages:
@@ -112,17 +112,15 @@ class TopicImages:
         self._newest = Image(number=next(_NUMBERS), sent_ns=received.info.source_timestamp, found=found)
         self._next_at = self._loop.time() + PERIOD_SEC
 
-    async def _converted(self, received: Received) -> Picture | PictureError:
+    async def _converted(self, received: Received) -> ImageFile | ImageError:
         if len(received.data) > MAX_BYTES + OTHER_FIELDS_BYTES:
-            return PictureError(
-                f"The message has {len(received.data)} bytes; images to {MAX_BYTES} are shown"
-            )
+            return ImageError(f"The message has {len(received.data)} bytes; images to {MAX_BYTES} are shown")
         try:
             message = self._reader.decode(received.data)
-            return await asyncio.to_thread(picture_of, message)
+            return await asyncio.to_thread(image_file_of, message)
         except InvalidMessageError as error:
-            return PictureError(str(error))
-        except PictureError as error:
+            return ImageError(str(error))
+        except ImageError as error:
             return error
 
     def _restart_timer(self) -> None:

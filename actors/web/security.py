@@ -54,7 +54,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Door:
+class AccessPolicy:
     """What the server requires of a request.
 
     Attributes:

@@ -26,7 +26,7 @@ from actors.web.routes import (
 )
 from actors.web.routes.answers import answered, failure
 from actors.web.routes.state import STATE, WORKSPACE, State, state_of
-from actors.web.security import HEADERS, SAFE_METHODS, Door, bearer, new_token
+from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
 from actors.web.workspace import Workspace
 from proto.addresses import is_loopback
@@ -97,7 +97,7 @@ class WebServer:
         self.token = options.token or new_token()
         self.port = options.port
         self._options = options
-        door = Door(
+        policy = AccessPolicy(
             token=self.token,
             hosts=frozenset(name.lower() for name in (*options.allowed_hosts, options.host)),
             private=options.users or not (is_loopback(options.host) or options.host == "localhost"),
@@ -111,7 +111,7 @@ class WebServer:
         assets = Assets()
         self._app[STATE] = State(
             options=options,
-            door=door,
+            policy=policy,
             own=Workspace(observer),
             users=Users(observer.url, observer.domain) if options.users else None,
             assets=assets,
@@ -136,7 +136,7 @@ class WebServer:
     @property
     def url_with_token(self) -> str:
         """The page's address, with the token if it grants anything: in the fragment, which is never sent."""
-        needed = self._app[STATE].door.private or self._options.allow_control
+        needed = self._app[STATE].policy.private or self._options.allow_control
         return f"{self.url}#token={self.token}" if needed else self.url
 
     async def __aenter__(self) -> Self:
@@ -193,7 +193,7 @@ class _Refusal(asyncio.Protocol):
 @web.middleware
 async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
-    if request.path not in PROBES and (refusal := state_of(request).door.refuses_origin(request.headers)):
+    if request.path not in PROBES and (refusal := state_of(request).policy.refuses_origin(request.headers)):
         return failure(refusal.status, refusal.reason)
     return await answered(partial(_admit, partial(_handle, handler)), request)
 
@@ -202,14 +202,14 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     """Handle a request in the workspace of whoever asks, if he may do so."""
     state, safe = state_of(request), request.method in SAFE_METHODS
     request[WORKSPACE] = state.own
-    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.OPEN:
+    if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.NEED_NO_TOKEN:
         return await handler(request)
     token = bearer(request.headers)
     if safe and not token:
         token = request.cookies.get(session.cookie_name(request), "")
-    known = state.door.knows_token(token)
+    known = state.policy.knows_token(token)
     is_users = state.users is not None and bool(token) and not known
-    refuses = state.door.refuses_reading if safe else state.door.refuses_control
+    refuses = state.policy.refuses_reading if safe else state.policy.refuses_control
     if refusal := refuses(known=known or is_users):
         return failure(refusal.status, refusal.reason)
     if state.users is None or not is_users:

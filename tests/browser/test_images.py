@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import actors
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from tests.actors.meeting import latched
-from tests.actors.web.pictures import png_of
+from tests.actors.web.image_data import png_of
 from tests.integration.conftest import DEADLINE_SEC
 
 if TYPE_CHECKING:

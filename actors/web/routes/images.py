@@ -9,8 +9,8 @@ import msgspec
 from aiohttp import web
 
 from actors.tools import graph_documents as documents
+from actors.web.image_files import ImageError
 from actors.web.images import TYPES
-from actors.web.pictures import PictureError
 from actors.web.routes.answers import UnknownError, failure
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
@@ -46,13 +46,13 @@ async def image(request: web.Request) -> web.Response:
 
 
 def _response(newest: Image) -> web.Response:
-    picture = newest.found
-    if isinstance(picture, PictureError):
-        response = failure(422, str(picture))
+    file = newest.found
+    if isinstance(file, ImageError):
+        response = failure(422, str(file))
     else:
-        response = web.Response(body=picture.body, content_type=picture.content_type)
-        response.headers["Image-Size"] = f"{picture.width}x{picture.height}"
-        response.headers["Image-Encoding"] = picture.encoding
+        response = web.Response(body=file.body, content_type=file.content_type)
+        response.headers["Image-Size"] = f"{file.width}x{file.height}"
+        response.headers["Image-Encoding"] = file.encoding
         response.headers["Cache-Control"] = "no-store"
     response.headers["Image-Number"] = str(newest.number)
     response.headers["Image-Sent-Ns"] = str(newest.sent_ns)

@@ -11,7 +11,7 @@ from actors.web.routes.answers import answer, failure
 from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
 
-OPEN: Final = frozenset({("POST", "/api/session"), ("DELETE", "/api/session")})
+NEED_NO_TOKEN: Final = frozenset({("POST", "/api/session"), ("DELETE", "/api/session")})
 """Need no token beforehand: to sign in, and to sign out."""
 
 
@@ -29,13 +29,13 @@ async def session(request: web.Request) -> web.Response:
     """Return whether who asks may control anything (`refusal`: why not), and what is needed for reading."""
     state, workspace = state_of(request), workspace_of(request)
     token = bearer(request.headers)
-    known = bool(token) and (workspace is not state.own or state.door.knows_token(token))
-    refusal = state.door.refuses_control(known=known)
+    known = bool(token) and (workspace is not state.own or state.policy.knows_token(token))
+    refusal = state.policy.refuses_control(known=known)
     return answer(
         {
             "control": refusal is None,
             "refusal": None if refusal is None else refusal.reason,
-            "token_needed": state.door.private,
+            "token_needed": state.policy.private,
             "target": workspace.observer.target,
             "user": workspace.observer.node.user,
         }
@@ -46,7 +46,7 @@ async def sign_in(request: web.Request) -> web.Response:
     """Give a browser the cookie for reading: a WebSocket and an image have no Authorization header."""
     state = state_of(request)
     token = msgspec.json.decode(await request.read(), type=SignIn).token
-    if not state.door.knows_token(token):
+    if not state.policy.knows_token(token):
         if state.users is None:
             return failure(401, "That is not the token of this server")
         async with state.users.workspace(token):

@@ -12,7 +12,7 @@ from actors.web.workspace import Workspace
 if TYPE_CHECKING:
     from actors.web.assets import Assets
     from actors.web.options import WebOptions
-    from actors.web.security import Door
+    from actors.web.security import AccessPolicy
     from actors.web.users import Users
 
 
@@ -22,7 +22,7 @@ class State:
 
     Attributes:
         options: What the server was told.
-        door: Who may ask for what.
+        policy: Who may ask for what.
         own: What it does in its own name.
         users: Those of the broker; None if they cannot sign in here.
         assets: The page's files.
@@ -31,7 +31,7 @@ class State:
     """
 
     options: WebOptions
-    door: Door
+    policy: AccessPolicy
     own: Workspace
     users: Users | None
     assets: Assets

@@ -16,7 +16,7 @@ from actors.web import images
 from actors.web.routes import images as image_routes
 from actors.web.routes import live as live_routes
 from tests.actors.meeting import DEADLINE_SEC, latched, until
-from tests.actors.web.pictures import JPEG, read_png
+from tests.actors.web.image_data import JPEG, read_png
 
 if TYPE_CHECKING:
     from aiohttp import ClientResponse

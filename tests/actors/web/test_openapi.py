@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.web.openapi import ERRORS, OPERATIONS, Operation, openapi
-from actors.web.routes.session import OPEN
+from actors.web.routes.session import NEED_NO_TOKEN
 from actors.web.security import SAFE_METHODS
 from actors.web.server import AREAS
 
@@ -26,7 +26,7 @@ def test_every_route_is_described_and_every_description_is_a_route() -> None:
 @pytest.mark.parametrize(("key", "operation"), OPERATIONS.items(), ids=map(" ".join, OPERATIONS))
 def test_what_changes_something_is_control(key: tuple[str, str], operation: Operation) -> None:
     """Except for signing in, which grants reading only, and signing out."""
-    assert operation.control is (key[0] not in SAFE_METHODS and key not in OPEN)
+    assert operation.control is (key[0] not in SAFE_METHODS and key not in NEED_NO_TOKEN)
     assert set(operation.errors) <= set(ERRORS)
     assert {"403", "421"} <= set(operation.errors)
 

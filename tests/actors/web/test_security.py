@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from actors.web.security import Door, bearer, new_token
+from actors.web.security import AccessPolicy, bearer, new_token
 
-DOOR = Door(token="secret", control=True)
+POLICY = AccessPolicy(token="secret", control=True)
 HOST = {"Host": "127.0.0.1:7412"}
 
 
@@ -16,7 +16,7 @@ HOST = {"Host": "127.0.0.1:7412"}
 )
 def test_the_server_goes_by_addresses_and_by_the_names_that_it_was_given(host: str) -> None:
     """With any port, as it may be forwarded; no page can make an address lead to another machine."""
-    assert Door(token="t", hosts=frozenset({"robot"})).refuses_origin({"Host": host}) is None
+    assert AccessPolicy(token="t", hosts=frozenset({"robot"})).refuses_origin({"Host": host}) is None
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_the_server_goes_by_addresses_and_by_the_names_that_it_was_given(host: s
 )
 def test_another_host_is_refused(host: str) -> None:
     """A name that leads to this server by DNS rebinding."""
-    refusal = DOOR.refuses_origin({"Host": host})
+    refusal = POLICY.refuses_origin({"Host": host})
     assert refusal is not None
     assert refusal.status == 421
 
@@ -45,7 +45,7 @@ def test_another_host_is_refused(host: str) -> None:
 )
 def test_a_page_of_another_site_is_refused(headers: dict[str, str]) -> None:
     """Another port is another site, too."""
-    refusal = DOOR.refuses_origin({**HOST, **headers})
+    refusal = POLICY.refuses_origin({**HOST, **headers})
     assert refusal is not None
     assert refusal.status == 403
 
@@ -62,26 +62,26 @@ def test_a_page_of_another_site_is_refused(headers: dict[str, str]) -> None:
 )
 def test_its_own_page_and_programs_are_not_refused(headers: dict[str, str]) -> None:
     """A program sends neither header; a link of another site opens the page."""
-    assert DOOR.refuses_origin({**HOST, **headers}) is None
+    assert POLICY.refuses_origin({**HOST, **headers}) is None
 
 
 @pytest.mark.parametrize(("control", "known", "status"), [(False, True, 403), (True, False, 401)])
 def test_control_needs_the_option_and_a_token(*, control: bool, known: bool, status: int) -> None:
     """The status tells a missing option from a wrong token."""
-    refusal = Door(token="secret", control=control).refuses_control(known=known)
+    refusal = AccessPolicy(token="secret", control=control).refuses_control(known=known)
     assert refusal is not None
     assert refusal.status == status
 
 
 def test_a_known_token_grants_control() -> None:
     """Where control is allowed."""
-    assert DOOR.refuses_control(known=True) is None
+    assert POLICY.refuses_control(known=True) is None
 
 
 def test_reading_needs_a_token_of_a_private_server_only() -> None:
     """On loopback everybody on this machine may read."""
-    assert DOOR.refuses_reading(known=False) is None
-    private = Door(token="secret", private=True)
+    assert POLICY.refuses_reading(known=False) is None
+    private = AccessPolicy(token="secret", private=True)
     assert private.refuses_reading(known=True) is None
     refusal = private.refuses_reading(known=False)
     assert refusal is not None
@@ -91,16 +91,16 @@ def test_reading_needs_a_token_of_a_private_server_only() -> None:
 @pytest.mark.parametrize("token", ["", "sécret", "secret\udcff", "secre"])
 def test_other_tokens_are_just_wrong(token: str) -> None:
     """They may come from anybody, as bytes that are no UTF-8, too."""
-    assert DOOR.knows_token("secret")
-    assert not DOOR.knows_token(token)
+    assert POLICY.knows_token("secret")
+    assert not POLICY.knows_token(token)
 
 
 def test_who_presents_the_token_may_use_any_name() -> None:
     """Prometheus asks under the name that it was told; a page of another site cannot know the token."""
     known = {"Host": "robot.local:7412", "Authorization": "Bearer secret"}
-    assert DOOR.refuses_origin(known) is None
-    assert DOOR.refuses_origin({**known, "Authorization": "Bearer guess"}) is not None
-    assert DOOR.refuses_origin({**known, "Origin": "http://evil.example"}) is not None
+    assert POLICY.refuses_origin(known) is None
+    assert POLICY.refuses_origin({**known, "Authorization": "Bearer guess"}) is not None
+    assert POLICY.refuses_origin({**known, "Origin": "http://evil.example"}) is not None
 
 
 @pytest.mark.parametrize(

@@ -37,12 +37,12 @@ _RGB: Final = 2
 _FASTEST: Final = 1
 
 
-class PictureError(CallboardError):
+class ImageError(CallboardError):
     """A message has no image that can be shown; the text says why."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Picture:
+class ImageFile:
     """An image as a browser draws it.
 
     Attributes:
@@ -59,21 +59,21 @@ class Picture:
     encoding: str
 
 
-def picture_of(message: Any) -> Picture:
+def image_file_of(message: Any) -> ImageFile:
     """Return the image in a message.
 
     Args:
         message: With the fields of sensor_msgs/msg/Image or CompressedImage; a dict if its type is unknown.
 
     Raises:
-        PictureError: It has none that can be shown.
+        ImageError: It has none that can be shown.
     """
     data = _field(message, "data", bytes, bytearray, memoryview)
     if len(data) > MAX_BYTES:
-        raise PictureError(f"The image has {len(data)} bytes; at most {MAX_BYTES} are shown")
+        raise ImageError(f"The image has {len(data)} bytes; at most {MAX_BYTES} are shown")
     try:
         encoding = _field(message, "encoding", str)
-    except PictureError:
+    except ImageError:
         return _from_file(bytes(data))
     return _from_pixels(message, memoryview(data), encoding)
 
@@ -82,22 +82,22 @@ def _field(message: Any, name: str, *kinds: type[Any]) -> Any:
     try:
         value = value_at(message, name)
     except InvalidFieldError:
-        raise PictureError(f"The message has no field '{name}', so it is no image") from None
+        raise ImageError(f"The message has no field '{name}', so it is no image") from None
     if type(value) not in kinds:
-        raise PictureError(f"The field '{name}' has the type {type(value).__name__}")
+        raise ImageError(f"The field '{name}' has the type {type(value).__name__}")
     return value
 
 
-def _from_file(data: bytes) -> Picture:
+def _from_file(data: bytes) -> ImageFile:
     if data.startswith(_JPEG_BEGIN):
         kind, encoding, size = JPEG, "jpeg", _jpeg_size(data)
     elif data.startswith(_PNG_BEGIN) and data[12:16] == b"IHDR" and len(data) >= 24:
         kind, encoding, size = PNG, "png", struct.unpack(">II", data[16:24])
     else:
-        raise PictureError(f"The data is neither a JPEG nor a PNG file: it begins with {data[:8].hex(' ')!r}")
+        raise ImageError(f"The data is neither a JPEG nor a PNG file: it begins with {data[:8].hex(' ')!r}")
     width, height = size
     _require_size(width, height)
-    return Picture(body=data, content_type=kind, width=width, height=height, encoding=encoding)
+    return ImageFile(body=data, content_type=kind, width=width, height=height, encoding=encoding)
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:
@@ -112,14 +112,14 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
             return width, height
         # A byte 0xFF may be repeated before a marker.
         place += 1 if head[1] == 0xFF else 2 + int.from_bytes(head[2:4], "big")
-    raise PictureError("The JPEG file does not say how large the image is")
+    raise ImageError("The JPEG file does not say how large the image is")
 
 
 def _require_size(width: int, height: int) -> None:
     if width < 1 or height < 1:
-        raise PictureError(f"The image is empty: {width} x {height}")
+        raise ImageError(f"The image is empty: {width} x {height}")
     if width * height > MAX_PIXELS:
-        raise PictureError(f"The image is {width} x {height}; at most {MAX_PIXELS} pixels are shown")
+        raise ImageError(f"The image is {width} x {height}; at most {MAX_PIXELS} pixels are shown")
 
 
 class _Pixels(NamedTuple):
@@ -149,24 +149,24 @@ _ENCODINGS: Final = {
 """By their names in ROS (sensor_msgs/image_encodings.hpp)."""
 
 
-def _from_pixels(message: Any, data: memoryview, encoding: str) -> Picture:
+def _from_pixels(message: Any, data: memoryview, encoding: str) -> ImageFile:
     pixels = _ENCODINGS.get(encoding)
     if pixels is None:
-        raise PictureError(f"Images in {encoding[:32]!r} are not shown; those in {', '.join(_ENCODINGS)} are")
+        raise ImageError(f"Images in {encoding[:32]!r} are not shown; those in {', '.join(_ENCODINGS)} are")
     width, height, step = (_field(message, name, int) for name in ("width", "height", "step"))
     _require_size(width, height)
     row_bytes = width * pixels.size
     if step < row_bytes:
-        raise PictureError(f"The step is {step} bytes, but a row of {width} pixels has {row_bytes}")
+        raise ImageError(f"The step is {step} bytes, but a row of {width} pixels has {row_bytes}")
     if len(data) != step * height:
-        raise PictureError(
+        raise ImageError(
             f"The data has {len(data)} bytes; {height} rows with a step of {step} have {step * height}"
         )
     if pixels.depth > 8 and _field(message, "is_bigendian", int, bool):
         pixels = pixels._replace(order=pixels.order[::-1])
     rows = (_ordered(data[at : at + row_bytes], pixels) for at in range(0, len(data), step))
     body = _png(width, height, pixels, rows)
-    return Picture(body=body, content_type=PNG, width=width, height=height, encoding=encoding)
+    return ImageFile(body=body, content_type=PNG, width=width, height=height, encoding=encoding)
 
 
 def _ordered(row: memoryview, pixels: _Pixels) -> memoryview | bytearray:

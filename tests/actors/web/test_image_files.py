@@ -8,9 +8,9 @@ import pytest
 
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from actors.interfaces.std_msgs.msg import String
-from actors.web import pictures
-from actors.web.pictures import PictureError, picture_of
-from tests.actors.web.pictures import JPEG, PNG_BEGIN, png_of, read_png
+from actors.web import image_files
+from actors.web.image_files import ImageError, image_file_of
+from tests.actors.web.image_data import JPEG, PNG_BEGIN, png_of, read_png
 
 GRAY, RGB = 0, 2
 
@@ -50,10 +50,10 @@ def test_pixels_become_a_png_file(
         "step": len(line),
         "data": line * 3,
     }
-    picture = picture_of(fields if untyped else Image(**fields))
-    assert (picture.content_type, picture.encoding) == ("image/png", encoding)
-    assert (picture.width, picture.height) == (2, 3)
-    header, rows = read_png(picture.body)
+    file = image_file_of(fields if untyped else Image(**fields))
+    assert (file.content_type, file.encoding) == ("image/png", encoding)
+    assert (file.width, file.height) == (2, 3)
+    header, rows = read_png(file.body)
     assert header == (2, 3, depth, color, 0, 0, 0)
     assert rows == (b"\0" + bytes.fromhex(row)) * 3
 
@@ -71,9 +71,9 @@ def test_a_file_is_passed_on_by_its_first_bytes(
     format_text: str, data: bytes, kind: str, size: tuple[int, int]
 ) -> None:
     """As it is; the text of the format does not matter."""
-    picture = picture_of(CompressedImage(format=format_text, data=data))
-    assert (picture.content_type, picture.body) == (kind, data)
-    assert (picture.width, picture.height) == size
+    file = image_file_of(CompressedImage(format=format_text, data=data))
+    assert (file.content_type, file.body) == (kind, data)
+    assert (file.width, file.height) == size
 
 
 def image(**values: Any) -> Image:
@@ -118,14 +118,14 @@ def image(**values: Any) -> Image:
 )
 def test_what_is_no_image_has_a_reason(message: Any, text: str) -> None:
     """One short line, whatever the fields say."""
-    with pytest.raises(PictureError, match=text) as raised:
-        picture_of(message)
+    with pytest.raises(ImageError, match=text) as raised:
+        image_file_of(message)
     assert len(str(raised.value)) < 200
     assert "\n" not in str(raised.value)
 
 
 def test_an_image_with_too_many_bytes_is_not_converted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its size is said."""
-    monkeypatch.setattr(pictures, "MAX_BYTES", 11)
-    with pytest.raises(PictureError, match="12 bytes"):
-        picture_of(image())
+    monkeypatch.setattr(image_files, "MAX_BYTES", 11)
+    with pytest.raises(ImageError, match="12 bytes"):
+        image_file_of(image())
