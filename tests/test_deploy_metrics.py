@@ -131,6 +131,18 @@ def test_the_alerts_fire(alert: str, series: str, values: str, tmp_path: Path) -
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_promtool_accepts_the_configuration_of_the_guide(tmp_path: Path) -> None:
+    """Which has the token that the page's server was given."""
+    tool = shutil.which("promtool")
+    if tool is None:
+        pytest.skip("needs promtool (Debian: apt install prometheus)")
+    guide = (DEPLOY.parent / "docs" / "how-to" / "browser.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```yaml\n(.*?)```", guide, re.DOTALL)
+    file = tmp_path / "prometheus.yml"
+    file.write_text(block)
+    subprocess.run([tool, "check", "config", "--syntax-only", file], check=True, capture_output=True)
+
+
 def test_promtool_accepts_the_metrics() -> None:
     """Each has a description, and the name that Prometheus expects of its kind."""
     tool = shutil.which("promtool")
