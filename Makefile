@@ -23,7 +23,7 @@ demo: $(READY)
 	@$(BIN)/callboard demo
 
 test: $(READY)
-	@$(BIN)/python -m pytest --numprocesses=auto --cov --cov-report= $(PYTEST_FLAGS)
+	@$(BIN)/python -m pytest --numprocesses=auto --dist=worksteal --cov --cov-report= $(PYTEST_FLAGS)
 
 lint: $(READY)
 	$(BIN)/ruff check .
