@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pytest
 
 DEFAULT_SEEDS = {"history_seed": range(15), "mesh_seed": range(1, 3)}
 """By the name of a test's argument, the seeds of the histories of each kind."""
-
-
-@pytest.fixture(autouse=True)
-def _without_coverage(no_cover: None) -> None:
-    """Do not measure coverage here: it makes histories take four times as long, and other tests cover the code."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
