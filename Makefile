@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-bench web-test web-types web-unit check lint types contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
+.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -33,14 +33,17 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-types: $(READY)
-	$(BIN)/pyright
-	$(BIN)/mypy
+types: pyright mypy
+
+pyright mypy: $(READY)
+	$(BIN)/$@
 
 contracts: $(READY)
 	$(BIN)/lint-imports
 
-check: lint types contracts test
+check: $(READY)
+	@$(MAKE) --no-print-directory --jobs=4 --output-sync lint types contracts
+	@$(MAKE) --no-print-directory test
 
 format: $(READY)
 	$(BIN)/ruff check --fix .
