@@ -1,52 +1,28 @@
 """What other nodes can do with a node's parameters: ROS 2's six services, and the topic `/parameter_events`.
 
-The services answer as rclpy's do: an unknown name has an empty description, the type NOT_SET and no value,
-and cannot be set. Their handlers run through the mailbox, because they call the user's callbacks.
+The handlers run through the mailbox, because they call the user's callbacks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sized
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.idle import IdleService
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.rcl_interfaces.msg import (
-    ListParametersResult,
-    ParameterDescriptor,
-    ParameterEvent,
-    ParameterValue,
-    SetParametersResult,
-)
-from actors.interfaces.rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    GetParameterTypes,
-    ListParameters,
-    SetParameters,
-    SetParametersAtomically,
-)
-from actors.parameters.errors import ParameterNotDeclaredError, ParameterUninitializedError
-from actors.parameters.types import Parameter, ParameterType
+from actors.interfaces.rcl_interfaces.msg import ParameterEvent
+from actors.parameters.requests import ParameterRequests, event_message
 from actors.qos.profile import qos_profile_parameter_events
 from proto.errors import InvalidServiceNameError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from actors.arguments.remapping import Remapper
     from actors.endpoints.context import NodeContext
-    from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
     from actors.parameters.changes import ParameterChanges
     from actors.parameters.store import ParameterStore
 
-T = TypeVar("T")
-
 EVENTS_TOPIC: Final = "/parameter_events"
-MAX_ITEMS: Final = 10_000
-"""Names, or parameters, in one request. One with more is answered with an empty list, or refused."""
 
 
 class ParameterServices:
@@ -60,9 +36,12 @@ class ParameterServices:
 
     def __init__(self, context: NodeContext, names: Remapper, parameters: ParameterStore) -> None:
         self._context = context
-        self._parameters = parameters
         try:
-            self._serve(names)
+            for name, srv_type, callback in ParameterRequests(
+                parameters, context.link.require_fits
+            ).handlers():
+                full_name = names.resolve_service(f"~/{name}")
+                IdleService(context, srv_type, full_name, callback=callback, concurrent=False)
         except InvalidServiceNameError as error:
             context.log.warning(f"The node's name is too long for parameter services: {error}")
         topic = names.resolve_topic(EVENTS_TOPIC)
@@ -70,94 +49,11 @@ class ParameterServices:
         endpoint_of(self._events).standard = True
         parameters.listeners.append(self._publish)
 
-    def _serve(self, names: Remapper) -> None:
-        for name, srv_type, callback in (
-            ("describe_parameters", DescribeParameters, self._describe),
-            ("get_parameter_types", GetParameterTypes, self._get_types),
-            ("get_parameters", GetParameters, self._get),
-            ("list_parameters", ListParameters, self._list),
-            ("set_parameters", SetParameters, self._set),
-            ("set_parameters_atomically", SetParametersAtomically, self._set_atomically),
-        ):
-            full_name = names.resolve_service(f"~/{name}")
-            IdleService(self._context, srv_type, full_name, callback=callback, concurrent=False)
-
     def _publish(self, changes: ParameterChanges) -> None:
         if self._events.destroyed:
             return
-        event = ParameterEvent(
-            stamp=self._context.clock.now().to_msg(),
-            node=self._context.full_name,
-            new_parameters=_messages(changes.new),
-            changed_parameters=_messages(changes.changed),
-            deleted_parameters=_messages(changes.deleted),
-        )
+        stamp = self._context.clock.now().to_msg()
         try:
-            self._events.publish(event)
+            self._events.publish(event_message(changes, stamp, self._context.full_name))
         except InvalidMessageError as error:  # too large for the broker: the value is set all the same
             self._context.log.warning(f"A change of parameters was not published: {error}")
-
-    def _found(self, names: list[str]) -> Iterator[Parameter | None]:
-        for name in _limited(names):
-            try:
-                yield self._parameters.get(name)
-            except (ParameterNotDeclaredError, ParameterUninitializedError):
-                yield None
-
-    def _describe(self, request: DescribeParameters.Request) -> DescribeParameters.Response:
-        parameters = self._parameters
-        return DescribeParameters.Response(
-            descriptors=[
-                parameters.describe(name).to_msg() if parameters.has(name) else ParameterDescriptor()
-                for name in _limited(request.names)
-            ]
-        )
-
-    def _get_types(self, request: GetParameterTypes.Request) -> GetParameterTypes.Response:
-        found = self._found(request.names)
-        types = [ParameterType.NOT_SET if each is None else each.type_ for each in found]
-        return GetParameterTypes.Response(types=bytes(types))
-
-    def _get(self, request: GetParameters.Request) -> GetParameters.Response:
-        values: list[ParameterValue] = []
-        size = 0
-        for each in self._found(request.names):
-            if each is not None and isinstance(each.value, Sized):
-                size += len(each.value)  # encoded it has no fewer bytes
-                # Before it is encoded: one large value, asked for many times, would fill the memory.
-                self._context.link.require_fits("A reply of 'get_parameters'", size)
-            values.append(ParameterValue() if each is None else each.get_parameter_value())
-        return GetParameters.Response(values=values)
-
-    def _list(self, request: ListParameters.Request) -> ListParameters.Response:
-        listed = self._parameters.list_names(request.prefixes, request.depth)
-        result = ListParametersResult(names=listed.names, prefixes=listed.prefixes)
-        return ListParameters.Response(result=result)
-
-    def _set(self, request: SetParameters.Request) -> SetParameters.Response:
-        results = [self._set_together([each]) for each in _limited(request.parameters)]
-        return SetParameters.Response(results=results)
-
-    def _set_atomically(self, request: SetParametersAtomically.Request) -> SetParametersAtomically.Response:
-        return SetParametersAtomically.Response(result=self._set_together(request.parameters))
-
-    def _set_together(self, messages: list[ParameterMessage]) -> SetParametersResult:
-        if len(messages) > MAX_ITEMS:
-            return SetParametersResult(successful=False, reason=f"more than {MAX_ITEMS} parameters")
-        try:
-            parameters = [Parameter.from_parameter_msg(each) for each in messages]
-        except ValueError as error:  # no such type
-            return SetParametersResult(successful=False, reason=str(error))
-        try:
-            result = self._parameters.set_atomically(parameters)
-        except ParameterNotDeclaredError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=result.successful, reason=result.reason)
-
-
-def _limited(items: list[T]) -> list[T]:
-    return items if len(items) <= MAX_ITEMS else []
-
-
-def _messages(parameters: list[Parameter]) -> list[ParameterMessage]:
-    return [each.to_parameter_msg() for each in parameters]

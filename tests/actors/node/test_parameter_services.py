@@ -11,8 +11,8 @@ import pytest
 import actors
 from actors import LoggingSeverity
 from actors.interfaces.rcl_interfaces import msg, srv
-from actors.node.parameter_services import MAX_ITEMS
 from actors.parameters.errors import ParameterModifiedInCallbackError, ParameterNotDeclaredError
+from actors.parameters.requests import MAX_ITEMS
 from actors.parameters.types import (
     FloatingPointRange,
     IntegerRange,
