@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 
 from actors.arguments.remapping import Remapper
-from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments, process_arguments
+from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
+from actors.arguments.ros_arguments import process_arguments as found_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC
 from actors.config.contexts import find_broker_target
 from actors.endpoints.client.client import Client
@@ -72,6 +73,7 @@ class Node(NodeGraph, NodeParameters):
             token.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.
+        process_arguments: Take these instead, as parsed by `actors.parse_ros_arguments`.
         parameter_overrides: Values for parameters; they win over the command line and files.
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
@@ -121,6 +123,7 @@ class Node(NodeGraph, NodeParameters):
         token: str | None = None,
         cli_args: list[str] | None = None,
         use_global_arguments: bool = True,
+        process_arguments: RosArguments | None = None,
         parameter_overrides: Mapping[str, ParameterValue] | None = None,
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
@@ -143,7 +146,8 @@ class Node(NodeGraph, NodeParameters):
         require_seconds("default_call_timeout_sec", default_call_timeout_sec)
         require_seconds("stop_timeout_sec", stop_timeout_sec)
         own = parse_ros_arguments(cli_args or [])
-        shared = (process_arguments.get() if use_global_arguments else None) or RosArguments()
+        shared = (process_arguments or found_arguments.get()) if use_global_arguments else None
+        shared = shared or RosArguments()
         absolute = normalize_namespace(namespace or "")
         validate_node_name(node_name)
         validate_namespace(absolute)
@@ -165,9 +169,10 @@ class Node(NodeGraph, NodeParameters):
             strict_qos=strict_qos,
         )
         self._broker = BrokerView(self._context)
+        self._argument_overrides = {**shared.parameters_for(full_name), **own.parameters_for(full_name)}
         self._parameters = ParameterStore(
             overrides=parameter_overrides,
-            argument_overrides={**shared.parameters_for(full_name), **own.parameters_for(full_name)},
+            argument_overrides=self._argument_overrides,
             allow_undeclared=allow_undeclared_parameters,
         )
         if enable_rosout and own.rosout_logs and shared.rosout_logs:
@@ -246,6 +251,11 @@ class Node(NodeGraph, NodeParameters):
             The clock, of ROS_TIME: `.now()` is the time, simulated while the parameter `use_sim_time` is set.
         """
         return self._context.clock
+
+    @property
+    def argument_overrides(self) -> Mapping[str, ParameterValue]:
+        """The values for parameters that the command line and its files have for this node, by name."""
+        return self._argument_overrides
 
     @property
     def callback_errors(self) -> int:

@@ -208,6 +208,18 @@ class NodeThread:
         """
         return self._thread.submit(work)
 
+    def post(self, callback: Callable[..., object], *args: object) -> None:
+        """Call a function in the loop, after those posted before, without a result. The cheapest way there.
+
+        Args:
+            callback: A plain function that does not block. If it raises, the loop logs the error.
+            args: Its arguments.
+
+        Raises:
+            ThreadStoppedError: The thread does not run.
+        """
+        self._thread.post(callback, *args)
+
     def publisher(
         self, publisher: Publisher[MessageT], limit: int = QUEUED_MESSAGES
     ) -> ThreadPublisher[MessageT]:

@@ -409,3 +409,14 @@ def test_wrong_numbers_are_refused_at_once(options: dict[str, Any], error: type[
     with pytest.raises(error, match=next(iter(options))):
         actors.Node("n", **options)
     actors.Node("n", domain=0, connect_timeout_sec=0, default_call_timeout_sec=math.inf, stop_timeout_sec=0)
+
+
+def test_process_arguments_may_be_given() -> None:
+    """They replace those of `actors.run`, and count only with `use_global_arguments`; the node's own win."""
+    given = actors.parse_ros_arguments(["--ros-args", "-r", "t:=u", "-p", "a:=1", "-p", "b:=1"])
+    node = actors.Node("n", process_arguments=given, cli_args=["--ros-args", "-p", "b:=2"])
+    assert node.resolve_topic_name("t") == "/u"
+    assert node.argument_overrides == {"a": 1, "b": 2}
+    without = actors.Node("n", process_arguments=given, use_global_arguments=False)
+    assert without.resolve_topic_name("t") == "/t"
+    assert without.argument_overrides == {}

@@ -468,3 +468,15 @@ def test_a_forked_child_has_no_thread() -> None:
     )
     refusal = "The thread 'callboard-nodes' runs in the parent process: start one after the fork"
     assert (done.stdout, done.stderr) == (f"{refusal}\nworks\n5 goes on\n", "")
+
+
+def test_functions_are_posted_in_order(host: Host) -> None:
+    """They run in the loop, those posted before a call before it; a stopped thread takes none."""
+    seen = list[int]()
+    with NodeThread("posts") as thread:
+        for number in range(100):
+            thread.post(seen.append, number)
+        assert thread.call(lambda: len(seen)) == 100
+    assert seen == list(range(100))
+    with pytest.raises(ThreadStoppedError):
+        thread.post(seen.append, 0)
