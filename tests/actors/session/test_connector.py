@@ -45,7 +45,7 @@ async def test_another_program_that_has_the_port_is_named() -> None:
     async with await asyncio.start_server(close, "127.0.0.1", 0) as server:
         url = f"callboard://127.0.0.1:{server.sockets[0].getsockname()[1]}"
         with pytest.raises(BrokerUnreachable) as caught:
-            async with Node("node", url=url, connect_timeout_sec=0.2):
+            async with Node("node", url=url, connect_timeout_sec=1.0):
                 pass
     assert str(caught.value) == f"No broker at {url}. Something listens at {url} and has not let this node in"
 
