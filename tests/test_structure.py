@@ -28,6 +28,10 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
     "actors.node.parameters.NodeParameters": "has rclpy's parameter methods; the store does the work",
+    "actors.ros.rclpy.node": "rclpy's surface",
+    "actors.ros.rclpy.node.Node": "has rclpy's surface; its methods delegate",
+    "actors.ros.rclpy.node.Node.__init__": "rclpy's arguments, passed on",
+    "actors.ros.rclpy.node_parameters.NodeParameters": "has rclpy's parameter methods, which delegate",
     "proto.frames": "one table of all frames",
 }
 """Modules, functions and classes beyond a limit, by qualified name, and why."""

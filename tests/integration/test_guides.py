@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.parametrize(
-    "name", ["actions", "interfaces", "lifecycle", "logs", "parameters", "rclpy", "threads", "time"]
+    "name",
+    ["actions", "interfaces", "lifecycle", "logs", "parameters", "rclpy", "ros-programs", "threads", "time"],
 )
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""

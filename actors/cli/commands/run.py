@@ -26,6 +26,7 @@ _USAGE: Final = "callboard run SCRIPT.py [ARGS], or callboard run PACKAGE EXECUT
 EXAMPLES: Final = {
     "callboard run talker.py --ros-args -r chatter:=news": "a script, with a topic renamed",
     "callboard run my_package talker": "a console script of an installed package",
+    "callboard run --ros py_pubsub talker": "a program written for ROS 2, without ROS",
     "callboard run --prefix 'gdb -ex run --args' my_package talker": "in a debugger",
 }
 
@@ -36,6 +37,12 @@ def add_arguments(parser: Parser) -> None:
     add_broker_options(parser)
     parser.add_argument(
         "--prefix", metavar="COMMAND", help="what to start it with, such as 'gdb -ex run --args'"
+    )
+    parser.add_argument(
+        "--ros", action="store_true", help="let the program import callboard's rclpy and interface packages"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="with --ros: even if ROS 2's own rclpy is installed"
     )
     parser.add_argument("program", metavar="SCRIPT", help="a Python file; or a package with console scripts")
     # argparse takes everything from the first positional on, options and `--` included.
@@ -50,6 +57,11 @@ def run(options: Options) -> int:
     set_environment(options)
     prefix = _prefix(options.prefix)
     path = Path(options.program)
+    if options.ros:
+        force = ["--force"] if options.force else []
+        _become(
+            *prefix, sys.executable, "-u", "-m", "actors.ros", *force, options.program, *options.arguments
+        )
     if path.is_file() or (path / "__main__.py").is_file():
         _become(*prefix, sys.executable, "-u", str(path), *options.arguments)
     if path.suffix == ".py" or os.sep in options.program:

@@ -1,0 +1,129 @@
+"""Finds ROS 2's Python packages in callboard: `rclpy`, and interface packages such as `std_msgs`.
+
+A module that is found so is the same object under both names, such as `std_msgs.msg` and
+`actors.interfaces.std_msgs.msg`: no class exists twice.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import sys
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+LIBRARIES: Final = {"rclpy": "actors.ros.rclpy"}
+"""Top-level names of ROS 2's libraries, and what stands for them."""
+INTERFACES: Final = "actors.interfaces"
+
+
+class RealPackageError(ImportError):
+    """ROS 2's own rclpy is installed, and it would be hidden."""
+
+
+def targets() -> dict[str, str]:
+    """Return the top-level names that callboard has, with the modules that stand for them."""
+    interfaces = importlib.import_module(INTERFACES)
+    packages = {each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg}
+    return {**{name: f"{INTERFACES}.{name}" for name in packages}, **LIBRARIES}
+
+
+class AliasLoader(Loader):
+    """Loads a module by its name in callboard.
+
+    Args:
+        target: That name.
+    """
+
+    def __init__(self, target: str) -> None:
+        self._target = target
+        self._spec: ModuleSpec | None = None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Return the module itself."""
+        del spec
+        module = importlib.import_module(self._target)
+        self._spec = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give the module back its own spec, which importlib has replaced. It has been executed already."""
+        module.__spec__ = self._spec
+
+
+class RosFinder(MetaPathFinder):
+    """Finds ROS 2's names in callboard, unless a regular package of that name is installed.
+
+    Args:
+        force: Find them in any case.
+    """
+
+    def __init__(self, *, force: bool = False) -> None:
+        self._force = force
+        self._targets: dict[str, str | None] = {}
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return the spec of an alias; None if the name is not one of ROS 2's, or is installed."""
+        del path, target
+        top, dot, rest = fullname.partition(".")
+        if top not in self._targets:
+            self._targets[top] = self._target(top)
+        found = self._targets[top]
+        if found is None:
+            return None
+        name = found + dot + rest
+        spec = find_spec(name)
+        if spec is None:
+            return None
+        return ModuleSpec(fullname, AliasLoader(name), is_package=spec.submodule_search_locations is not None)
+
+    def _target(self, top: str) -> str | None:
+        if top not in _known():
+            return None
+        if not self._force and is_installed(top):
+            return None
+        return _known()[top]
+
+
+def _known() -> dict[str, str]:
+    global _names  # noqa: PLW0603 - read from the disk once, at the first import after `install`
+    if _names is None:
+        _names = {}  # what `targets` imports comes here, too
+        _names = targets()
+    return _names
+
+
+_names: dict[str, str] | None = None
+
+
+def is_installed(top: str) -> bool:
+    """Return whether a regular package or module of a name is on `sys.path`; a mere folder is none."""
+    spec = PathFinder.find_spec(top)
+    return spec is not None and spec.origin is not None
+
+
+def install(*, force: bool = False) -> None:
+    """Let this process find ROS 2's names in callboard. A second call does nothing.
+
+    Args:
+        force: Even those of packages that are installed.
+
+    Raises:
+        RealPackageError: rclpy is installed, and `force` is not set.
+    """
+    if any(isinstance(each, RosFinder) for each in sys.meta_path):
+        return
+    if not force and is_installed("rclpy"):
+        raise RealPackageError(
+            "ROS 2's own rclpy is installed here. Run the program without --ros to use that, or with --force"
+            " to use callboard's."
+        )
+    sys.meta_path.insert(0, RosFinder(force=force))

@@ -1,0 +1,27 @@
+"""The one thread of a process in which the nodes of rclpy programs live."""
+
+from __future__ import annotations
+
+import os
+import threading
+from concurrent.futures import Future as ConcurrentFuture
+from typing import Final
+
+from actors.threads.node_thread import NodeThread
+
+_lock: Final = threading.Lock()
+_current: NodeThread | None = None
+_pid = 0
+
+
+def process_thread() -> NodeThread:
+    """Return the process's thread; start it if it does not run. It is stopped when the program ends."""
+    global _current, _pid
+    with _lock:
+        if _current is None or _pid != os.getpid() or _current.ended.done():
+            _current, _pid = NodeThread("rclpy-nodes").start(), os.getpid()
+        return _current
+
+
+Reply = ConcurrentFuture
+"""What `NodeThread.submit` returns."""

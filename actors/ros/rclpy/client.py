@@ -1,0 +1,217 @@
+"""Clients: calls without waiting, and calls that block."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import threading
+from collections import deque
+from concurrent.futures import CancelledError
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+
+from actors.errors import NodeDestroyed, WaitTimeout
+from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.task import Future
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from actors.endpoints.client.client import Client as NativeClient
+    from actors.endpoints.service_introspection import ServiceIntrospectionState
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.qos import QoSProfile
+
+RequestT = TypeVar("RequestT")
+ResponseT = TypeVar("ResponseT")
+
+
+class Client(Entity, Generic[RequestT, ResponseT]):
+    """Calls a service. Made by `Node.create_client`.
+
+    Attributes:
+        srv_type: The service class.
+        srv_name: The full name of the service.
+        qos_profile: As given.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        srv_type: Any,
+        native: NativeClient[Any, Any],
+        callback_group: CallbackGroup,
+        qos_profile: QoSProfile,
+    ) -> None:
+        super().__init__(callback_group)
+        self.context = context
+        self.srv_type = srv_type
+        self.srv_name = native.srv_name
+        self.qos_profile = qos_profile
+        self._thread = context.thread
+        self._native = native
+        self._lock = threading.Lock()
+        self._pending: dict[Future[ResponseT], asyncio.Future[Any] | None] = {}
+        """The calls whose futures are to be completed, with what waits for them in the loop."""
+        self._replies: deque[tuple[Future[ResponseT], ResponseT | None, BaseException | None]] = deque()
+
+    @property
+    def service_name(self) -> str:
+        """The full name of the service."""
+        return self.srv_name
+
+    def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT:
+        """Call the service and wait for the response, in any thread, in callbacks, too.
+
+        Args:
+            request: The request.
+            timeout_sec: Seconds to wait; None for no limit.
+
+        Returns:
+            The response.
+
+        Raises:
+            TypeError: The request is not of the service's class.
+            TimeoutError: There was no response in time.
+            CallFailed: The handler has raised, or the server is gone.
+        """
+        self._check(request)
+        try:
+            response: ResponseT = self._thread.call(lambda: self._call(request), timeout_sec)
+        except WaitTimeout:
+            raise TimeoutError from None
+        return response
+
+    async def _call(self, request: Any) -> Any:
+        """Wait for a server, and call it; in the loop."""
+        await self._native.wait_for_service(None)
+        return await self._native.call_async(request, math.inf)
+
+    def call_async(self, request: RequestT) -> Future[ResponseT]:
+        """Call the service without waiting. Without a server the call waits for one.
+
+        Args:
+            request: The request.
+
+        Returns:
+            A future of the response, which is completed by the thread that spins.
+
+        Raises:
+            TypeError: The request is not of the service's class.
+        """
+        self._check(request)
+        future = Future[ResponseT]()
+        with self._lock:
+            self._pending[future] = None
+        future.when_done(partial(self.remove_pending_request, future))
+        self._thread.post(self._begin, request, future)
+        return future
+
+    def _check(self, request: RequestT) -> None:
+        if not isinstance(request, self.srv_type.Request):
+            raise TypeError(f"Expected a {self.srv_type.Request.__qualname__}, got {request!r}")
+
+    def _begin(self, request: RequestT, future: Future[ResponseT]) -> None:
+        with self._lock:
+            if future not in self._pending:
+                return
+            if self._native.service_is_ready():
+                reply: asyncio.Future[Any] = self._native.call_async(request, math.inf)
+            else:
+                reply = asyncio.ensure_future(self._call(request))
+            self._pending[future] = reply
+        reply.add_done_callback(partial(self._replied, future))
+
+    def _replied(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
+        if reply.cancelled():
+            return
+        error = reply.exception()
+        self._replies.append((future, None if error else reply.result(), error))
+        self.notify()
+
+    def has_work(self) -> bool:
+        """Return whether a response waits."""
+        return bool(self._replies)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return a call that completes the future of the next response."""
+        while self._replies:
+            future, response, error = self._replies.popleft()
+            with self._lock:
+                wanted = future in self._pending
+            if wanted:
+                return partial(self._complete, future, response, error)
+        return None
+
+    def _complete(
+        self, future: Future[ResponseT], response: ResponseT | None, error: BaseException | None
+    ) -> None:
+        future.set_executor(self.executor)
+        if error is None:
+            future.set_result(response)  # type: ignore[arg-type]  # not None without an error
+        else:
+            future.set_exception(error)
+
+    def remove_pending_request(self, future: Future[ResponseT]) -> None:
+        """Give a call up: its future will not be completed."""
+        with self._lock:
+            reply = self._pending.pop(future, None)
+        if reply is not None and not reply.done():
+            self._thread.post(reply.cancel)
+
+    def service_is_ready(self) -> bool:
+        """Return whether there is a server."""
+        return self._native.service_is_ready()
+
+    def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+        """Wait for a server.
+
+        Args:
+            timeout_sec: Seconds to wait; None for no limit.
+
+        Returns:
+            Whether there is one; False as well if the context is shut down meanwhile.
+        """
+        wait = self._thread.submit(lambda: self._native.wait_for_service(timeout_sec))
+        with self.context.cancelled_at_end(wait):
+            try:
+                return wait.result()
+            except (CancelledError, NodeDestroyed):
+                if self.context.ok():
+                    raise
+                return False
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of calls, or stop doing so."""
+        self._thread.call(
+            lambda: self._native.configure_introspection(
+                clock.native, service_event_qos_profile.native(), introspection_state
+            )
+        )
+
+    def destroy(self) -> None:
+        """Take the client out of service; calls in flight are given up."""
+        with self._lock:
+            replies = [each for each in self._pending.values() if each is not None]
+            self._pending.clear()
+        self._thread.call(lambda: [each.cancel() for each in replies])
+        self._thread.call(self._native.destroy)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()

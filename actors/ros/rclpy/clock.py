@@ -1,0 +1,133 @@
+"""Clocks that block, where callboard's suspend."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Any
+
+from actors.errors import TimeSourceChangedError
+from actors.ros.process_thread import process_thread
+from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.utilities import get_default_context
+from actors.time.clock import Clock as NativeClock
+from actors.time.jumps import ClockChange as ClockChange
+from actors.time.jumps import JumpHandle as JumpHandle
+from actors.time.jumps import JumpThreshold as JumpThreshold
+from actors.time.jumps import TimeJump as TimeJump
+from actors.time.types import ClockType, Duration, Time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.timer import Timer
+
+
+class Clock:
+    """A clock to read and to sleep by, in any thread.
+
+    Args:
+        clock_type: STEADY_TIME counts from an arbitrary zero; the others are the wall clock.
+
+    Attributes:
+        native: callboard's clock.
+        followers: Timers to be told of jumps.
+    """
+
+    def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
+        self.native = NativeClock(clock_type)
+        self.followers: weakref.WeakSet[Timer] = weakref.WeakSet()
+
+    @property
+    def clock_type(self) -> ClockType:
+        """The kind of clock."""
+        return self.native.clock_type
+
+    @property
+    def ros_time_is_active(self) -> bool:
+        """Whether it shows simulated time."""
+        return self.native.ros_time_is_active
+
+    def __repr__(self) -> str:
+        return f"Clock(clock_type={self.clock_type.name})"
+
+    def now(self) -> Time:
+        """Return the current time."""
+        return self.native.now()
+
+    def create_jump_callback(
+        self,
+        threshold: JumpThreshold,
+        *,
+        pre_callback: Callable[[], None] | None = None,
+        post_callback: Callable[[TimeJump], None] | None = None,
+    ) -> JumpHandle:
+        """Call functions before and after simulated time jumps, in the thread that receives it."""
+        return process_thread().call(
+            lambda: self.native.create_jump_callback(
+                threshold, pre_callback=pre_callback, post_callback=post_callback
+            )
+        )
+
+    def sleep_until(self, until: Time, context: Context | None = None) -> bool:
+        """Sleep until a point in time.
+
+        Args:
+            until: A time of this kind of clock.
+            context: Ends the sleep when it is shut down; None for the default one.
+
+        Returns:
+            Whether the time has come; False if the context, or the source of time, has ended the sleep.
+
+        Raises:
+            NotInitializedException: The context is not ok.
+            ValueError: The time is of another kind of clock.
+        """
+        if until.clock_type != self.clock_type:
+            raise ValueError("until's clock type does not match this clock's type")
+        return self._sleep(lambda: self.native.sleep_until(until), context)
+
+    def sleep_for(self, rel_time: Duration, context: Context | None = None) -> bool:
+        """Sleep for a duration; arguments, result and errors as for `sleep_until`."""
+        return self._sleep(lambda: self.native.sleep_for(rel_time), context)
+
+    def _sleep(self, sleep: Callable[[], Coroutine[Any, Any, None]], context: Context | None) -> bool:
+        context = context or get_default_context()
+        if not context.ok():
+            raise NotInitializedException
+        wait = context.thread.submit(sleep)
+        with context.cancelled_at_end(wait):
+            try:
+                wait.result()
+            except TimeSourceChangedError:
+                return False
+            except BaseException:
+                if wait.cancelled():
+                    return False
+                wait.cancel()
+                raise
+        return True
+
+
+class ROSClock(Clock):
+    """The clock of a node: simulated while its parameter `use_sim_time` is set.
+
+    Args:
+        native: The node's clock in callboard; None makes one that no node sets.
+    """
+
+    def __init__(self, native: NativeClock | None = None) -> None:
+        super().__init__(clock_type=ClockType.ROS_TIME)
+        if native is not None:
+            self.native = native
+            every = JumpThreshold(
+                min_forward=Duration(nanoseconds=1),
+                min_backward=Duration(nanoseconds=-1),
+                on_clock_change=True,
+            )
+            native.create_jump_callback(every, post_callback=self._jumped)
+
+    def _jumped(self, jump: TimeJump) -> None:
+        del jump
+        for timer in tuple(self.followers):
+            timer.jumped()

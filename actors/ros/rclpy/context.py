@@ -1,0 +1,207 @@
+"""Contexts: what `init` begins and `shutdown` ends."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import warnings
+import weakref
+from contextlib import contextmanager
+from inspect import ismethod
+from typing import TYPE_CHECKING, Any, Self
+
+from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
+from actors.ros.process_thread import process_thread
+from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.runtime.run import set_up_logging
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Sequence
+    from types import TracebackType
+
+    from actors.ros.process_thread import Reply
+    from actors.ros.rclpy.executors import Executor
+    from actors.ros.rclpy.node import Node
+    from actors.threads.node_thread import NodeThread
+
+
+class Context:
+    """The lifetime of nodes: they can be made while it is ok, and are destroyed when it is shut down.
+
+    Attributes:
+        arguments: The ROS arguments of its nodes.
+        domain_id: Its domain; None for the environment's.
+    """
+
+    def __init__(self) -> None:
+        self.arguments = RosArguments()
+        self.domain_id: int | None = None
+        self._lock = threading.RLock()
+        self._initialized = self._ok = self._ended = False
+        self._callbacks: list[weakref.WeakMethod[Any] | Callable[[], object]] = []
+        self._nodes: tuple[weakref.ref[Node], ...] = ()
+        self._executors: tuple[weakref.ref[Executor], ...] = ()
+        """Replaced, never changed: a signal handler reads it, and `_waits`."""
+        self._waits: tuple[Reply[Any], ...] = ()
+
+    @property
+    def handle(self) -> Self | None:
+        """The context itself once it is initialized, before that None."""
+        return self if self._initialized else None
+
+    @property
+    def thread(self) -> NodeThread:
+        """The thread in which the nodes live; raise NotInitializedException unless the context is ok."""
+        if not self._ok:
+            raise NotInitializedException
+        return process_thread()
+
+    def init(
+        self,
+        args: Sequence[str] | None = None,
+        *,
+        initialize_logging: bool = True,
+        domain_id: int | None = None,
+    ) -> None:
+        """Make nodes possible.
+
+        Args:
+            args: Command-line arguments; None: those of the process.
+            initialize_logging: Send the log to stderr.
+            domain_id: The domain of the nodes; None for the environment's.
+
+        Raises:
+            RuntimeError: It has been initialized before, or the domain is negative.
+            InvalidRosArgumentError: A ROS argument is wrong.
+        """
+        with self._lock:
+            if domain_id is not None and domain_id < 0:
+                raise RuntimeError(f"Domain id ({domain_id}) should not be lower than zero.")
+            if self._initialized:
+                raise RuntimeError("Context.init() must only be called once")
+            self.arguments = parse_ros_arguments(sys.argv if args is None else args)
+            self.domain_id = domain_id
+            if initialize_logging:
+                set_up_logging(self.arguments)
+            process_thread()
+            self._initialized = self._ok = True
+
+    def ok(self) -> bool:
+        """Return whether it is initialized and not shut down."""
+        return self._ok
+
+    def track_node(self, node: Node) -> None:
+        """Destroy a node when the context is shut down."""
+        with self._lock:
+            self._nodes = (*(each for each in self._nodes if each() is not None), weakref.ref(node))
+
+    def untrack_node(self, node: Node) -> None:
+        """Forget a node."""
+        with self._lock:
+            self._nodes = tuple(each for each in self._nodes if each() not in {None, node})
+
+    def track_executor(self, executor: Executor) -> None:
+        """Wake an executor when the context ends."""
+        with self._lock:
+            alive = (each for each in self._executors if each() is not None)
+            self._executors = (*alive, weakref.ref(executor))
+
+    def end(self) -> None:
+        """Be no longer ok, wake the executors and end waits. For signal handlers: it takes no lock."""
+        self._ok = False
+        for wait in self._waits:
+            wait.cancel()
+        for each in self._executors:
+            executor = each()
+            if executor is not None:
+                executor.wake()
+
+    def shutdown(self) -> None:
+        """Destroy the nodes, end all spinning, and call the callbacks of `on_shutdown`.
+
+        Raises:
+            RuntimeError: It is not initialized, or has been shut down before.
+        """
+        if not self._initialized:
+            raise RuntimeError("Context must be initialized before it can be shutdown")
+        if not self._clean_up():
+            raise RuntimeError("Context has already been shut down")
+
+    def try_shutdown(self) -> None:
+        """Shut down, unless that has been done or the context has never been initialized."""
+        if self._initialized:
+            self._clean_up()
+
+    def _clean_up(self) -> bool:
+        """Shut down, also after a signal; return whether it was the first call."""
+        with self._lock:
+            if self._ended:
+                return False
+            self._ended = True
+            nodes, callbacks = self._nodes, self._callbacks
+            self._callbacks = []
+        self.end()
+        for each in nodes:
+            node = each()
+            if node is not None:
+                node.destroy_node()
+        for callback in callbacks:
+            _call(callback)
+        return True
+
+    def on_shutdown(self, callback: Callable[[], object]) -> None:
+        """Call a function when the context is shut down, or at once if it has been.
+
+        Methods are held weakly.
+        """
+        if not callable(callback):
+            raise TypeError(f"callback should be a callable, got {type(callback)}")
+        with self._lock:
+            if not self._ended:
+                self._callbacks.append(weakref.WeakMethod(callback) if ismethod(callback) else callback)
+                return
+        callback()
+
+    @contextmanager
+    def cancelled_at_end(self, wait: Reply[Any]) -> Generator[None]:
+        """Cancel a wait for the loop if the context ends meanwhile, also by a signal."""
+        with self._lock:
+            self._waits = (*self._waits, wait)
+        try:
+            if not self._ok:
+                wait.cancel()
+            yield
+        finally:
+            with self._lock:
+                self._waits = tuple(each for each in self._waits if each is not wait)
+
+    def get_domain_id(self) -> int:
+        """Return the domain of its nodes."""
+        if not self._initialized:
+            raise RuntimeError("Context must be initialized before it can have a domain id")
+        return self.domain_id or 0
+
+    def __enter__(self) -> Self:
+        if not self._initialized:
+            warnings.warn(
+                "init() must be called on a Context before using it in a Python context manager."
+                " Calling init() with no arguments, this usage is deprecated",
+                stacklevel=2,
+            )
+            self.init()
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.try_shutdown()
+
+
+def _call(callback: Any) -> None:
+    """Call a function, or a method if its object is still there."""
+    method = callback() if isinstance(callback, weakref.WeakMethod) else callback  # pyright: ignore[reportUnknownVariableType]
+    if method is not None:
+        method()

@@ -1,0 +1,65 @@
+"""What executors run: entities, which have work from time to time."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.executors import Executor
+    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.work_queue import WorkQueue
+
+
+class Entity:
+    """A subscription, timer, client, service, guard condition or waitable of a node.
+
+    Attributes:
+        callback_group: Decides when its callbacks may run.
+        queued_in: The queue in which it is, or None.
+    """
+
+    callback_group: CallbackGroup
+
+    def __init__(self, callback_group: CallbackGroup) -> None:
+        self.callback_group = callback_group
+        self.queued_in: WorkQueue | None = None
+        self._node: weakref.ref[Node] | None = None
+
+    def attach(self, node: Node) -> None:
+        """Make it an entity of a node, whose executor runs it."""
+        self._node = weakref.ref(node)
+        self.callback_group.add_entity(self)
+        self.notify()
+
+    @property
+    def node(self) -> Node | None:
+        """The node."""
+        return None if self._node is None else self._node()
+
+    @property
+    def executor(self) -> Executor | None:
+        """The executor of the node."""
+        node = self.node
+        return None if node is None else node.executor
+
+    def notify(self) -> None:
+        """Tell the executor that there may be work; in any thread."""
+        executor = self.executor
+        if executor is not None and self.queued_in is not executor.work:
+            executor.work.add(self)
+
+    def has_work(self) -> bool:
+        """Return whether `take` would return something; called in any thread."""
+        raise NotImplementedError
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the next piece of work, and remove it; None if there is none. Called by the executor."""
+        raise NotImplementedError
+
+    def destroy(self) -> None:
+        """Take it out of service."""
+        raise NotImplementedError

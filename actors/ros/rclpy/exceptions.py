@@ -1,0 +1,47 @@
+"""rclpy's exceptions. Where callboard has the same error, it is the same class."""
+
+from __future__ import annotations
+
+from actors.parameters.errors import InvalidParameterException as InvalidParameterException
+from actors.parameters.errors import InvalidParameterTypeException as InvalidParameterTypeException
+from actors.parameters.errors import InvalidParameterValueException as InvalidParameterValueException
+from actors.parameters.errors import ParameterAlreadyDeclaredException as ParameterAlreadyDeclaredException
+from actors.parameters.errors import ParameterException as ParameterException
+from actors.parameters.errors import ParameterImmutableException as ParameterImmutableException
+from actors.parameters.errors import ParameterNotDeclaredException as ParameterNotDeclaredException
+from actors.parameters.errors import ParameterUninitializedException as ParameterUninitializedException
+from proto.errors import InvalidNameError as NameValidationException
+from proto.errors import InvalidNamespaceError as InvalidNamespaceException
+from proto.errors import InvalidNodeNameError as InvalidNodeNameException
+from proto.errors import InvalidServiceNameError as InvalidServiceNameException
+from proto.errors import InvalidTopicNameError as InvalidTopicNameException
+
+__all__ = [
+    "InvalidNamespaceException",
+    "InvalidNodeNameException",
+    "InvalidServiceNameException",
+    "InvalidTopicNameException",
+    "NameValidationException",
+]
+
+
+class NotInitializedException(Exception):
+    """`rclpy.init` has not been called, or the context has been shut down."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__("rclpy.init() has not been called", *args)
+
+
+class NoTypeSupportImportedException(Exception):
+    """rclpy raises this without type support; callboard never does."""
+
+
+class InvalidHandle(Exception):
+    """What is used has been destroyed."""
+
+
+class ROSInterruptException(Exception):
+    """The context was shut down during a sleep."""
+
+    def __init__(self) -> None:
+        super().__init__("rclpy.shutdown() has been called")

@@ -1,0 +1,351 @@
+"""Executors: they run the callbacks of nodes in the threads that spin.
+
+`work_queue.py` has what is to be done.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import threading
+import time
+import warnings
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from math import inf
+from typing import TYPE_CHECKING, Any, Literal, Self
+
+from actors.ros.rclpy.executor_errors import ConditionReachedException as ConditionReachedException
+from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
+from actors.ros.rclpy.executor_errors import ShutdownException as ShutdownException
+from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutException
+from actors.ros.rclpy.task import Task
+from actors.ros.rclpy.utilities import get_default_context
+from actors.ros.rclpy.work_queue import WorkQueue
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Iterable
+    from types import TracebackType
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.task import Future
+    from actors.ros.rclpy.work_queue import Work
+
+
+class TimeoutObject:
+    """A timeout that changes while an executor waits.
+
+    Args:
+        timeout: Seconds.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        self.timeout = timeout
+
+
+class Executor:
+    """Base of executors, which own nodes. Subclasses define `spin_once`.
+
+    Args:
+        context: The context; None for the default one.
+    """
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        super().__init__()
+        self._context = context or get_default_context()
+        self._nodes: set[Node] = set()
+        self._nodes_lock = threading.RLock()
+        self.work = WorkQueue(self)
+        self._is_shutdown = False
+        self._context.track_executor(self)
+
+    @property
+    def context(self) -> Context:
+        """The context."""
+        return self._context
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.shutdown()
+
+    # Nodes and tasks
+
+    def add_node(self, node: Node) -> bool:
+        """Run a node's callbacks from now on; return False if the executor does that already."""
+        with self._nodes_lock:
+            if node in self._nodes:
+                return False
+            self._nodes.add(node)
+        node.executor = self
+        for entity in node.entities():
+            if entity.has_work():
+                entity.notify()
+        self.work.timers_changed()
+        return True
+
+    def remove_node(self, node: Node) -> None:
+        """Run the node's callbacks no more."""
+        with self._nodes_lock:
+            self._nodes.discard(node)
+        if node.executor is self:
+            node.executor = None
+
+    def get_nodes(self) -> list[Node]:
+        """Return the nodes."""
+        with self._nodes_lock:
+            return list(self._nodes)
+
+    def create_task(
+        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
+    ) -> Task[Any]:
+        """Run a function or a coroutine while the executor spins.
+
+        Args:
+            callback: The function, `def` or `async def`, or the coroutine.
+            args: Its arguments.
+            kwargs: Its keyword arguments.
+
+        Returns:
+            A future of its result.
+        """
+        task = Task[Any](callback, args, kwargs, executor=self)
+        self.work.add_task(task)
+        return task
+
+    def wake(self) -> None:
+        """Look again at everything, as after a change."""
+        self.work.wake()
+
+    @property
+    def is_shut_down(self) -> bool:
+        """Whether it runs no further callbacks."""
+        return self._is_shutdown
+
+    def has_capacity(self) -> bool:
+        """Return whether another piece of work can be run now."""
+        return True
+
+    def _execute(self, work: Work) -> None:
+        """Run work in this thread, as far as it goes; raise what it raises."""
+        if isinstance(work, Task):
+            work()
+            if work.done():
+                work.result()
+            return
+        call, entity = work
+        try:
+            result = call()
+        except BaseException:
+            self.work.ended(entity)
+            raise
+        if not inspect.iscoroutine(result):
+            self.work.ended(entity)
+            return
+        task = Task[Any](result, executor=self)
+        task.when_done(lambda: self.work.ended(entity))
+        self._execute(task)
+
+    def wait_for_ready_callbacks(
+        self,
+        timeout_sec: float | TimeoutObject | None = None,
+        nodes: Iterable[Node] | None = None,
+        condition: Callable[[], bool] = lambda: False,
+    ) -> tuple[Task[Any], Entity | None, Node | None]:
+        """Wait for work and return it, for executors of users.
+
+        Args:
+            timeout_sec: Seconds to wait; None or negative for no limit.
+            nodes: Not used: the work is that of all nodes.
+            condition: Waits end when it holds.
+
+        Returns:
+            A task to be called in any thread, with its entity and node: None for one of `create_task`.
+
+        Raises:
+            TimeoutException: There was none in time.
+            ConditionReachedException: The condition holds.
+            ShutdownException: The executor has been shut down.
+            ExternalShutdownException: The context has been shut down.
+        """
+        del nodes
+        work = self.work.wait(_seconds(timeout_sec), condition)
+        if isinstance(work, Task):
+            return work, None, None
+        return Task[Any](self._execute, (work,), executor=self), work[1], work[1].node
+
+    # Spinning
+
+    def spin(self) -> None:
+        """Run callbacks until the context or the executor is shut down."""
+        while self._context.ok() and not self._is_shutdown:
+            self.spin_once()
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for one callback and run it.
+
+        Args:
+            timeout_sec: Seconds to wait; None or negative for no limit.
+        """
+        raise NotImplementedError
+
+    def spin_until_future_complete(
+        self, future: Future[Any], timeout_sec: float | TimeoutObject | None = None
+    ) -> None:
+        """Run callbacks until a future is done, or the time is over.
+
+        Args:
+            future: The future.
+            timeout_sec: Seconds; None or negative for no limit.
+        """
+        seconds = _seconds(timeout_sec)
+        end = inf if seconds is None or seconds < 0 else time.monotonic() + seconds
+        future.when_done(self.work.wake)
+        while self._context.ok() and not future.done() and not self._is_shutdown:
+            rest = end - time.monotonic()
+            self._spin_once_until(future.done, None if rest == inf else max(0.0, rest))
+            if time.monotonic() >= end:
+                return
+
+    def spin_once_until_future_complete(
+        self, future: Future[Any], timeout_sec: float | TimeoutObject | None = None
+    ) -> None:
+        """Wait for one callback and run it, or until a future is done.
+
+        Args:
+            future: The future.
+            timeout_sec: Seconds to wait; None or negative for no limit.
+        """
+        future.when_done(self.work.wake)
+        self._spin_once_until(future.done, _seconds(timeout_sec))
+
+    def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
+        """Run one callback, unless the condition holds first; executors of users have `spin_once` only."""
+        del condition
+        self.spin_once(timeout_sec)
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """Run no further callbacks.
+
+        Args:
+            timeout_sec: Seconds to wait for those that run; None or negative for no limit.
+
+        Returns:
+            Whether none runs any more.
+        """
+        del timeout_sec
+        self._is_shutdown = True
+        self.work.wake()
+        with self._nodes_lock:
+            self._nodes.clear()
+        return True
+
+
+class SingleThreadedExecutor(Executor):
+    """Runs callbacks in the thread that spins."""
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for one callback and run it."""
+        self._spin_once_until(_never, timeout_sec)
+
+    def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
+        try:
+            work = self.work.wait(timeout_sec, condition)
+        except (ShutdownException, TimeoutException, ConditionReachedException):
+            return
+        self._execute(work)
+
+
+class MultiThreadedExecutor(Executor):
+    """Runs callbacks in a pool of threads.
+
+    Args:
+        num_threads: Threads of the pool; None: as many as this process may use processors.
+        context: The context; None for the default one.
+    """
+
+    def __init__(self, num_threads: int | None = None, *, context: Context | None = None) -> None:
+        super().__init__(context=context)
+        if num_threads is None:
+            affinity = getattr(os, "sched_getaffinity", None)
+            num_threads = len(affinity(0)) if affinity else os.cpu_count() or 2
+        if num_threads == 1:
+            warnings.warn(
+                "MultiThreadedExecutor is used with a single thread.\n"
+                "Use the SingleThreadedExecutor instead.",
+                stacklevel=2,
+            )
+        self._threads = num_threads
+        self._pool = ThreadPoolExecutor(num_threads, thread_name_prefix="rclpy-callbacks")
+        self._running = 0
+        self._idle = threading.Condition()
+        self._failures: deque[BaseException] = deque()
+
+    def has_capacity(self) -> bool:
+        """Return whether a thread is free."""
+        # What waits for a thread should wait in its subscription, whose depth bounds it.
+        return self._running < self._threads
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for one callback and give it to the pool; raise the error of an earlier one."""
+        self._spin_once_until(_never, timeout_sec)
+
+    def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
+        try:
+            work = self.work.wait(timeout_sec, lambda: bool(self._failures) or condition())
+        except (ExternalShutdownException, ShutdownException, TimeoutException, ConditionReachedException):
+            self._raise_failure()
+            return
+        with self._idle:
+            self._running += 1
+        self._pool.submit(self._run, work)
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        if self._failures:
+            raise self._failures.popleft()
+
+    def _run(self, work: Work) -> None:
+        try:
+            self._execute(work)
+        except BaseException as error:  # noqa: BLE001 - raised where the executor spins
+            self._failures.append(error)
+        finally:
+            with self._idle:
+                self._running -= 1
+                self._idle.notify_all()
+            self.work.wake()
+
+    def shutdown(self, timeout_sec: float | None = None, *, wait_for_threads: bool = True) -> bool:
+        """Run no further callbacks.
+
+        Args:
+            timeout_sec: Seconds to wait for those that run; None or negative for no limit.
+            wait_for_threads: Whether to wait for the end of the pool's threads, too.
+
+        Returns:
+            Whether none runs any more.
+        """
+        super().shutdown()
+        unlimited = timeout_sec is None or timeout_sec < 0
+        with self._idle:
+            ended = self._idle.wait_for(lambda: not self._running, None if unlimited else timeout_sec)
+        if ended:
+            self._pool.shutdown(wait=wait_for_threads)
+        return ended
+
+
+def _seconds(timeout: float | TimeoutObject | None) -> float | None:
+    return timeout.timeout if isinstance(timeout, TimeoutObject) else timeout
+
+
+def _never() -> Literal[False]:
+    return False

@@ -1,0 +1,46 @@
+"""Guard conditions: callbacks that any thread may trigger."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.ros.rclpy.entity import Entity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.context import Context
+
+
+class GuardCondition(Entity):
+    """Runs a callback in the executor after `trigger`. Made by `Node.create_guard_condition`."""
+
+    def __init__(
+        self,
+        callback: Callable[[], Any] | None,
+        callback_group: CallbackGroup,
+        context: Context | None = None,
+    ) -> None:
+        del context
+        super().__init__(callback_group)
+        self.callback = callback
+        self._triggered = False
+
+    def trigger(self) -> None:
+        """Run the callback soon, once for all triggers before that."""
+        self._triggered = True
+        self.notify()
+
+    def has_work(self) -> bool:
+        """Return whether it was triggered."""
+        return self._triggered
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the callback if it was triggered."""
+        triggered, self._triggered = self._triggered, False
+        return self.callback if triggered else None
+
+    def destroy(self) -> None:
+        """Run the callback no more."""
+        self.callback = None

@@ -1,0 +1,448 @@
+"""Nodes. Each has one of callboard's, in the process's thread; its callbacks run where its executor spins."""
+
+from __future__ import annotations
+
+import weakref
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from actors.interfaces.message import Message, is_message_type
+from actors.node.node import Node as NativeNode
+from actors.ros.rclpy.callback_groups import (
+    CallbackGroup,
+    MutuallyExclusiveCallbackGroup,
+    ReentrantCallbackGroup,
+)
+from actors.ros.rclpy.client import Client
+from actors.ros.rclpy.clock import Clock, ROSClock
+from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.guard_condition import GuardCondition
+from actors.ros.rclpy.node_graph import NodeGraph
+from actors.ros.rclpy.node_graph import NodeNameNonExistentError as NodeNameNonExistentError
+from actors.ros.rclpy.node_parameters import NodeParameters
+from actors.ros.rclpy.publisher import Publisher
+from actors.ros.rclpy.qos import QoSProfile, profile_of, qos_profile_services_default
+from actors.ros.rclpy.service import Service
+from actors.ros.rclpy.subscription import Subscription
+from actors.ros.rclpy.timer import Rate, Timer
+from actors.ros.rclpy.utilities import get_default_context
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from types import TracebackType
+
+    from actors.logging.logger import Logger
+    from actors.parameters.changes import ParameterChanges
+    from actors.parameters.types import Parameter
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.executors import Executor
+
+MsgT = TypeVar("MsgT", bound=Message)
+
+
+class Node(NodeParameters, NodeGraph):
+    """A node of ROS 2.
+
+    Args:
+        node_name: The name, without a namespace.
+        context: The context; None for the default one.
+        cli_args: Arguments of this node alone.
+        namespace: Where relative names belong.
+        use_global_arguments: Take the context's arguments, too.
+        enable_rosout: Publish the log on `/rosout`.
+        start_parameter_services: Let other nodes read and set the parameters.
+        parameter_overrides: Values for parameters.
+        allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
+        automatically_declare_parameters_from_overrides: Declare every override.
+        enable_logger_service: Let other nodes read and set the levels of the loggers.
+
+    Attributes:
+        native: callboard's node.
+
+    Raises:
+        NotInitializedException: The context is not ok.
+        NameValidationException: The name or the namespace breaks the rules.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        start_parameter_services: bool = True,
+        parameter_overrides: Sequence[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+        enable_logger_service: bool = False,
+    ) -> None:
+        self._context = context or get_default_context()
+        if not self._context.ok():
+            raise NotInitializedException("cannot create node")
+        self._thread = self._context.thread
+        self._executor: weakref.ref[Executor] | None = None
+        self._publishers: list[Publisher[Any]] = []
+        self._entities: dict[type[Entity], list[Any]] = {
+            kind: [] for kind in (Subscription, Client, Service, Timer, GuardCondition)
+        }
+        self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
+        self._rate_group = ReentrantCallbackGroup()
+        self._destroyed = False
+
+        def make() -> NativeNode:
+            return NativeNode(
+                node_name,
+                namespace=namespace,
+                domain=self._context.domain_id,
+                cli_args=list(cli_args or ()),
+                use_global_arguments=use_global_arguments,
+                process_arguments=self._context.arguments,
+                enable_rosout=enable_rosout,
+                start_parameter_services=False,
+                enable_logger_service=enable_logger_service,
+                shared_name=True,
+                strict_qos=True,
+            )
+
+        self.native = self._thread.call(make)
+        self._clock = self._thread.call(lambda: ROSClock(self.native.get_clock()))
+        self._thread.enter(self.native)
+        self._init_parameters(
+            self.native.argument_overrides,
+            parameter_overrides,
+            allow_undeclared=allow_undeclared_parameters,
+            declare_overrides=automatically_declare_parameters_from_overrides,
+        )
+        if start_parameter_services:
+            self._serve_parameters()
+        self._context.track_node(self)
+
+    def _parameters_changed(self, changes: ParameterChanges) -> None:
+        """Let the native node know whether time is simulated."""
+        for each in (*changes.new, *changes.changed):
+            if each.name == "use_sim_time":
+                self._thread.call(lambda: self.native.set_parameters([each]))  # noqa: B023 - called at once
+
+    # Identity
+
+    def get_name(self) -> str:
+        """Return the name."""
+        return self.native.get_name()
+
+    def get_namespace(self) -> str:
+        """Return the namespace."""
+        return self.native.get_namespace()
+
+    def get_fully_qualified_name(self) -> str:
+        """Return namespace and name."""
+        return self.native.get_fully_qualified_name()
+
+    def get_clock(self) -> Clock:
+        """Return the clock."""
+        return self._clock
+
+    def get_logger(self) -> Logger:
+        """Return the logger."""
+        return self.native.get_logger()
+
+    @property
+    def context(self) -> Context:
+        """The context."""
+        return self._context
+
+    @property
+    def default_callback_group(self) -> CallbackGroup:
+        """The group of what is made without one."""
+        return self._default_callback_group
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a topic."""
+        return self.native.resolve_topic_name(topic, only_expand=only_expand)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the full name of a service."""
+        return self.native.resolve_service_name(service, only_expand=only_expand)
+
+    # Entities
+
+    @property
+    def executor(self) -> Executor | None:
+        """Who runs its callbacks."""
+        return None if self._executor is None else self._executor()
+
+    @executor.setter
+    def executor(self, new_executor: Executor | None) -> None:
+        current = self.executor
+        if current is new_executor:
+            return
+        self._executor = None if new_executor is None else weakref.ref(new_executor)
+        if current is not None:
+            current.remove_node(self)
+        if new_executor is not None:
+            new_executor.add_node(self)
+
+    def entities(self) -> Iterator[Entity]:
+        """Yield everything that has callbacks."""
+        for each in tuple(self._entities.values()):
+            yield from tuple(each)
+
+    @property
+    def publishers(self) -> Iterator[Publisher[Any]]:
+        """Its publishers."""
+        yield from self._publishers
+
+    @property
+    def subscriptions(self) -> Iterator[Subscription[Any]]:
+        """Its subscriptions."""
+        yield from self._entities[Subscription]
+
+    @property
+    def clients(self) -> Iterator[Client[Any, Any]]:
+        """Its clients."""
+        yield from self._entities[Client]
+
+    @property
+    def services(self) -> Iterator[Service[Any, Any]]:
+        """Its services."""
+        yield from self._entities[Service]
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """Its timers."""
+        yield from self._entities[Timer]
+
+    @property
+    def guards(self) -> Iterator[GuardCondition]:
+        """Its guard conditions."""
+        yield from self._entities[GuardCondition]
+
+    def _add(self, entity: Entity) -> None:
+        self._entities[type(entity)].append(entity)
+        entity.attach(self)
+
+    def _group(self, group: CallbackGroup | None) -> CallbackGroup:
+        return self._default_callback_group if group is None else group
+
+    def create_publisher(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        qos_profile: QoSProfile | int = 10,
+        *,
+        callback_group: CallbackGroup | None = None,
+        publisher_class: type[Publisher[MsgT]] = Publisher,
+    ) -> Publisher[MsgT]:
+        """Make a publisher.
+
+        Args:
+            msg_type: The message class.
+            topic: The topic's name.
+            qos_profile: A profile or a depth.
+            callback_group: Of its event callbacks.
+            publisher_class: What to make.
+
+        Returns:
+            The publisher.
+        """
+        del callback_group
+        _require_message(msg_type)
+        profile = profile_of(qos_profile)
+        native = self._thread.call(lambda: self.native.create_publisher(msg_type, topic, profile.native()))
+        publisher = publisher_class(self._thread, native, profile)
+        self._publishers.append(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: type[MsgT],
+        topic: str,
+        callback: Callable[..., Any],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,
+        raw: bool = False,
+    ) -> Subscription[MsgT]:
+        """Make a subscription.
+
+        Args:
+            msg_type: The message class.
+            topic: The topic's name.
+            callback: `(msg)` or `(msg, info)`.
+            qos_profile: A profile or a depth.
+            callback_group: When the callback may run; None for the node's default group.
+            raw: Give messages as bytes.
+
+        Returns:
+            The subscription.
+        """
+        _require_message(msg_type)
+        profile = profile_of(qos_profile)
+        native = self._thread.call(
+            lambda: self.native.create_subscription(msg_type, topic, qos=profile.native(), raw=raw)
+        )
+        subscription = Subscription[MsgT](
+            self._thread, native, callback, self._group(callback_group), profile, raw=raw
+        )
+        self._add(subscription)
+        return subscription
+
+    def create_client(
+        self,
+        srv_type: Any,
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+    ) -> Client[Any, Any]:
+        """Make a client of a service."""
+        native = self._thread.call(lambda: self.native.create_client(srv_type, srv_name))
+        client = Client[Any, Any](self._context, srv_type, native, self._group(callback_group), qos_profile)
+        self._add(client)
+        return client
+
+    def create_service(
+        self,
+        srv_type: Any,
+        srv_name: str,
+        callback: Callable[[Any, Any], Any],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,
+    ) -> Service[Any, Any]:
+        """Serve requests with `callback(request, response)`, which returns the response."""
+        service = Service[Any, Any](
+            self._thread,
+            srv_type,
+            lambda handle: self.native.create_service(srv_type, srv_name, handle, concurrent=True),
+            callback,
+            self._group(callback_group),
+            qos_profile,
+        )
+        self._add(service)
+        return service
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[..., Any] | None,
+        callback_group: CallbackGroup | None = None,
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Call a function periodically.
+
+        Args:
+            timer_period_sec: The period in seconds.
+            callback: `()`, or with one parameter that is annotated as TimerInfo.
+            callback_group: When it may run; None for the node's default group.
+            clock: The clock to follow; None for the node's.
+            autostart: Whether to tick before `Timer.reset` is called.
+
+        Returns:
+            The timer.
+        """
+        period_ns = int(float(timer_period_sec) * 1e9)
+        group = self._group(callback_group)
+        timer = Timer(callback, group, period_ns, clock or self._clock, autostart=autostart)
+        self._add(timer)
+        timer.rearm()
+        return timer
+
+    def create_guard_condition(
+        self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
+    ) -> GuardCondition:
+        """Call a function whenever the guard condition was triggered."""
+        guard = GuardCondition(callback, self._group(callback_group), context=self._context)
+        self._add(guard)
+        return guard
+
+    def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
+        """Make a rate, for loops in threads that do not spin.
+
+        Args:
+            frequency: Ticks a second.
+            clock: The clock to follow; None for the node's.
+
+        Returns:
+            The rate.
+
+        Raises:
+            ValueError: The frequency is not positive.
+        """
+        if frequency <= 0:
+            raise ValueError("frequency must be > 0")
+        timer = self.create_timer(1.0 / frequency, None, self._rate_group, clock)
+        return Rate(timer, context=self._context)
+
+    # Destruction
+
+    def _remove(self, entities: list[Any], entity: Any) -> bool:
+        if entity not in entities:
+            return False
+        entities.remove(entity)
+        entity.destroy()
+        return True
+
+    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
+        """Take a publisher out of service; return False if it is not this node's."""
+        return self._remove(self._publishers, publisher)
+
+    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
+        """Take a subscription out of service; return False if it is not this node's."""
+        return self._remove(self._entities[Subscription], subscription)
+
+    def destroy_client(self, client: Client[Any, Any]) -> bool:
+        """Take a client out of service; return False if it is not this node's."""
+        return self._remove(self._entities[Client], client)
+
+    def destroy_service(self, service: Service[Any, Any]) -> bool:
+        """Take a service out of service; return False if it is not this node's."""
+        return self._remove(self._entities[Service], service)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Stop a timer for good; return False if it is not this node's."""
+        return self._remove(self._entities[Timer], timer)
+
+    def destroy_guard_condition(self, guard: GuardCondition) -> bool:
+        """Take a guard condition out of service; return False if it is not this node's."""
+        return self._remove(self._entities[GuardCondition], guard)
+
+    def destroy_rate(self, rate: Rate) -> bool:
+        """Take a rate out of service; return False if it is not this node's."""
+        rate.destroy()
+        return self.destroy_timer(rate.timer)
+
+    def destroy_node(self) -> None:
+        """Take the node and everything it has out of service; send what it has published. Idempotent."""
+        if self._destroyed:
+            return
+        self._destroyed = True
+        self._context.untrack_node(self)
+        executor = self.executor
+        if executor is not None:
+            executor.remove_node(self)
+        self._thread.leave(self.native)
+        for each in self.timers:
+            each.destroy()
+        self._publishers.clear()
+        for entities in self._entities.values():
+            entities.clear()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy_node()
+
+
+def _require_message(msg_type: object) -> None:
+    if not is_message_type(msg_type):
+        raise TypeError(f"{msg_type!r} is no message class: import one such as std_msgs.msg.String")

@@ -1,0 +1,241 @@
+"""The parameters of a node.
+
+Its methods and the callbacks run in the thread that calls; requests of other nodes are handled
+in the thread that spins.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from typing import TYPE_CHECKING, Any
+
+from actors.interfaces.rcl_interfaces.msg import ListParametersResult, ParameterEvent, SetParametersResult
+from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor as DescriptorMessage
+from actors.parameters.requests import ParameterRequests, event_message
+from actors.parameters.store import ParameterStore
+from actors.parameters.types import Parameter, ParameterDescriptor, ParameterType
+from actors.ros.rclpy.qos import qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from actors.parameters.changes import ParameterChanges
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.publisher import Publisher
+
+
+class NodeParameters:
+    """rclpy's parameter methods; the store does the work."""
+
+    _store: ParameterStore
+    _events: Publisher[ParameterEvent]
+
+    def _init_parameters(
+        self,
+        overrides: Mapping[str, Any],
+        parameter_overrides: Sequence[Parameter] | None,
+        *,
+        allow_undeclared: bool,
+        declare_overrides: bool,
+    ) -> None:
+        """Make the store, and the publisher of `/parameter_events`."""
+        self._parameters_lock = threading.RLock()
+        self._store = ParameterStore(
+            overrides={each.name: each.value for each in parameter_overrides or ()},
+            argument_overrides=overrides,
+            allow_undeclared=allow_undeclared,
+        )
+        self._events = self.create_publisher(
+            ParameterEvent, "/parameter_events", qos_profile_parameter_events
+        )
+        self._store.listeners.append(self._publish_changes)
+        if declare_overrides:
+            self._store.declare_overrides()
+
+    def _serve_parameters(self) -> None:
+        for name, srv_type, handler in ParameterRequests(self._store, _fits).handlers():
+            self.create_service(srv_type, f"~/{name}", self._locked(handler))
+
+    def _locked(self, handler: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
+        def handle(request: Any, response: Any) -> Any:
+            del response
+            with self._parameters_lock:
+                return handler(request)
+
+        return handle
+
+    def _publish_changes(self, changes: ParameterChanges) -> None:
+        name = self.get_fully_qualified_name()
+        self._events.publish(event_message(changes, self.get_clock().now().to_msg(), name))
+        self._parameters_changed(changes)
+
+    # Provided by the node
+
+    def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any) -> Any:
+        """See `Node`."""
+        raise NotImplementedError
+
+    def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any]) -> Any:
+        """See `Node`."""
+        raise NotImplementedError
+
+    def get_fully_qualified_name(self) -> str:
+        """See `Node`."""
+        raise NotImplementedError
+
+    def get_clock(self) -> Clock:
+        """See `Node`."""
+        raise NotImplementedError
+
+    def _parameters_changed(self, changes: ParameterChanges) -> None:
+        raise NotImplementedError
+
+    # Declaring
+
+    def declare_parameter(
+        self,
+        name: str,
+        value: Any = None,
+        descriptor: DescriptorMessage | None = None,
+        ignore_override: bool = False,
+    ) -> Parameter:
+        """Declare a parameter, with an override's value if there is one.
+
+        Args:
+            name: Its name.
+            value: Its default, or a `Parameter.Type`.
+            descriptor: The allowed values.
+            ignore_override: Use the default in any case.
+
+        Returns:
+            The parameter.
+        """
+        with self._parameters_lock:
+            return self._store.declare(name, value, _descriptor(descriptor), ignore_override=ignore_override)
+
+    def declare_parameters(
+        self,
+        namespace: str,
+        parameters: Sequence[tuple[Any, ...]],
+        ignore_override: bool = False,
+    ) -> list[Parameter]:
+        """Declare several parameters: tuples of a name, a default and a descriptor."""
+        wanted: list[Any] = []
+        for index, each in enumerate(parameters):
+            if not 1 <= len(each) <= 3:
+                raise TypeError(
+                    f"Invalid parameter tuple length at index {index} in parameters list: {each};"
+                    " expecting length between 1 and 3"
+                )
+            if not isinstance(each[0], str):
+                raise TypeError(f"First element {each[0]} at index {index} in parameters list is not a str.")
+            wanted.append((*each[:2], *map(_descriptor, each[2:])))
+        with self._parameters_lock:
+            return self._store.declare_many(namespace, wanted, ignore_override=ignore_override)
+
+    def undeclare_parameter(self, name: str) -> None:
+        """Remove a parameter."""
+        with self._parameters_lock:
+            self._store.undeclare(name)
+
+    def has_parameter(self, name: str) -> bool:
+        """Return whether a parameter is declared."""
+        return self._store.has(name)
+
+    # Reading
+
+    def get_parameter(self, name: str) -> Parameter:
+        """Return a parameter."""
+        return self._store.get(name)
+
+    def get_parameters(self, names: list[str]) -> list[Parameter]:
+        """Return parameters, in order."""
+        return [self._store.get(name) for name in names]
+
+    def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
+        """Return a parameter, or the alternative if it has no value."""
+        return self._store.get_or(name, alternative_value)
+
+    def get_parameter_type(self, name: str) -> ParameterType:
+        """Return the type of a parameter."""
+        return self._store.get(name).type_
+
+    def get_parameter_types(self, names: list[str]) -> list[ParameterType]:
+        """Return the types of parameters, in order."""
+        return [each.type_ for each in self.get_parameters(names)]
+
+    def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
+        """Return the parameters below a prefix, by the rest of their names."""
+        return self._store.get_by_prefix(prefix)
+
+    def list_parameters(self, prefixes: list[str], depth: int) -> ListParametersResult:
+        """Return the names below prefixes, down to a number of levels; zero for all."""
+        if depth < 0:
+            raise ValueError("The depth must be greater than or equal to zero")
+        listed = self._store.list_names(prefixes, depth)
+        return ListParametersResult(names=listed.names, prefixes=listed.prefixes)
+
+    def describe_parameter(self, name: str) -> DescriptorMessage:
+        """Return the descriptor of a parameter."""
+        return self._store.describe(name).to_msg()
+
+    def describe_parameters(self, names: list[str]) -> list[DescriptorMessage]:
+        """Return the descriptors of parameters, in order."""
+        return [self.describe_parameter(name) for name in names]
+
+    # Setting
+
+    def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+        """Set parameters one by one."""
+        with self._parameters_lock:
+            results = self._store.set(parameter_list)
+        return [SetParametersResult(successful=each.successful, reason=each.reason) for each in results]
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set all parameters, or none."""
+        with self._parameters_lock:
+            result = self._store.set_atomically(parameter_list)
+        return SetParametersResult(successful=result.successful, reason=result.reason)
+
+    def set_descriptor(self, name: str, descriptor: DescriptorMessage, alternative_value: Any = None) -> Any:
+        """Replace the descriptor of a parameter, and its value if that is not allowed."""
+        with self._parameters_lock:
+            self._store.set_descriptor(
+                name, _descriptor(descriptor) or ParameterDescriptor(), alternative_value
+            )
+            return self._store.get(name).get_parameter_value()
+
+    def add_pre_set_parameters_callback(self, callback: Callable[[list[Parameter]], list[Parameter]]) -> None:
+        """Let a function change parameters before they are set."""
+        self._store.callbacks.pre_set.insert(0, callback)
+
+    def add_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
+        """Let a function accept or refuse parameters; it returns a SetParametersResult."""
+        self._store.callbacks.on_set.insert(0, callback)
+
+    def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], None]) -> None:
+        """Let a function know of parameters that have been set."""
+        self._store.callbacks.post_set.insert(0, callback)
+
+    def remove_pre_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
+        """Remove a function that `add_pre_set_parameters_callback` has added; ValueError if it has not."""
+        self._store.callbacks.pre_set.remove(callback)
+
+    def remove_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
+        """Remove a function that `add_on_set_parameters_callback` has added; ValueError if it has not."""
+        self._store.callbacks.on_set.remove(callback)
+
+    def remove_post_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
+        """Remove a function that `add_post_set_parameters_callback` has added; ValueError if it has not."""
+        self._store.callbacks.post_set.remove(callback)
+
+
+def _descriptor(message: DescriptorMessage | None) -> ParameterDescriptor | None:
+    """Return a descriptor; its range, if any, is checked with the value."""
+    return None if message is None else dataclasses.replace(ParameterDescriptor.from_msg(message), name="")
+
+
+def _fits(what: str, size: int) -> None:
+    """Accept every size: the broker's limit is checked where the reply is sent."""
+    del what, size

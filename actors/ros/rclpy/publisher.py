@@ -1,0 +1,98 @@
+"""Publishers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+
+from actors.errors import NodeDestroyed, PublisherFull, WaitTimeout
+from actors.interfaces.message import Message
+from actors.ros.rclpy.exceptions import InvalidHandle
+from actors.threads.errors import ThreadStoppedError
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from actors.endpoints.publisher.publisher import Publisher as NativePublisher
+    from actors.ros.rclpy.duration import Duration
+    from actors.ros.rclpy.qos import QoSProfile
+    from actors.threads.node_thread import NodeThread
+
+MsgT = TypeVar("MsgT", bound=Message)
+
+
+class Publisher(Generic[MsgT]):
+    """Publishes on a topic from any thread. Made by `Node.create_publisher`.
+
+    Attributes:
+        msg_type: The message class.
+        topic: The name it was made with, remapped and expanded.
+        qos_profile: Its QoS.
+    """
+
+    def __init__(self, thread: NodeThread, native: NativePublisher[MsgT], qos_profile: QoSProfile) -> None:
+        self.msg_type = native.msg_type
+        self.topic = native.topic_name
+        self.qos_profile = qos_profile
+        self._thread = thread
+        self._native = native
+        self._publisher = thread.publisher(native)
+
+    @property
+    def topic_name(self) -> str:
+        """The full name of the topic."""
+        return self.topic
+
+    def publish(self, msg: MsgT | bytes) -> None:
+        """Send a message; wait while KEEP_ALL readers have no space.
+
+        Args:
+            msg: The message, or one that is serialized already.
+
+        Raises:
+            TypeError: It is not of the publisher's class.
+            InvalidHandle: The publisher has been destroyed.
+        """
+        while True:
+            try:
+                self._publisher.publish(msg)
+            except PublisherFull:
+                self._publisher.ready()
+            except (NodeDestroyed, ThreadStoppedError) as error:
+                raise InvalidHandle(str(error)) from error
+            else:
+                return
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions are matched."""
+        return self._native.get_subscription_count()
+
+    def assert_liveliness(self) -> None:
+        """Show that the publisher is alive, if its liveliness is MANUAL_BY_TOPIC."""
+        self._thread.call(self._native.assert_liveliness)
+
+    def wait_for_all_acked(self, timeout: Duration | None = None) -> bool:
+        """Wait until what was published has been sent; return False if the time was not enough."""
+        seconds = None if timeout is None or timeout.nanoseconds < 0 else timeout.nanoseconds / 1e9
+        try:
+            self._thread.call(lambda: self._native.flush(seconds))
+        except WaitTimeout:
+            return False
+        return True
+
+    def destroy(self) -> None:
+        """Take the publisher out of service, after what it has published has been sent."""
+        self._thread.call(self._native.destroy)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()
+
+
+AnyPublisher = Publisher[Any]

@@ -1,0 +1,75 @@
+"""SIGINT and SIGTERM end all contexts; then the handlers from before are called."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import weakref
+from enum import Enum
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from actors.ros.rclpy.context import Context
+
+
+class SignalHandlerOptions(Enum):
+    """Which signals to handle."""
+
+    NO = 0
+    SIGINT = 1
+    SIGTERM = 2
+    ALL = 3
+
+
+_previous: Final[dict[int, Any]] = {}
+_contexts: tuple[weakref.ref[Context], ...] = ()
+_options = SignalHandlerOptions.NO
+
+
+def end_on_signal(context: Context) -> None:
+    """End a context when a signal comes."""
+    global _contexts  # noqa: PLW0603 - replaced, never changed: a signal handler reads it
+    _contexts = (*(each for each in _contexts if each() is not None), weakref.ref(context))
+
+
+def _handle(number: int, frame: FrameType | None) -> None:
+    for each in _contexts:
+        context = each()
+        if context is not None:
+            context.end()
+    previous = _previous.get(number)
+    if callable(previous):
+        previous(number, frame)
+
+
+def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
+    """Handle signals, if this is the main thread: Python allows it nowhere else."""
+    global _options  # noqa: PLW0603 - signals are the process's
+    if options is SignalHandlerOptions.NO or threading.current_thread() is not threading.main_thread():
+        return
+    _options = options
+    for number, wanted in (
+        (signal.SIGINT, SignalHandlerOptions.SIGINT),
+        (signal.SIGTERM, SignalHandlerOptions.SIGTERM),
+    ):
+        if options in {wanted, SignalHandlerOptions.ALL} and number not in _previous:
+            _previous[number] = signal.signal(number, _handle)
+
+
+def uninstall_signal_handlers() -> None:
+    """Restore the handlers from before, if this is the main thread."""
+    global _options  # noqa: PLW0603 - signals are the process's
+    if threading.current_thread() is not threading.main_thread():
+        return
+    _options = SignalHandlerOptions.NO
+    while _previous:
+        number, handler = _previous.popitem()
+        if signal.getsignal(number) is _handle:
+            signal.signal(number, handler)
+
+
+def get_current_signal_handlers_options() -> SignalHandlerOptions:
+    """Return which signals are handled."""
+    return _options

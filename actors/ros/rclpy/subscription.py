@@ -1,0 +1,141 @@
+"""Subscriptions: messages wait at the node, and the thread that spins takes them."""
+
+from __future__ import annotations
+
+import inspect
+from enum import Enum
+from functools import partial
+from typing import TYPE_CHECKING, Any, Generic, Self, TypedDict, TypeVar
+
+from actors.errors import NodeDestroyed
+from actors.interfaces.message import Message
+from actors.ros.rclpy.entity import Entity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from actors.endpoints.subscription.backlog import MessageInfo as NativeInfo
+    from actors.endpoints.subscription.subscription import Subscription as NativeSubscription
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.qos import QoSProfile
+    from actors.threads.node_thread import NodeThread
+
+MsgT = TypeVar("MsgT", bound=Message)
+
+
+class MessageInfo(TypedDict):
+    """When a message was sent and received, in ns since 1970, and its numbers."""
+
+    source_timestamp: int
+    received_timestamp: int
+    publication_sequence_number: int | None
+    reception_sequence_number: int | None
+
+
+class Subscription(Entity, Generic[MsgT]):
+    """Receives the messages of a topic. Made by `Node.create_subscription`.
+
+    Attributes:
+        msg_type: The message class.
+        topic: The name it was made with, remapped and expanded.
+        qos_profile: Its QoS.
+        raw: Whether the callback gets messages as bytes.
+    """
+
+    class CallbackType(Enum):
+        """What a callback takes."""
+
+        MessageOnly = 0
+        WithMessageInfo = 1
+
+    def __init__(
+        self,
+        thread: NodeThread,
+        native: NativeSubscription[Any],
+        callback: Callable[..., Any],
+        callback_group: CallbackGroup,
+        qos_profile: QoSProfile,
+        *,
+        raw: bool,
+    ) -> None:
+        super().__init__(callback_group)
+        self.msg_type: type[MsgT] = native.msg_type  # type: ignore[assignment]  # the same class
+        self.topic = native.topic_name
+        self.qos_profile = qos_profile
+        self.raw = raw
+        self.callback = callback
+        self._thread = thread
+        self._native = native
+        thread.call(lambda: native.set_on_ready(self.notify))
+
+    @property
+    def callback(self) -> Callable[..., Any]:
+        """The callback: `(msg)` or `(msg, info)`."""
+        return self._callback
+
+    @callback.setter
+    def callback(self, value: Callable[..., Any]) -> None:
+        try:
+            inspect.signature(value).bind(object(), object())
+        except TypeError:
+            try:
+                inspect.signature(value).bind(object())
+            except TypeError:
+                raise RuntimeError(
+                    "Subscription.__init__(): callback should be either be callable with one argument"
+                    " (to get only the message) or two (to get message and message info)"
+                ) from None
+            self._callback_type = Subscription.CallbackType.MessageOnly
+        else:
+            self._callback_type = Subscription.CallbackType.WithMessageInfo
+        self._callback = value
+
+    @property
+    def topic_name(self) -> str:
+        """The full name of the topic."""
+        return self.topic
+
+    def get_publisher_count(self) -> int:
+        """Return how many publishers are matched."""
+        return self._native.get_publisher_count()
+
+    def has_work(self) -> bool:
+        """Return whether a message waits."""
+        return self._native.queued > 0
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return a call of the callback with the next message."""
+        try:
+            taken = self._native.take()
+        except NodeDestroyed:
+            return None
+        if taken is None:
+            return None
+        if self._callback_type is Subscription.CallbackType.MessageOnly:
+            return partial(self._callback, taken[0])
+        return partial(self._callback, taken[0], _info(taken[1]))
+
+    def destroy(self) -> None:
+        """Take the subscription out of service."""
+        self._thread.call(self._native.destroy)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()
+
+
+def _info(info: NativeInfo) -> MessageInfo:
+    return {
+        "source_timestamp": info.source_timestamp,
+        "received_timestamp": info.received_timestamp,
+        "publication_sequence_number": info.publication_sequence_number,
+        "reception_sequence_number": None,
+    }

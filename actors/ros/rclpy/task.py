@@ -1,0 +1,195 @@
+"""Futures and tasks of executors."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import threading
+import warnings
+import weakref
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Generator, Sequence
+
+    from actors.ros.rclpy.executors import Executor
+
+T = TypeVar("T")
+
+_awaited: Final = threading.local()
+"""`future`: what the coroutine that this thread has just resumed waits for."""
+
+
+class Future(Generic[T]):
+    """The outcome of something that may not have happened yet. Every method may be called in any thread.
+
+    Args:
+        executor: Runs the callbacks; without one they run where the future is completed.
+    """
+
+    def __init__(self, *, executor: Executor | None = None) -> None:
+        self._done = False
+        self._cancelled = False
+        self._result: T | None = None
+        self._exception: BaseException | None = None
+        self._retrieved = True
+        self._callbacks: list[Callable[[Any], object]] = []
+        self._waiting: list[Callable[[], object]] = []
+        """Called when it is done, where that happens: tasks and threads that wait."""
+        self._lock = threading.Lock()
+        self._executor: weakref.ref[Executor] | None = None
+        self.set_executor(executor)
+
+    def __del__(self) -> None:
+        if not self._retrieved:
+            print("The following exception was never retrieved: " + str(self._exception), file=sys.stderr)  # noqa: T201 - rclpy's text; logging may be gone
+
+    def __await__(self) -> Generator[None, None, T | None]:
+        while not self._done:
+            _awaited.future = self
+            yield
+        return self.result()
+
+    def set_executor(self, executor: Executor | None) -> None:
+        """Set who runs the callbacks."""
+        self._executor = None if executor is None else weakref.ref(executor)
+
+    def cancel(self) -> None:
+        """Complete the future without a result, if it is not done."""
+        self._complete(None, None, cancelled=True)
+
+    def cancelled(self) -> bool:
+        """Return whether it was cancelled."""
+        return self._cancelled
+
+    def done(self) -> bool:
+        """Return whether it has a result or an exception, or was cancelled."""
+        return self._done
+
+    def result(self) -> T | None:
+        """Return the result, None if there is none; raise the exception if there is one."""
+        error = self.exception()
+        if error is not None:
+            raise error
+        return self._result
+
+    def exception(self) -> BaseException | None:
+        """Return the exception; None if there is none."""
+        self._retrieved = True
+        return self._exception
+
+    def set_result(self, result: T) -> None:
+        """Complete the future with a result."""
+        self._complete(result, None)
+
+    def set_exception(self, exception: BaseException) -> None:
+        """Complete the future with an exception."""
+        self._complete(None, exception)
+
+    def _complete(self, result: T | None, error: BaseException | None, *, cancelled: bool = False) -> None:
+        with self._lock:
+            if cancelled and self._done:
+                return
+            self._result, self._exception, self._retrieved = result, error, error is None
+            self._done, self._cancelled = True, cancelled
+            callbacks, self._callbacks = self._callbacks, []
+            waiting, self._waiting = self._waiting, []
+        for wake in waiting:
+            wake()
+        for callback in callbacks:
+            try:
+                self._call(callback)
+            except Exception as raised:  # noqa: BLE001 - the user's: the others must be called as well
+                warnings.warn(f"Unhandled exception in done callback: {raised}", stacklevel=2)
+
+    def _call(self, callback: Callable[[Any], object]) -> None:
+        executor = None if self._executor is None else self._executor()
+        if executor is None:
+            callback(self)
+        else:
+            executor.create_task(callback, self)
+
+    def add_done_callback(self, callback: Callable[[Any], object]) -> None:
+        """Call a function with the future when it is done, or at once if it is.
+
+        If there is an executor, it runs the function.
+        """
+        with self._lock:
+            if not self._done:
+                self._callbacks.append(callback)
+                return
+        self._call(callback)
+
+    def when_done(self, wake: Callable[[], object]) -> None:
+        """Call a function that never raises when the future is done, in the thread where that happens."""
+        with self._lock:
+            if not self._done:
+                self._waiting.append(wake)
+                return
+        wake()
+
+
+class Task(Future[T]):
+    """A function or a coroutine that an executor runs to its end.
+
+    Args:
+        handler: The function, `def` or `async def`, or a coroutine.
+        args: Its arguments.
+        kwargs: Its keyword arguments.
+        executor: Resumes it.
+    """
+
+    def __init__(
+        self,
+        handler: Callable[..., Any] | Coroutine[Any, Any, Any],
+        args: Sequence[Any] = (),
+        kwargs: dict[str, Any] | None = None,
+        executor: Executor | None = None,
+    ) -> None:
+        super().__init__(executor=executor)
+        made = handler(*args, **(kwargs or {})) if inspect.iscoroutinefunction(handler) else handler
+        self._handler: Any = made
+        self._args, self._kwargs = args, kwargs or {}
+        self._running = threading.Lock()
+
+    def __call__(self) -> None:
+        """Run the function, or the coroutine until it waits; do nothing if it is done or runs already."""
+        if self._done or not self._running.acquire(blocking=False):
+            return
+        try:
+            if inspect.iscoroutine(self._handler):
+                self._resume(self._handler)
+            elif not self._done:
+                self._run()
+        finally:
+            self._running.release()
+
+    def _run(self) -> None:
+        try:
+            result = self._handler(*self._args, **self._kwargs)
+        except Exception as error:  # noqa: BLE001 - the user's: it is the task's outcome
+            self._end(None, error)
+        else:
+            self._end(result, None)
+
+    def _resume(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        _awaited.future = None
+        try:
+            coroutine.send(None)
+        except StopIteration as end:
+            self._end(end.value, None)
+        except Exception as error:  # noqa: BLE001 - the user's: it is the task's outcome
+            self._end(None, error)
+        else:
+            awaited: Future[Any] | None = _awaited.future
+            executor = None if self._executor is None else self._executor()
+            if executor is not None:
+                executor.work.resume_later(self, awaited)
+
+    def _end(self, result: Any, error: BaseException | None) -> None:
+        self._handler, self._args, self._kwargs = None, (), {}
+        self._complete(result, error)
+
+    def executing(self) -> bool:
+        """Return whether a thread runs it now."""
+        return self._running.locked()

@@ -1,0 +1,249 @@
+"""Timers and rates."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+from functools import partial
+from math import inf
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
+from actors.time.types import ClockType, Time
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.context import Context
+
+_LONGEST_WAIT_SEC: Final = 1.0
+"""How often a timer of a wall clock looks at it, since it may be set."""
+
+
+class TimerInfo:
+    """When a call of a timer was due, and when it was made.
+
+    Args:
+        expected_call_time: In nanoseconds.
+        actual_call_time: In nanoseconds.
+        clock_type: The clock that showed them.
+    """
+
+    def __init__(
+        self,
+        *,
+        expected_call_time: int = 0,
+        actual_call_time: int = 0,
+        clock_type: ClockType = ClockType.SYSTEM_TIME,
+    ) -> None:
+        if expected_call_time < 0 or actual_call_time < 0:
+            raise ValueError("call time values must not be negative")
+        self.expected_call_time = Time(nanoseconds=expected_call_time, clock_type=clock_type)
+        self.actual_call_time = Time(nanoseconds=actual_call_time, clock_type=clock_type)
+
+
+class Timer(Entity):
+    """Calls a callback again and again. Made by `Node.create_timer`.
+
+    Calls are due at whole periods from the start; those that pass while nobody spins are made up for by one.
+
+    Attributes:
+        callback: `()`, or with one parameter that is annotated as TimerInfo.
+        clock: The clock that it follows.
+    """
+
+    def __init__(
+        self,
+        callback: Callable[..., Any] | None,
+        callback_group: CallbackGroup,
+        timer_period_ns: int,
+        clock: Clock,
+        *,
+        context: Context | None = None,
+        autostart: bool = True,
+    ) -> None:
+        del context
+        if timer_period_ns < 0:
+            raise ValueError(f"timer period must be non-negative, got {timer_period_ns} ns")
+        super().__init__(callback_group)
+        self.callback = callback
+        self.clock = clock
+        self._lock = threading.Lock()
+        self._period = int(timer_period_ns)
+        self._last = clock.now().nanoseconds
+        self._next = self._last + self._period
+        self._canceled = not autostart
+        self._destroyed = False
+        clock.followers.add(self)
+
+    @property
+    def timer_period_ns(self) -> int:
+        """The period in nanoseconds; a new one holds from the next call on."""
+        return self._period
+
+    @timer_period_ns.setter
+    def timer_period_ns(self, value: int) -> None:
+        self._period = int(value)
+
+    def _now(self) -> int:
+        if self._destroyed:
+            raise InvalidHandle("The timer has been destroyed")
+        return self.clock.now().nanoseconds
+
+    def is_ready(self) -> bool:
+        """Return whether a call is due."""
+        return not self._canceled and self._now() >= self._next
+
+    def is_canceled(self) -> bool:
+        """Return whether it makes no calls."""
+        self._now()
+        return self._canceled
+
+    def cancel(self) -> None:
+        """Make no calls; `reset` starts again."""
+        self._now()
+        self._canceled = True
+
+    def reset(self) -> None:
+        """Start again: the next call is one period from now."""
+        with self._lock:
+            self._last = self._now()
+            self._next = self._last + self._period
+            self._canceled = False
+        self.rearm()
+
+    def time_since_last_call(self) -> int:
+        """Return the nanoseconds since the last call, or the start."""
+        return self._now() - self._last
+
+    def time_until_next_call(self) -> int | None:
+        """Return the nanoseconds until the next call, negative if it is late; None if it is cancelled."""
+        now = self._now()
+        return None if self._canceled else self._next - now
+
+    def rearm(self) -> None:
+        """Tell the executor that the next call is due at another time."""
+        executor = self.executor
+        if executor is not None:
+            executor.work.timers_changed()
+
+    def jumped(self) -> None:
+        """Follow the clock after a jump; after one back the next call is at most one period away."""
+        with self._lock:
+            now = self.clock.now().nanoseconds
+            if self._next - now > self._period:
+                self._last, self._next = now, now + self._period
+        self.rearm()
+
+    def remaining_sec(self) -> float:
+        """Return for how long the executor need not look at it: zero or less if it is due."""
+        if self._canceled or self._destroyed:
+            return inf
+        rest = (self._next - self.clock.now().nanoseconds) / 1e9
+        if rest <= 0:
+            return rest
+        if self.clock.ros_time_is_active:
+            return inf  # `jumped` tells
+        return rest if self.clock.clock_type is ClockType.STEADY_TIME else min(rest, _LONGEST_WAIT_SEC)
+
+    def has_work(self) -> bool:
+        """Return False: the executor looks at when the next call is due."""
+        return False
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return a call of the callback if one is due."""
+        with self._lock:
+            if self._canceled or self._destroyed:
+                return None
+            now, expected = self.clock.now().nanoseconds, self._next
+            if now < expected:
+                return None
+            self._last = now
+            late = now - expected
+            self._next = expected + (late // self._period + 1) * self._period if self._period else now
+        self.rearm()
+        callback = self.callback
+        if callback is None:
+            return None
+        name = _info_parameter(callback)
+        if name is None:
+            return callback
+        info = TimerInfo(expected_call_time=expected, actual_call_time=now, clock_type=self.clock.clock_type)
+        return partial(callback, **{name: info})
+
+    def destroy(self) -> None:
+        """Make no further calls."""
+        self._destroyed = True
+        self.clock.followers.discard(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()
+
+
+def _info_parameter(callback: Callable[..., Any]) -> str | None:
+    """Return the name of the parameter that gets the TimerInfo: the one with that annotation."""
+    for parameter in inspect.signature(callback).parameters.values():
+        if parameter.annotation in {TimerInfo, "TimerInfo"}:
+            return parameter.name
+    return None
+
+
+class Rate:
+    """Sleeps until the next tick, in a thread that does not spin. Made by `Node.create_rate`."""
+
+    def __init__(self, timer: Timer, *, context: Context) -> None:
+        self._timer = timer
+        self._context = context
+        self._tick = threading.Condition()
+        self._ticks = 0
+        self._destroyed = False
+        timer.callback = self._ticked
+        context.on_shutdown(self.destroy)
+
+    def _ticked(self) -> None:
+        with self._tick:
+            self._ticks += 1
+            self._tick.notify_all()
+
+    def sleep(self) -> None:
+        """Sleep until the next tick of the timer; somebody else must spin.
+
+        Raises:
+            ROSInterruptException: The context is shut down.
+            RuntimeError: The rate is destroyed.
+        """
+        with self._tick:
+            before = self._ticks
+            self._require_alive()
+            self._tick.wait_for(lambda: self._destroyed or self._ticks != before)
+        if not self._context.ok():
+            raise ROSInterruptException
+
+    def _require_alive(self) -> None:
+        if not self._context.ok():
+            raise ROSInterruptException
+        if self._destroyed:
+            raise RuntimeError("Rate cannot sleep because it has been destroyed")
+
+    def destroy(self) -> None:
+        """End all sleeps; further ones raise RuntimeError."""
+        with self._tick:
+            self._destroyed = True
+            self._tick.notify_all()
+
+    @property
+    def timer(self) -> Timer:
+        """The timer behind it."""
+        return self._timer

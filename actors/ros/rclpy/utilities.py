@@ -1,0 +1,69 @@
+"""The default context, and whether it runs."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import TYPE_CHECKING, Final
+
+from actors.arguments.ros_arguments import parse_ros_arguments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.ros.rclpy.context import Context
+
+_lock: Final = threading.Lock()
+_default: Context | None = None
+
+
+def get_default_context(*, shutting_down: bool = False) -> Context:
+    """Return the default context; with `shutting_down` the next call makes a new one."""
+    global _default  # noqa: PLW0603 - rclpy's: the one of programs that name none
+    from actors.ros.rclpy.context import Context  # noqa: PLC0415 - circular
+
+    with _lock:
+        context = _default or Context()
+        _default = None if shutting_down else context
+    return context
+
+
+def ok(*, context: Context | None = None) -> bool:
+    """Return whether a context has been initialized and not shut down; None: the default one."""
+    return (context or get_default_context()).ok()
+
+
+def shutdown(*, context: Context | None = None) -> None:
+    """Shut a context down; None: the default one."""
+    (context or get_default_context(shutting_down=True)).shutdown()
+
+
+def try_shutdown(*, context: Context | None = None) -> None:
+    """Shut a context down unless that has been done; None: the default one."""
+    if context is None:
+        context = get_default_context()
+        if context.ok():
+            get_default_context(shutting_down=True).shutdown()
+        return
+    context.try_shutdown()
+
+
+def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
+    """Return the arguments that are not ROS's; None: those of the process."""
+    given = sys.argv if args is None else args
+    return list(parse_ros_arguments(given).remaining)
+
+
+def get_rmw_implementation_identifier() -> str:
+    """Return what carries the messages."""
+    return "callboard"
+
+
+def get_available_rmw_implementations() -> set[str]:
+    """Return what could carry messages."""
+    return {"callboard"}
+
+
+def timeout_sec_to_nsec(timeout_sec: float | None) -> int:
+    """Return seconds as nanoseconds; -1 for None and for negative numbers, which mean no limit."""
+    return -1 if timeout_sec is None or timeout_sec < 0 else int(timeout_sec * 1e9)

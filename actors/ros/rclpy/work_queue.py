@@ -1,0 +1,200 @@
+"""What an executor has to do.
+
+Entities that have work enter the queue once, from whichever thread gave it to them. One piece of work of the
+first entity is taken at a time, and the entity goes to the end if it has more, so that all get their turn.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from math import inf
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+
+from actors.ros.rclpy.executor_errors import (
+    ConditionReachedException,
+    ExternalShutdownException,
+    ShutdownException,
+    TimeoutException,
+)
+from actors.ros.rclpy.task import Task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.task import Future
+
+Work: TypeAlias = "tuple[Callable[[], Any], Entity] | Task[Any]"
+"""A call of a callback, and whose it is; or a task."""
+
+
+class WakeUp:
+    """Wakes one waiting thread. `set` may be called anywhere, in signal handlers, too: it never waits."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._lock.acquire()
+
+    def set(self) -> None:
+        """End the wait in progress, or else the next one."""
+        with suppress(RuntimeError):  # it is set already
+            self._lock.release()
+
+    def wait(self, timeout_sec: float) -> None:
+        """Wait until it is set, and unset it."""
+        self._lock.acquire(timeout=-1 if timeout_sec == inf else min(timeout_sec, threading.TIMEOUT_MAX))
+
+
+class WorkOwner(Protocol):
+    """What the queue asks its executor."""
+
+    @property
+    def context(self) -> Context:
+        """The context."""
+        ...
+
+    @property
+    def is_shut_down(self) -> bool:
+        """Whether it runs no further callbacks."""
+        ...
+
+    def has_capacity(self) -> bool:
+        """Return whether another piece of work can be run now."""
+        ...
+
+    def get_nodes(self) -> list[Node]:
+        """Return the nodes."""
+        ...
+
+
+class WorkQueue:
+    """The entities with work and the tasks of one executor, and the wait for them.
+
+    Args:
+        executor: The executor.
+    """
+
+    def __init__(self, executor: WorkOwner) -> None:
+        self._executor = executor
+        self._ready: deque[Entity | Task[Any]] = deque()
+        self._blocked: deque[Entity] = deque()
+        """Entities whose callback group has refused them; they count as queued."""
+        self._waiting: deque[Task[Any]] = deque()
+        """Tasks that wait for something else than a future; they are tried at each spin."""
+        self._suspended: set[Task[Any]] = set()
+        """Tasks that wait for a future: nobody else may refer to them."""
+        self._wake_up = WakeUp()
+        self._next_timer_sec = 0.0
+        """When the next timer is due, by the steady clock; zero: look at them again."""
+
+    def add(self, entity: Entity) -> None:
+        """Take work of an entity soon; in any thread."""
+        entity.queued_in = self
+        self._ready.append(entity)
+        self._wake_up.set()
+
+    def add_task(self, task: Task[Any]) -> None:
+        """Run or resume a task soon; in any thread."""
+        self._suspended.discard(task)
+        self._ready.append(task)
+        self._wake_up.set()
+
+    def resume_later(self, task: Task[Any], awaited: Future[Any] | None) -> None:
+        """Resume a task when what it awaits is done; None: something unknown."""
+        if awaited is None:
+            self._waiting.append(task)
+        else:
+            self._suspended.add(task)
+            awaited.when_done(lambda: self.add_task(task))
+
+    def wake(self) -> None:
+        """Let `wait` look again at everything."""
+        self._wake_up.set()
+
+    def timers_changed(self) -> None:
+        """Look again at when timers are due."""
+        self._next_timer_sec = 0.0
+        self._wake_up.set()
+
+    def wait(self, timeout_sec: float | None, condition: Callable[[], bool]) -> Work:
+        """Return the next work; wait for it.
+
+        Args:
+            timeout_sec: Seconds to wait; None or negative for no limit.
+            condition: Waits end when it holds; whoever makes it true calls `wake`.
+
+        Raises:
+            TimeoutException: There was none within `timeout_sec`.
+            ConditionReachedException: There is none, and the condition holds.
+            ShutdownException, ExternalShutdownException: The executor, or the context, has been shut down.
+        """
+        executor = self._executor
+        limited = timeout_sec is not None and timeout_sec >= 0
+        deadline = time.monotonic() + timeout_sec if limited and timeout_sec is not None else inf
+        self._ready.extend(self._waiting)
+        self._waiting.clear()
+        while True:
+            if executor.is_shut_down:
+                raise ShutdownException
+            if not executor.context.ok():
+                raise ExternalShutdownException
+            if self._next_timer_sec < inf and time.monotonic() >= self._next_timer_sec:
+                self._add_timers()
+            work = self._take() if executor.has_capacity() else None
+            if work is not None:
+                return work
+            if condition():
+                raise ConditionReachedException
+            now = time.monotonic()
+            if now >= deadline:
+                raise TimeoutException
+            self._wake_up.wait(max(0.0, min(deadline, self._next_timer_sec) - now))
+
+    def _add_timers(self) -> None:
+        self._next_timer_sec = inf  # a change meanwhile sets it to zero
+        soonest = inf
+        for node in self._executor.get_nodes():
+            for timer in tuple(node.timers):
+                rest = timer.remaining_sec()
+                if rest <= 0:
+                    timer.notify()
+                else:
+                    soonest = min(soonest, rest)
+        if self._next_timer_sec == inf:
+            self._next_timer_sec = time.monotonic() + soonest
+
+    def _take(self) -> Work | None:
+        """Take work of the first entity that has some, and may run."""
+        while self._ready:
+            item = self._ready.popleft()
+            if isinstance(item, Task):
+                return item
+            if item.queued_in is self:
+                item.queued_in = None
+            if item.executor is not self._executor:
+                continue
+            group = item.callback_group
+            if not group.can_execute(item) or not group.beginning_execution(item):
+                item.queued_in = self
+                self._blocked.append(item)
+                continue
+            call = item.take()
+            if item.has_work():
+                item.notify()
+            if call is not None:
+                return call, item
+            self.ended(item)
+        return None
+
+    def ended(self, entity: Entity) -> None:
+        """Let the entity's callback group run others."""
+        entity.callback_group.ending_execution(entity)
+        if self._blocked:
+            self._ready.extend(self._blocked)
+            self._blocked.clear()
+            self._wake_up.set()

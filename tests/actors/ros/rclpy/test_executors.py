@@ -1,0 +1,251 @@
+"""Executors: order, threads, callback groups, coroutines, timeouts and the ends of spinning."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from actors.ros.rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.task import Future
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.executors import Executor
+
+DEADLINE_SEC = 20.0
+
+
+@pytest.fixture
+def node(context: Context) -> Node:
+    """A node of the context."""
+    return Node("node", context=context)
+
+
+@pytest.fixture
+def executor(context: Context) -> Iterator[SingleThreadedExecutor]:
+    """An executor of the context."""
+    with SingleThreadedExecutor(context=context) as executor:
+        yield executor
+
+
+def spin_until(executor: Executor, future: Future[Any]) -> None:
+    """Spin until a future is done."""
+    executor.spin_until_future_complete(future, DEADLINE_SEC)
+    assert future.done()
+
+
+def test_callbacks_run_in_the_thread_that_spins(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Messages, timers, guard conditions and tasks: none runs elsewhere, or without spinning."""
+    threads, done = list[int](), Future[None](executor=executor)
+
+    def note(*args: object) -> None:
+        threads.append(threading.get_ident())
+        if len(threads) == 4:
+            done.set_result(None)
+
+    def tick() -> None:
+        timer.cancel()
+        note()
+
+    timer = node.create_timer(0.001, tick)
+    guard = node.create_guard_condition(note)
+    node.create_subscription(String, "t", note, 10)
+    publisher = node.create_publisher(String, "t", 10)
+    executor.add_node(node)
+    executor.create_task(note)
+    guard.trigger()
+    publisher.publish(String(data="x"))
+    assert not threads
+    spin_until(executor, done)
+    assert threads == [threading.get_ident()] * 4
+
+
+def test_spin_once_runs_one_callback(node: Node, executor: SingleThreadedExecutor) -> None:
+    """With no work it returns when the time is over."""
+    seen = list[str]()
+    guard = node.create_guard_condition(lambda: seen.append("guard"))
+    executor.add_node(node)
+    executor.create_task(seen.append, "task")
+    guard.trigger()
+    executor.spin_once()
+    assert len(seen) == 1
+    executor.spin_once(0)
+    assert len(seen) == 2
+    started = time.monotonic()
+    executor.spin_once(0.01)
+    assert time.monotonic() - started >= 0.01
+    assert len(seen) == 2
+
+
+def test_an_error_in_a_callback_is_raised_by_spin(node: Node, executor: SingleThreadedExecutor) -> None:
+    """The group is free again afterwards."""
+    seen = list[int]()
+
+    def fail() -> None:
+        seen.append(1)
+        raise ValueError("in a callback")
+
+    guard = node.create_guard_condition(fail)
+    executor.add_node(node)
+    for _ in range(2):
+        guard.trigger()
+        with pytest.raises(ValueError, match="in a callback"):
+            executor.spin_once(DEADLINE_SEC)
+    assert len(seen) == 2
+
+
+def test_a_coroutine_callback_waits_for_futures(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Meanwhile its group runs nothing else, and other groups do."""
+    seen, future, done = list[str](), Future[str](), Future[None](executor=executor)
+
+    async def wait() -> None:
+        seen.append("begin")
+        seen.append(str(await future))
+
+    async def finish() -> None:
+        seen.append("same group")
+        done.set_result(None)
+
+    first, second = node.create_guard_condition(wait), node.create_guard_condition(finish)
+    other = node.create_guard_condition(lambda: seen.append("other group"), ReentrantCallbackGroup())
+    executor.add_node(node)
+    first.trigger()
+    executor.spin_once(DEADLINE_SEC)
+    second.trigger()
+    other.trigger()
+    executor.spin_once(0)
+    executor.spin_once(0)
+    assert seen == ["begin", "other group"]
+    threading.Thread(target=future.set_result, args=("result",)).start()
+    spin_until(executor, done)
+    assert seen == ["begin", "other group", "result", "same group"]
+
+
+def test_rclpy_futures_can_be_awaited_in_asyncio(node: Node, executor: SingleThreadedExecutor) -> None:
+    """A coroutine of a loop that also spins gets the result."""
+    future = Future[int](executor=executor)
+    node.create_timer(0.001, lambda: future.set_result(8))
+    executor.add_node(node)
+
+    async def spin() -> None:
+        while not future.done():
+            executor.spin_once(0)
+            await asyncio.sleep(0)
+
+    async def main() -> int | None:
+        spinning = asyncio.create_task(spin())
+        result = await future
+        await spinning
+        return result
+
+    assert asyncio.run(asyncio.wait_for(main(), DEADLINE_SEC)) == 8
+
+
+def test_a_pool_runs_reentrant_callbacks_at_the_same_time(context: Context, node: Node) -> None:
+    """Two callbacks meet in a barrier; those of a mutually exclusive group never overlap."""
+    barrier, done = threading.Barrier(2), Future[None]()
+    overlaps, running, runs = list[int](), list[int](), list[int]()
+
+    def meet() -> None:
+        barrier.wait(DEADLINE_SEC)
+
+    def alone() -> None:
+        running.append(1)
+        overlaps.append(len(running))
+        time.sleep(0)
+        running.pop()
+        runs.append(1)
+        if len(runs) == 50:
+            done.set_result(None)
+
+    group, exclusive = ReentrantCallbackGroup(), MutuallyExclusiveCallbackGroup()
+    guards = [node.create_guard_condition(meet, group) for _ in range(2)]
+    timers = [node.create_timer(0.0005, alone, exclusive) for _ in range(3)]
+    with MultiThreadedExecutor(4, context=context) as executor:
+        executor.add_node(node)
+        for guard in guards:
+            guard.trigger()
+        spin_until(executor, done)
+        for timer in timers:
+            timer.cancel()
+        assert executor.shutdown(DEADLINE_SEC)
+    assert set(overlaps) == {1}
+    assert not barrier.broken
+
+
+def test_an_error_in_a_pool_is_raised_by_spin(context: Context, node: Node) -> None:
+    """In the thread that spins, soon after."""
+
+    def fail() -> None:
+        raise ValueError("in a pool")
+
+    node.create_guard_condition(fail).trigger()
+    with MultiThreadedExecutor(2, context=context) as executor:
+        executor.add_node(node)
+        with pytest.raises(ValueError, match="in a pool"):
+            executor.spin_until_future_complete(Future[None](), DEADLINE_SEC)
+
+
+def test_an_executor_of_a_user_gets_tasks(context: Context, node: Node) -> None:
+    """`wait_for_ready_callbacks` gives a task, its entity and its node; without work it raises in time."""
+    seen = list[str]()
+    guard = node.create_guard_condition(lambda: seen.append("ran"))
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(node)
+        guard.trigger()
+        handler, entity, owner = executor.wait_for_ready_callbacks(timeout_sec=DEADLINE_SEC)
+        assert (entity, owner, seen) == (guard, node, [])
+        handler()
+        assert seen == ["ran"]
+        with pytest.raises(TimeoutException):
+            executor.wait_for_ready_callbacks(timeout_sec=0)
+
+
+def test_a_shutdown_ends_spinning(context: Context, node: Node, executor: SingleThreadedExecutor) -> None:
+    """A wait for work, by a shutdown in another thread; later ones raise, too, and `spin` returns at once."""
+    executor.add_node(node)
+    threading.Thread(target=context.shutdown).start()
+    for _ in range(2):
+        with pytest.raises(ExternalShutdownException):
+            executor.spin_once(DEADLINE_SEC)
+    executor.spin()
+
+
+def test_a_callback_may_shut_down(context: Context, node: Node, executor: SingleThreadedExecutor) -> None:
+    """`spin` returns after it."""
+    node.create_guard_condition(context.shutdown).trigger()
+    executor.add_node(node)
+    executor.spin()
+    assert not context.ok()
+
+
+def test_a_node_moves_between_executors(
+    context: Context, node: Node, executor: SingleThreadedExecutor
+) -> None:
+    """Work that waits goes with it, and nothing of it is left behind."""
+    seen = list[str]()
+    guard = node.create_guard_condition(lambda: seen.append("ran"))
+    executor.add_node(node)
+    guard.trigger()
+    with SingleThreadedExecutor(context=context) as other:
+        assert other.add_node(node)
+        assert not other.add_node(node)
+        executor.spin_once(0)
+        assert seen == []
+        other.spin_once(0)
+        assert seen == ["ran"]
+        assert (executor.get_nodes(), other.get_nodes()) == ([], [node])

@@ -1,0 +1,284 @@
+"""Nodes as ROS 2 programs use them: topics, services, timers, parameters, clocks and their ends."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.errors import RemoteError
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.rcl_interfaces.msg import SetParametersResult
+from actors.interfaces.rcl_interfaces.srv import SetParameters
+from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy.exceptions import (
+    InvalidHandle,
+    InvalidTopicNameException,
+    NotInitializedException,
+    ParameterNotDeclaredException,
+    ROSInterruptException,
+)
+from actors.ros.rclpy.executors import SingleThreadedExecutor
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.parameter import Parameter
+from actors.ros.rclpy.qos import QoSProfile, ReliabilityPolicy
+from actors.ros.rclpy.task import Future
+from tests.actors.ros.conftest import running_context
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.subscription import MessageInfo
+
+DEADLINE_SEC = 20.0
+
+
+@pytest.fixture
+def executor(context: Context) -> Iterator[SingleThreadedExecutor]:
+    """An executor of the context."""
+    with SingleThreadedExecutor(context=context) as executor:
+        yield executor
+
+
+@pytest.fixture
+def node(context: Context, executor: SingleThreadedExecutor) -> Node:
+    """A node of the executor."""
+    node = Node("node", namespace="ns", context=context)
+    executor.add_node(node)
+    return node
+
+
+def add(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+    response.sum = request.a + request.b
+    return response
+
+
+def test_messages_wait_as_the_depth_allows(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Of 100 messages that nobody took, the last three come, with their info."""
+    seen, done = list[tuple[str, int | None]](), Future[None](executor=executor)
+
+    def heard(msg: String, info: MessageInfo) -> None:
+        seen.append((msg.data, info["publication_sequence_number"]))
+        if msg.data == "99":
+            done.set_result(None)
+
+    subscription = node.create_subscription(String, "t", heard, 3)
+    publisher = node.create_publisher(String, "t", 100)
+    assert node.wait_for_node("/ns/node", DEADLINE_SEC)
+    assert (publisher.get_subscription_count(), subscription.get_publisher_count()) == (1, 1)
+    for number in range(100):
+        publisher.publish(String(data=str(number)))
+    assert publisher.wait_for_all_acked()
+    node.get_topic_names_and_types()  # answered after the messages have come
+    executor.spin_until_future_complete(done, DEADLINE_SEC)
+    assert seen == [("97", 97), ("98", 98), ("99", 99)]
+    assert (publisher.topic_name, subscription.topic_name) == ("/ns/t", "/ns/t")
+
+
+def test_incompatible_endpoints_do_not_match(node: Node) -> None:
+    """As in ROS 2; a profile may be changed before and afterwards."""
+    profile = QoSProfile(depth=1)
+    node.create_subscription(String, "t", lambda msg: None, profile)
+    profile.reliability = ReliabilityPolicy.BEST_EFFORT
+    publisher = node.create_publisher(String, "t", profile)
+    profile.reliability = ReliabilityPolicy.RELIABLE
+    assert node.count_subscribers("t") == node.count_publishers("t") == 1
+    assert publisher.get_subscription_count() == 0
+    assert publisher.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+
+
+def test_a_service_is_called_in_every_way(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Before there is a server, with a future, blocking in another thread, and blocking in a callback."""
+    client = node.create_client(AddTwoInts, "add")
+    assert not client.wait_for_service(0)
+    early = client.call_async(AddTwoInts.Request(a=1, b=2))
+    node.create_service(AddTwoInts, "add", add)
+    executor.spin_until_future_complete(early, DEADLINE_SEC)
+    assert early.result() == AddTwoInts.Response(sum=3)
+    assert client.wait_for_service(DEADLINE_SEC)
+    done = Future[Any](executor=executor)
+    thread = threading.Thread(
+        target=lambda: done.set_result(client.call(AddTwoInts.Request(a=2, b=3), DEADLINE_SEC))
+    )
+    thread.start()
+    executor.spin_until_future_complete(done, DEADLINE_SEC)
+    thread.join()
+    assert done.result() == AddTwoInts.Response(sum=5)
+    with pytest.raises(TypeError):
+        client.call_async(AddTwoInts.Response())
+
+
+def test_a_callback_may_call_and_block(
+    context: Context, node: Node, executor: SingleThreadedExecutor
+) -> None:
+    """The server is spun by another thread; the single thread here waits in its callback."""
+    server = Node("server", namespace="ns", context=context)
+    server.create_service(AddTwoInts, "add", add)
+    client, done = node.create_client(AddTwoInts, "add"), Future[Any](executor=executor)
+    guard = node.create_guard_condition(
+        lambda: done.set_result(client.call(AddTwoInts.Request(a=4, b=4), DEADLINE_SEC))
+    )
+    guard.trigger()
+    with SingleThreadedExecutor(context=context) as other:
+        other.add_node(server)
+        thread = threading.Thread(target=other.spin_until_future_complete, args=(done, DEADLINE_SEC))
+        thread.start()
+        executor.spin_until_future_complete(done, DEADLINE_SEC)
+        thread.join()
+    assert done.result() == AddTwoInts.Response(sum=8)
+
+
+def test_a_handler_that_raises_ends_spin_and_the_call(node: Node, executor: SingleThreadedExecutor) -> None:
+    """The caller's future has the error."""
+
+    def fail(request: Any, response: Any) -> Any:
+        raise ValueError("in a handler")
+
+    node.create_service(AddTwoInts, "add", fail)
+    future = node.create_client(AddTwoInts, "add").call_async(AddTwoInts.Request())
+    with pytest.raises(ValueError, match="in a handler"):
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+    executor.spin_until_future_complete(future, DEADLINE_SEC)
+    assert isinstance(future.exception(), RemoteError)
+
+
+def test_a_handler_may_await_a_call(node: Node, executor: SingleThreadedExecutor) -> None:
+    """A service that asks another one of the same node, in one thread."""
+    client = node.create_client(AddTwoInts, "inner")
+
+    async def outer(request: Any, response: Any) -> Any:
+        inner = await client.call_async(request)
+        assert inner is not None
+        response.sum = 10 * inner.sum
+        return response
+
+    group = node.default_callback_group
+    assert group.has_entity(client)
+    node.create_service(AddTwoInts, "inner", add)
+    node.create_service(AddTwoInts, "outer", outer, callback_group=type(group)())
+    future = node.create_client(AddTwoInts, "outer").call_async(AddTwoInts.Request(a=1, b=2))
+    executor.spin_until_future_complete(future, DEADLINE_SEC)
+    assert future.result() == AddTwoInts.Response(sum=30)
+
+
+def test_parameters_are_the_threads_that_spin(
+    context: Context, node: Node, executor: SingleThreadedExecutor
+) -> None:
+    """Another node sets one: the callback decides, here, and the event is published."""
+    threads, events = list[int](), list[Any]()
+
+    def decide(parameters: list[Parameter]) -> SetParametersResult:
+        threads.append(threading.get_ident())
+        return SetParametersResult(successful=parameters[0].value != 13)
+
+    node.declare_parameter("count", 1)
+    node.add_on_set_parameters_callback(decide)
+    client = node.create_client(SetParameters, "~/set_parameters")
+    for value, accepted in ((2, True), (13, False)):
+        message = Parameter("count", value=value).to_parameter_msg()
+        future = client.call_async(SetParameters.Request(parameters=[message]))
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+        response = future.result()
+        assert response is not None
+        assert response.results[0].successful is accepted
+    assert threads == [threading.get_ident()] * 2
+    assert node.get_parameter("count").value == 2
+    with pytest.raises(ParameterNotDeclaredException):
+        node.get_parameter("none")
+    assert not events
+
+
+def test_arguments_of_the_context_reach_its_nodes(context: Context) -> None:
+    """Remapping and parameters, unless the node takes none; arguments of a node come first."""
+    args = ("program", "--ros-args", "-r", "t:=u", "-r", "__ns:=/from_args", "-p", "count:=7")
+    with running_context(*args) as other:
+        node = Node("node", context=other)
+        assert node.declare_parameter("count", 1).value == 7
+        assert node.create_publisher(String, "t", 1).topic_name == "/from_args/u"
+        own = Node("own", context=other, cli_args=["--ros-args", "-r", "t:=v"])
+        assert own.resolve_topic_name("t") == "/from_args/v"
+        none = Node("none", context=other, use_global_arguments=False)
+        assert none.resolve_topic_name("t") == "/t"
+
+
+def test_timers_follow_their_clock(node: Node, executor: SingleThreadedExecutor) -> None:
+    """A cancelled one is silent until it is reset; what passes while nobody spins is one call."""
+    ticks, done = list[int](), Future[None](executor=executor)
+
+    def tick() -> None:
+        ticks.append(1)
+        if len(ticks) == 5:
+            done.set_result(None)
+
+    timer = node.create_timer(0.001, tick)
+    executor.spin_until_future_complete(done, DEADLINE_SEC)
+    timer.cancel()
+    assert timer.is_canceled()
+    assert timer.time_until_next_call() is None
+    executor.spin_once(0)
+    assert len(ticks) == 5
+    timer.timer_period_ns = 10**12
+    timer.reset()
+    assert 0 < (timer.time_until_next_call() or 0) <= 10**12
+    assert not timer.is_ready()
+    assert node.destroy_timer(timer)
+    with pytest.raises(InvalidHandle):
+        timer.is_ready()
+
+
+def test_a_shutdown_ends_every_wait(context: Context, node: Node) -> None:
+    """A rate that sleeps raises, and a wait for a service returns False."""
+    waits, errors = list[bool](), list[BaseException]()
+    client, rate = node.create_client(AddTwoInts, "none"), node.create_rate(0.001)
+
+    def sleep() -> None:
+        try:
+            rate.sleep()
+        except ROSInterruptException as error:
+            errors.append(error)
+
+    threads = [
+        threading.Thread(target=sleep),
+        threading.Thread(target=lambda: waits.append(client.wait_for_service())),
+    ]
+    for thread in threads:
+        thread.start()
+    context.shutdown()
+    for thread in threads:
+        thread.join(DEADLINE_SEC)
+    assert waits == [False]
+    assert len(errors) == 1
+
+
+def test_wrong_use_is_an_error(context: Context, node: Node) -> None:
+    """Names, callbacks, types and contexts that cannot work are named at once."""
+    with pytest.raises(InvalidTopicNameException):
+        node.create_publisher(String, "a//b", 1)
+    with pytest.raises(RuntimeError, match="callable with one argument"):
+        node.create_subscription(String, "t", lambda: None, 1)
+    with pytest.raises(TypeError, match="no message class"):
+        node.create_publisher(int, "t", 1)  # type: ignore[type-var]
+    with pytest.raises(TypeError):
+        node.create_publisher(String, "t", 1).publish(AddTwoInts.Request())  # type: ignore[arg-type]
+    publisher = node.create_publisher(String, "t", 1)
+    context.shutdown()
+    with pytest.raises(InvalidHandle):
+        publisher.publish(String())
+    with pytest.raises(NotInitializedException):
+        Node("late", context=context)
+
+
+def test_nodes_come_and_go(context: Context) -> None:
+    """They leave no threads, and nothing in the graph; `destroy_node` may be called twice."""
+    Node("first", context=context).destroy_node()
+    before = threading.active_count()
+    for _ in range(30):
+        node = Node("node", context=context)
+        node.create_timer(1.0, lambda: None)
+        node.create_client(AddTwoInts, "add")
+        node.destroy_node()
+        node.destroy_node()
+    assert threading.active_count() == before
+    assert Node("last", context=context).get_node_names() == ["last"]

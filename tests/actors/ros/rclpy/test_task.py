@@ -1,0 +1,96 @@
+"""Futures and tasks."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from actors.ros.rclpy.task import Future, Task
+
+
+def test_a_future_is_completed_once_for_all_who_wait() -> None:
+    """Callbacks get the future, those added later at once."""
+    future, seen = Future[int](), list[Future[int]]()
+    future.add_done_callback(seen.append)
+    assert not future.done()
+    assert future.result() is None
+    future.set_result(8)
+    future.add_done_callback(seen.append)
+    assert (future.done(), future.cancelled(), future.result()) == (True, False, 8)
+    assert seen == [future, future]
+
+
+def test_an_exception_is_raised_by_result() -> None:
+    """`exception` returns it."""
+    future, error = Future[int](), ValueError("wrong")
+    future.set_exception(error)
+    assert future.exception() is error
+    with pytest.raises(ValueError, match="wrong"):
+        future.result()
+
+
+def test_an_exception_that_nobody_asked_for_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """When the future is forgotten, rclpy's line appears on stderr."""
+    future = Future[int]()
+    future.set_exception(ValueError("wrong"))
+    del future
+    assert capsys.readouterr().err == "The following exception was never retrieved: wrong\n"
+
+
+def test_a_cancelled_future_is_done() -> None:
+    """It has no result; one that is done stays as it was."""
+    future = Future[int]()
+    future.cancel()
+    assert (future.done(), future.cancelled(), future.result()) == (True, True, None)
+    done = Future[int]()
+    done.set_result(1)
+    done.cancel()
+    assert (done.cancelled(), done.result()) == (False, 1)
+
+
+def test_a_failing_callback_does_not_keep_others_from_being_called() -> None:
+    """Its error becomes a warning."""
+    future, seen = Future[int](), list[Future[int]]()
+
+    def fail(future: Future[int]) -> None:
+        raise ValueError("in a callback")
+
+    future.add_done_callback(fail)
+    future.add_done_callback(seen.append)
+    with pytest.warns(UserWarning, match="Unhandled exception in done callback: in a callback"):
+        future.set_result(1)
+    assert seen == [future]
+
+
+def test_a_task_runs_a_function_or_a_coroutine() -> None:
+    """Arguments are passed on; the result and the exception are the task's."""
+
+    async def add(a: int, b: int) -> int:
+        return a + b
+
+    for handler in (add, lambda a, b: a + b):
+        task = Task[int](handler, (1,), {"b": 2})
+        task()
+        assert (task.result(), task.executing()) == (3, False)
+    failing = Task[float](lambda: 1 / 0)
+    failing()
+    with pytest.raises(ZeroDivisionError):
+        failing.result()
+
+
+def test_a_task_goes_on_when_it_is_called_again() -> None:
+    """It waits for a future of another thread; the next call resumes it."""
+    future = Future[int]()
+
+    async def wait() -> int:
+        return (await future or 0) + 1
+
+    task = Task[int](wait)
+    task()
+    assert not task.done()
+    thread = threading.Thread(target=future.set_result, args=(1,))
+    thread.start()
+    thread.join()
+    task()
+    assert task.result() == 2

@@ -1,0 +1,69 @@
+"""The names of ROS 2's packages: which module they give, and when the installed one wins."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+DEADLINE_SEC = 30
+
+
+def python(code: str, *, path: Path | None = None) -> str:
+    """Run code in a new process that finds ROS 2's names; return what it prints."""
+    given = f"import sys; sys.path.insert(0, {str(path)!r})\n" if path else ""
+    program = f"{given}from actors.ros.finder import install\n{code}"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=DEADLINE_SEC, check=False
+    )
+    return (done.stdout + done.stderr.rpartition("\n  File")[2].rpartition("\n\n")[2]).strip()
+
+
+def test_a_module_is_the_same_under_both_names() -> None:
+    """Neither a module nor a class exists twice, whichever name comes first."""
+    code = """install()
+import std_msgs.msg, actors.interfaces.std_msgs.msg as ours
+import rclpy.node, actors.ros.rclpy.node as node
+from geometry_msgs.msg import Twist
+print(std_msgs.msg is ours, std_msgs.msg.String is ours.String)
+print(rclpy.node is node, node.Node.__module__)
+print(ours.__spec__.name, sys.modules["std_msgs.msg"] is ours)"""
+    assert python("import sys\n" + code).splitlines() == [
+        "True True",
+        "True actors.ros.rclpy.node",
+        "actors.interfaces.std_msgs.msg True",
+    ]
+
+
+def test_an_installed_interface_package_wins(tmp_path: Path) -> None:
+    """A regular package is imported; a mere folder of that name is not."""
+    (tmp_path / "std_msgs").mkdir()
+    (tmp_path / "std_msgs" / "__init__.py").write_text("HERE = 1\n")
+    (tmp_path / "nav_msgs").mkdir()
+    code = "install()\nimport std_msgs, nav_msgs.msg; print(std_msgs.HERE, nav_msgs.msg.__name__)"
+    assert python(code, path=tmp_path) == "1 actors.interfaces.nav_msgs.msg"
+
+
+def test_a_real_rclpy_is_hidden_only_by_force(tmp_path: Path) -> None:
+    """Without `force` it is an error that says what to do."""
+    (tmp_path / "rclpy.py").write_text("")
+    assert "--force" in python("install()", path=tmp_path)
+    assert python("install(force=True)\nimport rclpy; print(rclpy.__name__)", path=tmp_path) == (
+        "actors.ros.rclpy"
+    )
+
+
+def test_other_names_are_left_alone() -> None:
+    """What callboard does not have is not found, also below a package that it has."""
+    code = """install(); install()
+import sys
+for name in ("no_such_msgs", "rclpy.no_such_module"):
+    try:
+        __import__(name)
+    except ModuleNotFoundError as error:
+        print(error.name)
+print(sum(type(each).__name__ == "RosFinder" for each in sys.meta_path))"""
+    assert python(code).splitlines() == ["no_such_msgs", "rclpy.no_such_module", "1"]
