@@ -5,17 +5,15 @@ from __future__ import annotations
 import asyncio
 import math
 import threading
-from collections import deque
 from concurrent.futures import CancelledError
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from actors.errors import NodeDestroyed, WaitTimeout
-from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.rclpy.task import Future
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from types import TracebackType
 
     from actors.endpoints.client.client import Client as NativeClient
@@ -29,7 +27,7 @@ RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
 
 
-class Client(Entity, Generic[RequestT, ResponseT]):
+class Client(QueuedCalls, Generic[RequestT, ResponseT]):
     """Calls a service. Made by `Node.create_client`.
 
     Attributes:
@@ -46,17 +44,15 @@ class Client(Entity, Generic[RequestT, ResponseT]):
         callback_group: CallbackGroup,
         qos_profile: QoSProfile,
     ) -> None:
-        super().__init__(callback_group)
+        super().__init__(context.thread, callback_group)
         self.context = context
         self.srv_type = srv_type
         self.srv_name = native.srv_name
         self.qos_profile = qos_profile
-        self._thread = context.thread
         self._native = native
         self._lock = threading.Lock()
         self._pending: dict[Future[ResponseT], asyncio.Future[Any] | None] = {}
         """The calls whose futures are to be completed, with what waits for them in the loop."""
-        self._replies: deque[tuple[Future[ResponseT], ResponseT | None, BaseException | None]] = deque()
 
     @property
     def service_name(self) -> str:
@@ -123,35 +119,21 @@ class Client(Entity, Generic[RequestT, ResponseT]):
             else:
                 reply = asyncio.ensure_future(self._call(request))
             self._pending[future] = reply
-        reply.add_done_callback(partial(self._replied, future))
+        reply.add_done_callback(partial(self._call_ended, future))
 
-    def _replied(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
+    def _call_ended(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
         if reply.cancelled():
             return
-        error = reply.exception()
-        self._replies.append((future, None if error else reply.result(), error))
-        self.notify()
+        self.enqueue(partial(self._complete, future, reply))
 
-    def has_work(self) -> bool:
-        """Return whether a response waits."""
-        return bool(self._replies)
-
-    def take(self) -> Callable[[], Any] | None:
-        """Return a call that completes the future of the next response."""
-        while self._replies:
-            future, response, error = self._replies.popleft()
-            with self._lock:
-                wanted = future in self._pending
-            if wanted:
-                return partial(self._complete, future, response, error)
-        return None
-
-    def _complete(
-        self, future: Future[ResponseT], response: ResponseT | None, error: BaseException | None
-    ) -> None:
+    def _complete(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
+        with self._lock:
+            if future not in self._pending:
+                return
         future.set_executor(self.executor)
+        error = reply.exception()
         if error is None:
-            future.set_result(response)  # type: ignore[arg-type]  # not None without an error
+            future.set_result(reply.result())
         else:
             future.set_exception(error)
 

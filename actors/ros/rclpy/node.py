@@ -220,8 +220,16 @@ class Node(NodeParameters, NodeGraph):
         yield from self._entities[GuardCondition]
 
     def _add(self, entity: Entity) -> None:
-        self._entities[type(entity)].append(entity)
+        self._entities.setdefault(type(entity), []).append(entity)
         entity.attach(self)
+
+    def add_waitable(self, waitable: Entity) -> None:
+        """Run what else has callbacks, such as an action server."""
+        self._add(waitable)
+
+    def remove_waitable(self, waitable: Entity) -> None:
+        """Run it no more; it has been destroyed."""
+        self._entities[type(waitable)].remove(waitable)
 
     def _group(self, group: CallbackGroup | None) -> CallbackGroup:
         return self._default_callback_group if group is None else group

@@ -1,0 +1,209 @@
+"""Action clients."""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import CancelledError
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.errors import NodeDestroyed
+from actors.ros.rclpy.queued_calls import QueuedCalls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.actions.client import ActionClient as NativeClient
+    from actors.actions.client_goal import ClientGoalHandle as NativeHandle
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.task import Future
+
+FEEDBACK_DEPTH: Final = 10
+"""Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
+
+
+class GetResultResponse(NamedTuple):
+    """How a goal has ended."""
+
+    status: int
+    result: Any
+
+
+class ClientGoalHandle:
+    """A goal that was sent. Made by `ActionClient.send_goal_async`."""
+
+    def __init__(self, client: ActionClient, native: NativeHandle[Any, Any]) -> None:
+        self._client = client
+        self._native = native
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ClientGoalHandle) and self.goal_id == other.goal_id
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        goal_id = list(self.goal_id.uuid)
+        return f"ClientGoalHandle <id={goal_id}, accepted={self.accepted}, status={self.status}>"
+
+    @property
+    def goal_id(self) -> Any:
+        """The goal's id."""
+        return self._native.goal_id
+
+    @property
+    def stamp(self) -> Any:
+        """When the server accepted the goal."""
+        return self._native.stamp
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the server has accepted the goal."""
+        return self._native.accepted
+
+    @property
+    def status(self) -> int:
+        """The goal's state, as far as the client knows."""
+        return self._native.status
+
+    def cancel_goal_async(self) -> Future[Any]:
+        """Ask the server to cancel the goal; return a future of its response."""
+        return self._client.start(lambda: self._native.cancel(None))
+
+    def cancel_goal(self) -> Any:
+        """Ask the server to cancel the goal; wait for its response and return it."""
+        return self._client.wait_for(lambda: self._native.cancel(None))
+
+    def get_result_async(self) -> Future[GetResultResponse]:
+        """Return a future of the result: its `status` and `result`."""
+        return self._client.start(self._result)
+
+    def get_result(self) -> GetResultResponse:
+        """Wait for the result, and return it."""
+        response: GetResultResponse = self._client.wait_for(self._result)
+        return response
+
+    async def _result(self) -> GetResultResponse:
+        outcome = await self._native.result()
+        return GetResultResponse(outcome.status, outcome.result)
+
+
+class ActionClient(QueuedCalls):
+    """Sends goals to an action server.
+
+    Args:
+        node: The node.
+        action_type: The action class.
+        action_name: The name of the action.
+        callback_group: When callbacks may run; None for the node's default group.
+        qos: Profiles of its services and topics: not used.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        action_type: Any,
+        action_name: str,
+        *,
+        callback_group: CallbackGroup | None = None,
+        **qos: Any,
+    ) -> None:
+        del qos
+        self._context = node.context
+        super().__init__(self._context.thread, callback_group or node.default_callback_group)
+        self._action_type = action_type
+        self._feedback: deque[Callable[[], Any]] = deque(maxlen=FEEDBACK_DEPTH)
+        self._native: NativeClient[Any, Any, Any] = self._thread.call(
+            lambda: node.native.create_action_client(action_type, action_name)
+        )
+        node.add_waitable(self)
+
+    def wait_for(self, work: Callable[[], Any]) -> Any:
+        """Wait for a coroutine of the loop; nobody needs to spin."""
+        return self._thread.call(work)
+
+    def send_goal_async(
+        self, goal: Any, feedback_callback: Callable[[Any], Any] | None = None, goal_uuid: Any = None
+    ) -> Future[ClientGoalHandle]:
+        """Send a goal; without a server it waits for one.
+
+        Args:
+            goal: The goal message.
+            feedback_callback: Gets each feedback message (`message.feedback`), where the executor spins.
+            goal_uuid: The goal's id; None for a random one.
+
+        Returns:
+            A future of the goal, once the server has accepted or rejected it.
+
+        Raises:
+            TypeError: Not a goal message of this action.
+        """
+        self._check(goal)
+        return self.start(lambda: self._send(goal, feedback_callback, goal_uuid))
+
+    def send_goal(self, goal: Any, **kwargs: Any) -> GetResultResponse | None:
+        """Send a goal and wait for its result.
+
+        Args:
+            goal: The goal message.
+            kwargs: As for `send_goal_async`.
+
+        Returns:
+            The result; None if the server has rejected the goal.
+
+        Raises:
+            TypeError: Not a goal message of this action.
+        """
+        self._check(goal)
+        feedback_callback, goal_uuid = kwargs.get("feedback_callback"), kwargs.get("goal_uuid")
+        handle: ClientGoalHandle = self.wait_for(lambda: self._send(goal, feedback_callback, goal_uuid))
+        return handle.get_result() if handle.accepted else None
+
+    def _check(self, goal: Any) -> None:
+        if not isinstance(goal, self._action_type.Goal):
+            raise TypeError(f"Expected a {self._action_type.Goal.__qualname__}, got {goal!r}")
+
+    async def _send(
+        self, goal: Any, callback: Callable[[Any], Any] | None, goal_uuid: Any
+    ) -> ClientGoalHandle:
+        await self._native.wait_for_server(None)
+        feedback = None if callback is None else partial(self._received, callback)
+        return ClientGoalHandle(self, await self._native.send_goal(goal, feedback, goal_uuid))
+
+    def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
+        full = len(self._feedback) == FEEDBACK_DEPTH
+        self._feedback.append(partial(callback, message))
+        if not full:  # else the call for the one that was dropped makes this one
+            self.enqueue(self._call_feedback)
+
+    def _call_feedback(self) -> Any:
+        return self._feedback.popleft()()
+
+    def server_is_ready(self) -> bool:
+        """Return whether there is a server."""
+        return self._native.server_is_ready()
+
+    def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+        """Wait for a server.
+
+        Args:
+            timeout_sec: Seconds to wait; None for no limit.
+
+        Returns:
+            Whether there is one; False as well if the context is shut down meanwhile.
+        """
+        wait = self._thread.submit(lambda: self._native.wait_for_server(timeout_sec))
+        with self._context.cancelled_at_end(wait):
+            try:
+                return wait.result()
+            except (CancelledError, NodeDestroyed):
+                if self._context.ok():
+                    raise
+                return False
+
+    def destroy(self) -> None:
+        """Take the client out of service; its futures end with an exception."""
+        node = self.node
+        if node is not None:
+            node.remove_waitable(self)
+        self._thread.call(self._native.destroy)

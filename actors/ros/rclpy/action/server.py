@@ -1,0 +1,190 @@
+"""Action servers. Callbacks run where the executor spins; goals are executed as its tasks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.actions.server_callbacks import CancelResponse as CancelResponse
+from actors.actions.server_callbacks import GoalResponse as GoalResponse
+from actors.ros.rclpy.queued_calls import QueuedCalls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.actions.server_goal import ServerGoalHandle as NativeHandle
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.node import Node
+
+
+def default_goal_callback(goal_request: object) -> GoalResponse:
+    """Accept every goal."""
+    del goal_request
+    return GoalResponse.ACCEPT
+
+
+def default_cancel_callback(cancel_request: object) -> CancelResponse:
+    """Reject every cancellation."""
+    del cancel_request
+    return CancelResponse.REJECT
+
+
+def default_handle_accepted_callback(goal_handle: ServerGoalHandle) -> None:
+    """Execute the goal."""
+    goal_handle.execute()
+
+
+class ServerGoalHandle:
+    """A goal that a client has sent."""
+
+    def __init__(self, server: ActionServer, native: NativeHandle[Any, Any, Any]) -> None:
+        self._server = server
+        self._native = native
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ServerGoalHandle) and self.goal_id == other.goal_id
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def request(self) -> Any:
+        """The goal message."""
+        return self._native.request
+
+    @property
+    def goal_id(self) -> Any:
+        """The goal's id."""
+        return self._native.goal_id
+
+    @property
+    def status(self) -> int:
+        """The goal's state now."""
+        return self._native.status
+
+    @property
+    def is_active(self) -> bool:
+        """Whether the goal has not ended."""
+        return self._native.is_active
+
+    @property
+    def is_cancel_requested(self) -> bool:
+        """Whether a cancellation has been accepted."""
+        return self._native.is_cancel_requested
+
+    def execute(self, execute_callback: Callable[[Any], Any] | None = None) -> None:
+        """Start the execution of an accepted goal, by the server's callback or by another one."""
+        self._server.call(lambda: self._native.execute(self._server.executing(execute_callback)))
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Send feedback to the goal's client."""
+        self._server.call(lambda: self._native.publish_feedback(feedback))
+
+    def succeed(self) -> None:
+        """End the goal as succeeded, with the result that the callback returns."""
+        self._server.call(self._native.succeed)
+
+    def abort(self) -> None:
+        """End the goal as aborted, with the result that the callback returns."""
+        self._server.call(self._native.abort)
+
+    def canceled(self) -> None:
+        """End the goal as canceled, with the result that the callback returns."""
+        self._server.call(self._native.canceled)
+
+
+class ActionServer(QueuedCalls):
+    """Executes goals.
+
+    Args:
+        node: The node.
+        action_type: The action class.
+        action_name: The name of the action.
+        execute_callback: Gets a ServerGoalHandle, ends the goal, and returns the result.
+        callback_group: When the other callbacks may run; None for the node's default group.
+        goal_callback: Gets the goal message, returns a GoalResponse. Default: accept.
+        handle_accepted_callback: Gets each accepted goal, and executes it now or later. Default: now.
+        cancel_callback: Gets the ServerGoalHandle, returns a CancelResponse. Default: reject.
+        result_timeout: Seconds to keep results for clients that ask late.
+        qos: Profiles of its services and topics: not used.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        action_type: Any,
+        action_name: str,
+        execute_callback: Callable[[Any], Any],
+        *,
+        callback_group: CallbackGroup | None = None,
+        goal_callback: Callable[[Any], Any] | None = default_goal_callback,
+        handle_accepted_callback: Callable[[Any], Any] | None = default_handle_accepted_callback,
+        cancel_callback: Callable[[Any], Any] | None = default_cancel_callback,
+        result_timeout: float = 10,
+        **qos: Any,
+    ) -> None:
+        del qos
+        super().__init__(node.context.thread, callback_group or node.default_callback_group)
+        self.register_goal_callback(goal_callback)
+        self.register_handle_accepted_callback(handle_accepted_callback)
+        self.register_cancel_callback(cancel_callback)
+        self.register_execute_callback(execute_callback)
+        self.action_type = action_type
+        self._native = self._thread.call(
+            lambda: node.native.create_action_server(
+                action_type,
+                action_name,
+                self.executing(None),
+                goal_callback=self._decide,
+                cancel_callback=self._cancel,
+                handle_accepted_callback=self._accepted,
+                result_timeout_sec=result_timeout,
+            )
+        )
+        node.add_waitable(self)
+
+    def call(self, work: Callable[[], Any]) -> Any:
+        """Change a goal in the loop, and raise the error if that is not possible."""
+        return self._thread.call(work)
+
+    async def _decide(self, request: Any) -> GoalResponse:
+        answer = await self.run(self._goal_callback, request)
+        return answer if isinstance(answer, GoalResponse) else GoalResponse.REJECT
+
+    async def _cancel(self, native: NativeHandle[Any, Any, Any]) -> CancelResponse:
+        answer = await self.run(self._cancel_callback, ServerGoalHandle(self, native))
+        return answer if isinstance(answer, CancelResponse) else CancelResponse.REJECT
+
+    async def _accepted(self, native: NativeHandle[Any, Any, Any]) -> None:
+        await self.run(self._handle_accepted_callback, ServerGoalHandle(self, native))
+
+    def executing(self, callback: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
+        """Return what callboard calls to execute a goal; None: the callback that is registered then."""
+
+        async def execute(native: NativeHandle[Any, Any, Any]) -> Any:
+            return await self.run_task(callback or self._execute_callback, ServerGoalHandle(self, native))
+
+        return execute
+
+    def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
+        """Set who accepts goals; None accepts all."""
+        self._goal_callback = goal_callback or default_goal_callback
+
+    def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
+        """Set who accepts cancellations; None rejects all."""
+        self._cancel_callback = cancel_callback or default_cancel_callback
+
+    def register_handle_accepted_callback(self, callback: Callable[[Any], Any] | None) -> None:
+        """Set who gets accepted goals; None executes them at once."""
+        self._handle_accepted_callback = callback or default_handle_accepted_callback
+
+    def register_execute_callback(self, execute_callback: Callable[[Any], Any]) -> None:
+        """Set who executes goals."""
+        if not callable(execute_callback):
+            raise TypeError("Failed to register goal execution callback: not callable")
+        self._execute_callback = execute_callback
+
+    def destroy(self) -> None:
+        """Take the server out of service."""
+        node = self.node
+        if node is not None:
+            node.remove_waitable(self)
+        self._thread.call(self._native.destroy)

@@ -1,0 +1,145 @@
+"""Entities whose work comes from the loop: calls to be made where the executor spins."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+from collections import deque
+from concurrent.futures import CancelledError
+from typing import TYPE_CHECKING, Any
+
+from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.task import Future
+from actors.threads.errors import ThreadStoppedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from concurrent.futures import Future as Reply
+
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.threads.node_thread import NodeThread
+
+
+class QueuedCalls(Entity):
+    """Calls that wait for the executor. Who enqueues them limits their number.
+
+    Args:
+        thread: The thread of the loop.
+        callback_group: When the calls may be made.
+    """
+
+    def __init__(self, thread: NodeThread, callback_group: CallbackGroup) -> None:
+        super().__init__(callback_group)
+        self._thread = thread
+        self._calls: deque[Callable[[], Any]] = deque()
+
+    def enqueue(self, call: Callable[[], Any]) -> None:
+        """Make a call soon; in any thread."""
+        self._calls.append(call)
+        self.notify()
+
+    def has_work(self) -> bool:
+        """Return whether a call waits."""
+        return bool(self._calls)
+
+    def take(self) -> Callable[[], Any] | None:
+        """Return the next call."""
+        return self._calls.popleft() if self._calls else None
+
+    async def run(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Make a call where the executor spins, and return its result; in the loop.
+
+        If it raises, spinning raises the error, and so does this.
+        """
+        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self.enqueue(lambda: self._serve(answer, callback, args))
+        return await answer
+
+    async def run_task(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Make a call as a task of the executor, outside the callback group.
+
+        If it raises, this does, and spinning goes on.
+        """
+        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self.enqueue(lambda: self._create_task(answer, callback, args))
+        return await answer
+
+    def _create_task(self, answer: asyncio.Future[Any], callback: Callable[..., Any], args: Any) -> None:
+        async def work() -> None:
+            try:
+                result = callback(*args)
+                if inspect.iscoroutine(result):
+                    result = await result
+            except Exception as error:  # noqa: BLE001 - the user's: raised where `run_task` was called
+                self._answer(answer, None, error)
+            else:
+                self._answer(answer, result, None)
+
+        executor = self.executor
+        assert executor is not None  # it makes this call
+        executor.create_task(work)
+
+    def _serve(self, answer: asyncio.Future[Any], callback: Callable[..., Any], args: Any) -> Any:
+        if answer.done():  # who wanted it has given up
+            return None
+        try:
+            result = callback(*args)
+        except BaseException as error:
+            self._answer(answer, None, error)
+            raise
+        if inspect.iscoroutine(result):
+            return self._serve_later(answer, result)
+        self._answer(answer, result, None)
+        return None
+
+    async def _serve_later(self, answer: asyncio.Future[Any], coroutine: Coroutine[Any, Any, Any]) -> None:
+        try:
+            result = await coroutine
+        except BaseException as error:
+            self._answer(answer, None, error)
+            raise
+        self._answer(answer, result, None)
+
+    def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
+        try:
+            self._thread.post(_complete, answer, result, error)
+        except ThreadStoppedError:  # the program ends, and who waited has been told
+            return
+
+    def start(self, work: Callable[[], Coroutine[Any, Any, Any]]) -> Future[Any]:
+        """Run a coroutine in the loop.
+
+        Args:
+            work: Returns the coroutine.
+
+        Returns:
+            A future, which the executor completes. If it is cancelled, so is the coroutine.
+        """
+        future = Future[Any]()
+        reply = self._thread.submit(work)
+        future.when_done(lambda: future.cancelled() and reply.cancel())
+        reply.add_done_callback(lambda reply: self.enqueue(lambda: self._replied(future, reply)))
+        return future
+
+    def _replied(self, future: Future[Any], reply: Reply[Any]) -> None:
+        if future.done():
+            return
+        future.set_executor(self.executor)
+        try:
+            error = reply.exception()
+        except CancelledError:
+            future.cancel()
+            return
+        if error is None:
+            future.set_result(reply.result())
+        else:
+            future.set_exception(error)
+
+
+def _complete(answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
+    if answer.done():
+        return
+    if error is None:
+        answer.set_result(result)
+    else:
+        answer.set_exception(error if isinstance(error, Exception) else RuntimeError(repr(error)))
