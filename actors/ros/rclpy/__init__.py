@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Self
 
 from actors.ros.rclpy.context import Context as Context
@@ -27,6 +29,13 @@ if TYPE_CHECKING:
 
     from actors.ros.rclpy.executors import Executor
     from actors.ros.rclpy.node import Node
+
+
+def __getattr__(name: str) -> Any:
+    """Load a module that a program uses without importing it, such as `rclpy.logging`."""
+    if name.startswith("_") or find_spec(f"{__name__}.{name}") is None:
+        raise AttributeError(f"module 'rclpy' has no attribute '{name}'")
+    return importlib.import_module(f"{__name__}.{name}")
 
 
 class InitContextManager:

@@ -14,6 +14,7 @@ from actors.ros.rclpy.callback_groups import (
 )
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.clock import Clock, ROSClock
+from actors.ros.rclpy.event_handler import EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
 from actors.ros.rclpy.node_graph import NodeGraph
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
 
 MsgT = TypeVar("MsgT", bound=Message)
@@ -88,6 +90,8 @@ class Node(NodeParameters, NodeGraph):
         self._entities: dict[type[Entity], list[Any]] = {
             kind: [] for kind in (Subscription, Client, Service, Timer, GuardCondition)
         }
+        self._events_of: dict[int, EventCalls] = {}
+        """By the id of the publisher or subscription."""
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._rate_group = ReentrantCallbackGroup()
         self._destroyed = False
@@ -231,6 +235,10 @@ class Node(NodeParameters, NodeGraph):
         """Run it no more; it has been destroyed."""
         self._entities[type(waitable)].remove(waitable)
 
+    def _add_events(self, endpoint: Publisher[Any] | Subscription[Any], events: EventCalls) -> None:
+        self._events_of[id(endpoint)] = events
+        self._add(events)
+
     def _group(self, group: CallbackGroup | None) -> CallbackGroup:
         return self._default_callback_group if group is None else group
 
@@ -241,6 +249,7 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile | int = 10,
         *,
         callback_group: CallbackGroup | None = None,
+        event_callbacks: PublisherEventCallbacks | None = None,
         publisher_class: type[Publisher[MsgT]] = Publisher,
     ) -> Publisher[MsgT]:
         """Make a publisher.
@@ -249,18 +258,24 @@ class Node(NodeParameters, NodeGraph):
             msg_type: The message class.
             topic: The topic's name.
             qos_profile: A profile or a depth.
-            callback_group: Of its event callbacks.
+            callback_group: When its event callbacks may run; None for the node's default group.
+            event_callbacks: Callbacks for its QoS events.
             publisher_class: What to make.
 
         Returns:
             The publisher.
         """
-        del callback_group
         _require_message(msg_type)
         profile = profile_of(qos_profile)
-        native = self._thread.call(lambda: self.native.create_publisher(msg_type, topic, profile.native()))
+        events = EventCalls(self._thread, self._group(callback_group))
+        callbacks = None if event_callbacks is None else events.queued(event_callbacks)
+        native = self._thread.call(
+            lambda: self.native.create_publisher(msg_type, topic, profile.native(), event_callbacks=callbacks)
+        )
         publisher = publisher_class(self._thread, native, profile)
         self._publishers.append(publisher)
+        if callbacks is not None:
+            self._add_events(publisher, events)
         return publisher
 
     def create_subscription(
@@ -271,6 +286,7 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,
+        event_callbacks: SubscriptionEventCallbacks | None = None,
         raw: bool = False,
     ) -> Subscription[MsgT]:
         """Make a subscription.
@@ -281,6 +297,7 @@ class Node(NodeParameters, NodeGraph):
             callback: `(msg)` or `(msg, info)`.
             qos_profile: A profile or a depth.
             callback_group: When the callback may run; None for the node's default group.
+            event_callbacks: Callbacks for its QoS events.
             raw: Give messages as bytes.
 
         Returns:
@@ -288,13 +305,19 @@ class Node(NodeParameters, NodeGraph):
         """
         _require_message(msg_type)
         profile = profile_of(qos_profile)
+        events = EventCalls(self._thread, self._group(callback_group))
+        callbacks = None if event_callbacks is None else events.queued(event_callbacks)
         native = self._thread.call(
-            lambda: self.native.create_subscription(msg_type, topic, qos=profile.native(), raw=raw)
+            lambda: self.native.create_subscription(
+                msg_type, topic, qos=profile.native(), raw=raw, event_callbacks=callbacks
+            )
         )
         subscription = Subscription[MsgT](
             self._thread, native, callback, self._group(callback_group), profile, raw=raw
         )
         self._add(subscription)
+        if callbacks is not None:
+            self._add_events(subscription, events)
         return subscription
 
     def create_client(
@@ -392,6 +415,9 @@ class Node(NodeParameters, NodeGraph):
             return False
         entities.remove(entity)
         entity.destroy()
+        events = self._events_of.pop(id(entity), None)
+        if events is not None:
+            self.remove_waitable(events)
         return True
 
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:

@@ -67,3 +67,15 @@ for name in ("no_such_msgs", "rclpy.no_such_module"):
         print(error.name)
 print(sum(type(each).__name__ == "RosFinder" for each in sys.meta_path))"""
     assert python(code).splitlines() == ["no_such_msgs", "rclpy.no_such_module", "1"]
+
+
+def test_modules_are_attributes_of_rclpy() -> None:
+    """`import rclpy` is enough for `rclpy.logging`; what there is not has rclpy's name in its error."""
+    code = """install()
+import rclpy
+print(rclpy.logging.get_logger("x"), rclpy.qos.qos_profile_sensor_data.depth)
+try:
+    rclpy.none
+except AttributeError as error:
+    print(error)"""
+    assert python(code).splitlines() == ["Logger('x') 5", "module 'rclpy' has no attribute 'none'"]

@@ -12,6 +12,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import SetParametersResult
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy.event_handler import PublisherEventCallbacks
 from actors.ros.rclpy.exceptions import (
     InvalidHandle,
     InvalidTopicNameException,
@@ -282,3 +283,27 @@ def test_nodes_come_and_go(context: Context) -> None:
         node.destroy_node()
     assert threading.active_count() == before
     assert Node("last", context=context).get_node_names() == ["last"]
+
+
+def test_events_reach_the_thread_that_spins(node: Node, executor: SingleThreadedExecutor) -> None:
+    """What happened before it spins is one call with all changes; a destroyed publisher leaves none."""
+    infos, threads = list[Any](), set[int]()
+
+    def matched(info: Any) -> None:
+        threads.add(threading.get_ident())
+        infos.append(info)
+
+    publisher = node.create_publisher(
+        String, "t", 1, event_callbacks=PublisherEventCallbacks(matched=matched)
+    )
+    for _ in range(3):
+        node.create_subscription(String, "t", lambda msg: None, 1)
+        node.get_topic_names_and_types()  # answered after the match
+    executor.spin_once(DEADLINE_SEC)
+    assert infos == [(3, 3, 3, 3)]
+    assert threads == {threading.get_ident()}
+    node.create_subscription(String, "t", lambda msg: None, 1)
+    node.get_topic_names_and_types()
+    assert node.destroy_publisher(publisher)
+    waiting = len(list(node.entities()))
+    assert waiting == len([*node.subscriptions, *node.services])

@@ -1,0 +1,28 @@
+"""Messages as bytes, as they travel: msgpack, not CDR."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from actors.interfaces.codec import codec_for
+from actors.interfaces.message import Message
+
+MsgT = TypeVar("MsgT", bound=Message)
+
+
+def serialize_message(message: Message) -> bytes:
+    """Return a message as bytes."""
+    return codec_for(type(message)).encode(message)
+
+
+def deserialize_message(serialized_message: bytes, message_type: type[MsgT]) -> MsgT:
+    """Return the message of bytes.
+
+    Args:
+        serialized_message: The bytes.
+        message_type: The message class.
+
+    Raises:
+        InvalidMessageError: They are no such message.
+    """
+    return codec_for(message_type).decode(serialized_message)

@@ -1,0 +1,10 @@
+"""Says which topics and services tools hide."""
+
+from __future__ import annotations
+
+from proto.names import is_hidden
+
+
+def topic_or_service_is_hidden(name: str) -> bool:
+    """Return whether a part of the name begins with an underscore."""
+    return is_hidden(name)

@@ -1,0 +1,83 @@
+"""rclpy's functions beside nodes: names, bytes, and one message."""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy import exceptions
+from actors.ros.rclpy.expand_topic_name import expand_topic_name
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile
+from actors.ros.rclpy.serialization import deserialize_message, serialize_message
+from actors.ros.rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from actors.ros.rclpy.validate_full_topic_name import validate_full_topic_name
+from actors.ros.rclpy.validate_namespace import validate_namespace
+from actors.ros.rclpy.validate_node_name import validate_node_name
+from actors.ros.rclpy.validate_topic_name import validate_topic_name
+from actors.ros.rclpy.wait_for_message import wait_for_message
+
+if TYPE_CHECKING:
+    from actors.ros.rclpy.context import Context
+
+DEADLINE_SEC = 20.0
+
+
+def test_names_are_checked_with_rclpys_errors() -> None:
+    """Each function has an error of its own; a valid name gives True."""
+    assert validate_topic_name("a/b") is validate_full_topic_name("/a/b") is True
+    assert validate_node_name("node") is validate_namespace("/ns") is True
+    for check, wrong, error in (
+        (partial(validate_topic_name, is_service=True), "a b", exceptions.InvalidServiceNameException),
+        (partial(validate_full_topic_name, is_service=True), "a", exceptions.InvalidServiceNameException),
+        (validate_topic_name, "a b", exceptions.InvalidTopicNameException),
+        (validate_full_topic_name, "a", exceptions.InvalidTopicNameException),
+        (
+            lambda name: validate_topic_name(name, is_service=True),
+            "a b",
+            exceptions.InvalidServiceNameException,
+        ),
+        (
+            lambda name: validate_full_topic_name(name, is_service=True),
+            "a",
+            exceptions.InvalidServiceNameException,
+        ),
+        (validate_node_name, "a/b", exceptions.InvalidNodeNameException),
+        (validate_namespace, "ns", exceptions.InvalidNamespaceException),
+    ):
+        with pytest.raises(error):
+            check(wrong)
+    assert expand_topic_name("~/t", "node", "/ns") == "/ns/node/t"
+    assert topic_or_service_is_hidden("/a/_b")
+
+
+def test_messages_become_bytes_and_back() -> None:
+    """Bytes that are no such message are an error."""
+    message = String(data="x")
+    assert deserialize_message(serialize_message(message), String) == message
+    with pytest.raises(InvalidMessageError):
+        deserialize_message(b"\xc1", String)
+
+
+def test_one_message_is_waited_for(context: Context) -> None:
+    """The latched one comes at once; without a message the time ends the wait, and a shutdown, too."""
+    node = Node("node", namespace="ns", context=context)
+    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_publisher(String, "t", profile).publish(String(data="x"))
+    found = wait_for_message(String, node, "t", qos_profile=profile, time_to_wait=DEADLINE_SEC)
+    assert found == (True, String(data="x"))
+    assert wait_for_message(String, node, "none", time_to_wait=0.01) == (False, None)
+    threading.Timer(0.05, context.shutdown).start()
+    assert wait_for_message(String, node, "none") == (False, None)
+
+
+def test_profiles_are_found_by_short_keys() -> None:
+    """In any case; an unknown one is an error."""
+    assert QoSPresetProfiles.get_from_short_key("Sensor_Data").depth == 5
+    with pytest.raises(KeyError):
+        QoSPresetProfiles.get_from_short_key("none")
