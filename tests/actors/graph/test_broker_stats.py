@@ -115,7 +115,7 @@ async def test_three_thousand_topics_come_in_slices(
     assert [bool(piece.totals) for piece in pieces] == [True] + [False] * (len(pieces) - 1)
 
 
-async def test_asked_a_thousand_times_at_once(meeting: Meeting) -> None:
+async def test_asked_two_hundred_times_at_once(meeting: Meeting) -> None:
     """Every question is answered; nothing is left of them, and messages went on meanwhile."""
     node = await meeting.node("curious")
     received: list[String] = []
@@ -123,7 +123,7 @@ async def test_asked_a_thousand_times_at_once(meeting: Meeting) -> None:
     publisher = node.create_publisher(String, "t", KEEP_ALL)
     await matched(publisher)
     publisher.publish(String(data="x"))
-    reports = await asyncio.gather(*(node.get_broker_stats() for _ in range(1000)))
+    reports = await asyncio.gather(*(node.get_broker_stats() for _ in range(200)))
     stamps = [report.totals.stamp_sec for report in reports]
     assert stamps == sorted(stamps)
     await until(lambda: received)

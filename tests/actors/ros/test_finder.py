@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.std_msgs import msg as std_msgs_msg
+from actors.ros import finder
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 DEADLINE_SEC = 30
+
+
+@pytest.fixture(autouse=True)
+def _own_finders(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget what a test installs."""
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
 
 
 def python(code: str, *, path: Path | None = None) -> str:
@@ -79,3 +91,34 @@ try:
 except AttributeError as error:
     print(error)"""
     assert python(code).splitlines() == ["Logger('x') 5", "module 'rclpy' has no attribute 'none'"]
+
+
+def test_a_finder_gives_aliases() -> None:
+    """The module keeps its own spec; names that are not ROS's, or not there, are not found."""
+    found = finder.RosFinder()
+    spec = found.find_spec("std_msgs.msg", None)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module is std_msgs_msg
+    assert module.__spec__ is not None
+    assert module.__spec__.name == "actors.interfaces.std_msgs.msg"
+    assert found.find_spec("asyncio", None) is None
+    assert found.find_spec("rclpy.none", None) is None
+
+
+def test_a_finder_is_installed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """First of all; not if ROS 2's rclpy is there, unless it is forced."""
+    (tmp_path / "rclpy.py").write_text("")
+    with monkeypatch.context() as patch:
+        patch.syspath_prepend(tmp_path)
+        with pytest.raises(finder.RealPackageError, match="--force"):
+            finder.install()
+        assert finder.RosFinder().find_spec("rclpy", None) is None
+        forced = finder.RosFinder(force=True).find_spec("rclpy", None)
+        assert forced is not None
+    finder.install()
+    finder.install()
+    assert [type(each).__name__ for each in sys.meta_path].index("RosFinder") == 0
+    assert sum(isinstance(each, finder.RosFinder) for each in sys.meta_path) == 1

@@ -9,9 +9,11 @@ import pytest
 
 from actors.errors import RemoteError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.rcl_interfaces.msg import SetParametersResult
+from actors.interfaces.rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
 from actors.interfaces.rcl_interfaces.srv import SetParameters
+from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy.clock import Clock, JumpThreshold
 from actors.ros.rclpy.event_handler import PublisherEventCallbacks
 from actors.ros.rclpy.exceptions import (
     InvalidHandle,
@@ -21,10 +23,12 @@ from actors.ros.rclpy.exceptions import (
     ROSInterruptException,
 )
 from actors.ros.rclpy.executors import SingleThreadedExecutor
-from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.node import Node, NodeNameNonExistentError
 from actors.ros.rclpy.parameter import Parameter
 from actors.ros.rclpy.qos import QoSProfile, ReliabilityPolicy
 from actors.ros.rclpy.task import Future
+from actors.ros.rclpy.timer import TimerInfo
+from actors.time.types import ClockType, Duration, Time
 from tests.actors.ros.conftest import running_context
 
 if TYPE_CHECKING:
@@ -307,3 +311,141 @@ def test_events_reach_the_thread_that_spins(node: Node, executor: SingleThreaded
     assert node.destroy_publisher(publisher)
     waiting = len(list(node.entities()))
     assert waiting == len([*node.subscriptions, *node.services])
+
+
+def test_parameters_have_rclpys_methods(node: Node) -> None:
+    """Declaring, reading, describing, setting and removing."""
+    described = ParameterDescriptor(description="how many", integer_range=[IntegerRange(to_value=10)])
+    node.declare_parameters("a", [("x", 1), ("y", 2, described)])
+    assert [each.value for each in node.get_parameters(["a.x", "a.y"])] == [1, 2]
+    assert node.get_parameter_types(["a.x"]) == [node.get_parameter_type("a.y")] == [Parameter.Type.INTEGER]
+    assert node.get_parameter_or("none", Parameter("none", value=5)).value == 5
+    assert {name: each.value for name, each in node.get_parameters_by_prefix("a").items()} == {"x": 1, "y": 2}
+    assert sorted(node.list_parameters(["a"], 0).names) == ["a.x", "a.y"]
+    assert node.describe_parameters(["a.y"])[0].description == "how many"
+    refused = node.set_parameters([Parameter("a.y", value=11), Parameter("a.x", value=3)])
+    assert [each.successful for each in refused] == [False, True]
+    assert node.set_parameters_atomically([Parameter("a.y", value=7)]).successful
+    node.set_descriptor("a.y", ParameterDescriptor(description="many"))
+    assert node.describe_parameter("a.y").description == "many"
+    node.undeclare_parameter("a.x")
+    assert not node.has_parameter("a.x")
+    for wrong in ([()], [(1, 2)]):
+        with pytest.raises(TypeError):
+            node.declare_parameters("", wrong)
+    with pytest.raises(ValueError, match="depth"):
+        node.list_parameters([], -1)
+    calls = list[str]()
+
+    def before(parameters: list[Parameter]) -> list[Parameter]:
+        calls.append("before")
+        return parameters
+
+    def after(parameters: list[Parameter]) -> None:
+        calls.append("after")
+
+    node.add_pre_set_parameters_callback(before)
+    node.add_post_set_parameters_callback(after)
+    node.set_parameters([Parameter("a.y", value=8)])
+    node.remove_pre_set_parameters_callback(before)
+    node.remove_post_set_parameters_callback(after)
+    node.set_parameters([Parameter("a.y", value=9)])
+    assert calls == ["before", "after"]
+    with pytest.raises(ValueError, match="not in list"):
+        node.remove_on_set_parameters_callback(before)
+
+
+def test_the_graph_is_asked(node: Node) -> None:
+    """Every query has rclpy's form; a node that is not there is an error."""
+    node.create_publisher(String, "t", 1)
+    node.create_subscription(String, "t", lambda msg: None, 1)
+    node.create_client(AddTwoInts, "add")
+    node.create_service(AddTwoInts, "add", add)
+    assert node.get_node_names_and_namespaces() == [("node", "/ns")]
+    assert node.get_node_names_and_namespaces_with_enclaves() == [("node", "/ns", "/")]
+    assert node.get_fully_qualified_node_names() == ["/ns/node"]
+    topic, service = ("/ns/t", ["std_msgs/msg/String"]), ("/ns/add", ["example_interfaces/srv/AddTwoInts"])
+    assert topic in node.get_topic_names_and_types()
+    assert service in node.get_service_names_and_types()
+    assert topic in node.get_publisher_names_and_types_by_node("node", "/ns")
+    assert topic in node.get_subscriber_names_and_types_by_node("node", "/ns")
+    assert service in node.get_service_names_and_types_by_node("node", "/ns")
+    assert service in node.get_client_names_and_types_by_node("node", "/ns")
+    assert (node.count_clients("add"), node.count_services("add")) == (1, 1)
+    assert node.get_publishers_info_by_topic("t")[0].node_name == "node"
+    assert node.get_subscriptions_info_by_topic("t")[0].node_namespace == "/ns"
+    with pytest.raises(NodeNameNonExistentError):
+        node.get_publisher_names_and_types_by_node("none", "/")
+
+
+def test_clocks_sleep_in_any_thread(context: Context, node: Node) -> None:
+    """Until a time or for a duration; a shutdown ends the sleep, and another kind of clock is an error."""
+    clock = node.get_clock()
+    assert clock.sleep_for(Duration(nanoseconds=1), context)
+    assert clock.sleep_until(clock.now(), context)
+    with pytest.raises(ValueError, match="does not match"):
+        clock.sleep_until(Time(clock_type=ClockType.STEADY_TIME), context)
+    threading.Timer(0.02, context.shutdown).start()
+    assert not clock.sleep_for(Duration(seconds=1000), context)
+    with pytest.raises(NotInitializedException):
+        clock.sleep_for(Duration(seconds=1), context)
+    assert repr(Clock(clock_type=ClockType.STEADY_TIME)) == "Clock(clock_type=STEADY_TIME)"
+
+
+def test_timers_follow_simulated_time(node: Node, executor: SingleThreadedExecutor) -> None:
+    """A step over several periods is one call, with the times of the clock; real time has no effect."""
+    infos, jumps = list[TimerInfo](), list[Any]()
+
+    def tick(info: TimerInfo) -> None:
+        infos.append(info)
+
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    clock = node.get_clock()
+    assert clock.ros_time_is_active
+    every = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=None, on_clock_change=False)
+    clock.create_jump_callback(every, post_callback=jumps.append)
+    node.create_timer(10.0, tick)
+    publisher = node.create_publisher(ClockMessage, "/clock", 10)
+    for second in (100, 135):
+        publisher.publish(ClockMessage(clock=Time(seconds=second).to_msg()))
+        assert publisher.wait_for_all_acked()
+        node.get_topic_names_and_types()  # answered after the message has come
+        executor.spin_once(0)
+    assert clock.now() == Time(seconds=135, clock_type=ClockType.ROS_TIME)
+    assert infos[-1].actual_call_time == clock.now()
+    assert len(infos) <= 2
+    assert len(jumps) == 2
+    executor.spin_once(0.01)
+    assert infos[-1].actual_call_time == clock.now()
+    with pytest.raises(ValueError, match="must not be negative"):
+        TimerInfo(expected_call_time=-1)
+
+
+def test_entities_are_destroyed_by_hand_and_by_with(node: Node) -> None:
+    """Each `destroy_…` says whether there was something to destroy."""
+    with (
+        node.create_publisher(String, "t", 1),
+        node.create_subscription(String, "t", lambda msg: None, 1),
+        node.create_client(AddTwoInts, "add"),
+        node.create_service(AddTwoInts, "add", add),
+        node.create_timer(1.0, lambda: None),
+    ):
+        assert node.count_publishers("t") == node.count_services("add") == 1
+    assert node.count_publishers("t") == node.count_subscribers("t") == node.count_services("add") == 0
+    guard, rate = node.create_guard_condition(lambda: None), node.create_rate(10)
+    subscription = node.create_subscription(String, "t", lambda msg: None, 1)
+    client, service = node.create_client(AddTwoInts, "add"), node.create_service(AddTwoInts, "add", add)
+    for destroy, entity in (
+        (node.destroy_guard_condition, guard),
+        (node.destroy_rate, rate),
+        (node.destroy_subscription, subscription),
+        (node.destroy_client, client),
+        (node.destroy_service, service),
+    ):
+        destroyed: Any = destroy
+        assert destroyed(entity)
+        assert not destroyed(entity)
+    with pytest.raises(RuntimeError, match="destroyed"):
+        rate.sleep()
+    with pytest.raises(ValueError, match="frequency"):
+        node.create_rate(0)
