@@ -7,10 +7,11 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.errors import ServiceOverloaded, ServiceUnavailable
-from actors.interfaces.convert import message_from_fields, message_to_ordereddict
+from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.stamps import Stamps
+from actors.web.plain_values import plain
 from proto.codes import EntryKind
 from proto.errors import CallboardError
 
@@ -52,7 +53,7 @@ class Calls:
 
     async def call(
         self, service: str, values: Mapping[str, Any], wanted: str, timeout_sec: float | None
-    ) -> dict[str, Any]:
+    ) -> Any:
         """Call a service once; the call is cancelled with the caller.
 
         Args:
@@ -62,7 +63,7 @@ class Calls:
             timeout_sec: For the reply; None is the node's default.
 
         Returns:
-            The fields of the response.
+            The fields of the response; see `plain`.
 
         Raises:
             RequestError: The values do not fit.
@@ -80,7 +81,7 @@ class Calls:
             try:
                 if not await client.wait_for_service(MATCH_SEC):
                     raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
-                return message_to_ordereddict(await client.call(request, timeout_sec))
+                return plain(await client.call(request, timeout_sec))
             finally:
                 client.destroy()
 
@@ -144,8 +145,8 @@ def message_of(msg_type: type[M], values: Mapping[str, Any]) -> M:
         RequestError: A value does not fit its field.
     """
     try:
-        plain, stamps = Stamps.taken_from(msg_type, values)
-        message = message_from_fields(msg_type, plain)
+        fields, stamps = Stamps.taken_from(msg_type, values)
+        message = message_from_fields(msg_type, fields)
     except RecursionError:
         raise RequestError("The values are nested too deeply") from None
     except (AttributeError, OverflowError, TypeError, ValueError) as error:

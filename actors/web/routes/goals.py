@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 from aiohttp import web
 
-from actors.interfaces.convert import message_to_ordereddict
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.live.session import PERIOD_SEC
+from actors.web.plain_values import plain
 from actors.web.routes.answers import UnknownError, answer, failure
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
@@ -89,8 +89,8 @@ async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
     if goal.outcome is None:
         await stream.send({"error": str(goal.error)}, "error")
     else:
-        fields = message_to_ordereddict(goal.outcome.result)
-        await stream.send({"status": goal.outcome.status.name, "result": fields}, "result")
+        result = plain(goal.outcome.result)
+        await stream.send({"status": goal.outcome.status.name, "result": result}, "result")
 
 
 async def cancel(request: web.Request) -> web.Response:

@@ -127,6 +127,57 @@ async def test_the_call_of_a_caller_that_has_gone_is_cancelled(control: Site, me
         await cancelled.wait()
 
 
+class Measure(actors.Service, type_name="web_tests/srv/Measure"):
+    """A response whose values JSON's numbers cannot hold."""
+
+    class Request(actors.Message):
+        pass
+
+    class Response(actors.Message):
+        ratio: float = 0.0
+        count: int = 0
+
+
+class Watch(actors.Action, type_name="web_tests/action/Watch"):
+    """Feedback and a result with such values, too."""
+
+    class Goal(actors.Message):
+        pass
+
+    class Result(actors.Message):
+        ratio: float = 0.0
+
+    class Feedback(actors.Message):
+        ratio: float = 0.0
+
+
+async def test_values_that_json_lacks_are_texts(control: Site, meeting: Meeting) -> None:
+    """In responses, feedback and results, as in echoed messages: none becomes null or another number."""
+    node = await meeting.node("meter")
+
+    def measure(_: Measure.Request, response: Measure.Response) -> Measure.Response:
+        response.ratio, response.count = float("nan"), 2**60
+        return response
+
+    async def watch(goal: Handle) -> Watch.Result:
+        goal.publish_feedback(Watch.Feedback(ratio=float("-inf")))
+        goal.succeed()
+        return Watch.Result(ratio=float("inf"))
+
+    node.create_service(Measure, "measure", measure)
+    node.create_action_server(Watch, "watch", watch)
+    await control.json_found("/api/services/measure/form")
+    found = await control.json("/api/services/measure", method="POST", json={})
+    assert found == {"response": {"ratio": "nan", "count": str(2**60)}}
+    await control.json_found("/api/actions/watch/form")
+    async with control.client.post("/api/actions/watch", json={}) as response:
+        events = [await _event(response) for _ in range(3)]
+    assert events[1:] == [
+        ("feedback", {"feedback": {"ratio": "-inf"}}),
+        ("result", {"status": "SUCCEEDED", "result": {"ratio": "inf"}}),
+    ]
+
+
 async def test_a_service_of_a_type_that_is_not_installed(
     control: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
