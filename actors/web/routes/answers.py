@@ -17,8 +17,10 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web.log_reader import TooManyLogReadersError
 from actors.web.routes.event_stream import STREAM, EventStream
 from actors.web.subscription_answer import SubscriptionRefusedError
+from actors.web.topic_feed import TooManyTopicsError
 from actors.web.users import NoUsersError, TooManyUsersError
 from proto.errors import CallboardError
 
@@ -31,6 +33,8 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (SubscriptionRefusedError, 403),
     (BrokerUnreachable, 503),
     (TooManyUsersError, 503),
+    (TooManyTopicsError, 503),
+    (TooManyLogReadersError, 503),
     (NoUsersError, 503),
     (ServiceUnavailable, 503),
     (ServiceTimeout, 504),

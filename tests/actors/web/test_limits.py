@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.web import server
+from actors.web import log_reader, server, topic_feed
 from actors.web.options import MAX_BODY_BYTES
 from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from tests.actors.meeting import Meeting
 
 POST = b"POST /api/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -70,6 +72,18 @@ async def test_headers_that_do_not_arrive_are_given_up(
                 answers = await reader.read()
                 writer.close()
             assert answers.count(b"200 OK") == bool(before)
+
+
+@pytest.mark.parametrize(
+    ("path", "module", "limit"),
+    [("/api/topics/any/echo", topic_feed, "MAX_TOPICS"), ("/api/log", log_reader, "MAX_READERS")],
+)
+async def test_a_reader_too_many_may_come_back(
+    site: Site, monkeypatch: pytest.MonkeyPatch, path: str, module: ModuleType, limit: str
+) -> None:
+    """The status says that the request is right, and the server has no place for it now."""
+    monkeypatch.setattr(module, limit, 0)
+    assert "already" in (await site.json(path, 503))["error"]
 
 
 async def test_a_connection_too_many_is_told_so(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
