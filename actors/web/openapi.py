@@ -31,19 +31,20 @@ ERRORS: Final = {
     "401": "A token is required",
     "403": "The request comes from another site, the server is read-only, or the rules forbid it",
     "404": "The graph has nothing of that name",
+    "408": "The body did not arrive in time",
     "409": "The goal was rejected",
     "413": "The body is too large",
     "421": "The server does not go by the name in the Host header",
     "422": "The newest message has no image that can be shown",
     "502": "The node that was asked has failed",
-    "503": "There is no broker or no server now, or too many browsers are connected",
+    "503": "There is no broker or no server now, or a limit is reached",
     "504": "The node that was asked has not answered in time",
 }
 """What all errors, JSON objects with the text `error`, can mean."""
 
-READING: Final = ("401", "403", "421")
-ASKING: Final = (*READING, "503", "504")
-CONTROL: Final = ("400", *READING, "413", "502", "503", "504")
+READING: Final = ("401", "403", "421", "503")
+ASKING: Final = (*READING, "504")
+CONTROL: Final = ("400", *READING, "408", "413", "502", "504")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -80,7 +81,7 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
     ("POST", "/api/session"): Operation(
         summary="Exchange the token for a cookie that grants reading",
         body=SignIn,
-        errors=("400", "401", "403", "413", "421"),
+        errors=("400", *READING, "408", "413"),
         open=True,
     ),
     ("DELETE", "/api/session"): Operation(summary="Take that cookie away", errors=("403", "421"), open=True),
@@ -95,13 +96,13 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
     ("GET", "/api/topics/{name}/echo"): Operation(
         summary="The messages of a topic as events; a slow reader gets the newest",
         content=EVENTS,
-        errors=(*READING, "404", "503"),
+        errors=("400", *READING),
         query={"type": "One type's messages only, if the topic has several"},
     ),
     ("GET", "/api/topics/{name}/image"): Operation(
         summary="The newest image of a topic; 204 if none comes within 10 s",
         content=IMAGE,
-        errors=("400", *READING, "404", "422", "503"),
+        errors=("400", *READING, "404", "422"),
         query={"after": "The Image-Number of the image that is there: wait for another one"},
     ),
     ("GET", "/api/topics/{name}/form"): Operation(
@@ -156,17 +157,13 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
     ("GET", "/api/log"): Operation(
         summary="The lines that are kept and new ones as events",
         content=EVENTS,
-        errors=("400", *READING, "503"),
+        errors=("400", *READING),
         query=LOG_QUERY,
     ),
-    ("GET", "/api/live"): Operation(
-        summary="The WebSocket of the page; its messages may change", errors=(*READING, "503"), status=101
-    ),
+    ("GET", "/api/live"): Operation(summary="The WebSocket of the page; its messages may change", status=101),
     ("GET", "/metrics"): Operation(summary="The broker's numbers for Prometheus", content=TEXT),
-    ("GET", "/healthz"): Operation(summary="The server lives", errors=("403", "421"), open=True),
-    ("GET", "/readyz"): Operation(
-        summary="The broker answers within a second", errors=("403", "421", "503"), open=True
-    ),
+    ("GET", "/healthz"): Operation(summary="The server lives", errors=(), open=True),
+    ("GET", "/readyz"): Operation(summary="The broker answers within a second", errors=("503",), open=True),
 }
 """By the method and the path, in which a name is percent-encoded or has its slashes as they are."""
 

@@ -11,7 +11,7 @@ import pytest
 from actors.web.openapi import ERRORS, OPERATIONS, Operation, openapi
 from actors.web.routes.session import NEED_NO_TOKEN
 from actors.web.security import SAFE_METHODS
-from actors.web.server import AREAS
+from actors.web.server import AREAS, PROBES
 
 if TYPE_CHECKING:
     from tests.actors.web.site import Site
@@ -28,7 +28,18 @@ def test_what_changes_something_is_control(key: tuple[str, str], operation: Oper
     """Except for signing in, which grants reading only, and signing out."""
     assert operation.control is (key[0] not in SAFE_METHODS and key not in NEED_NO_TOKEN)
     assert set(operation.errors) <= set(ERRORS)
-    assert {"403", "421"} <= set(operation.errors)
+
+
+@pytest.mark.parametrize(("key", "operation"), OPERATIONS.items(), ids=map(" ".join, OPERATIONS))
+def test_errors_are_those_that_the_server_can_answer(key: tuple[str, str], operation: Operation) -> None:
+    """Probes are answered whoever asks; the others check where a request comes from."""
+    assert ({"403", "421"} & set(operation.errors)) == (set() if key[1] in PROBES else {"403", "421"})
+
+
+async def test_a_name_that_breaks_the_rules_is_described(site: Site) -> None:
+    """A topic that does not exist is no error: it may come."""
+    assert "error" in await site.json("/api/topics/1st/echo", 400)
+    assert {"400", "404"} & set(OPERATIONS["GET", "/api/topics/{name}/echo"].errors) == {"400"}
 
 
 def test_all_references_lead_somewhere() -> None:
