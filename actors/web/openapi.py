@@ -14,9 +14,9 @@ import msgspec
 
 from actors.web.routes.calls import CallBody, PublishBody
 from actors.web.routes.goals import GoalBody
-from actors.web.routes.lifecycle import Request as TransitionBody
-from actors.web.routes.parameters import Change
-from actors.web.routes.session import SignIn
+from actors.web.routes.lifecycle import TransitionBody
+from actors.web.routes.parameters import ParametersBody
+from actors.web.routes.session import SignInBody
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -80,7 +80,7 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
     ("GET", "/api/session"): Operation(summary="Whether the caller may control anything, and the broker"),
     ("POST", "/api/session"): Operation(
         summary="Exchange the token for a cookie that grants reading",
-        body=SignIn,
+        body=SignInBody,
         errors=("400", *READING, "408", "413"),
         open=True,
     ),
@@ -143,7 +143,7 @@ OPERATIONS: Final[dict[tuple[str, str], Operation]] = {
         summary="The parameters of a node with their values and descriptions", errors=("404", "502", *ASKING)
     ),
     ("PATCH", "/api/nodes/{name}/parameters"): Operation(
-        summary="Set parameters of a node", body=Change, errors=(*CONTROL, "404"), control=True
+        summary="Set parameters of a node", body=ParametersBody, errors=(*CONTROL, "404"), control=True
     ),
     ("GET", "/api/nodes/{name}/lifecycle"): Operation(
         summary="The state of a node, and the transitions from it", errors=("404", "502", *ASKING)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import msgspec
 from aiohttp import web
@@ -26,6 +26,8 @@ from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
+
+Body = TypeVar("Body", bound=msgspec.Struct)
 
 _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (NotAuthorized, 401),
@@ -92,11 +94,14 @@ async def answered(
     return stream.response
 
 
-async def body_of(request: web.Request) -> dict[str, Any]:
-    """Return the body of a request, a JSON object; an empty one if there is none.
+async def read_body(request: web.Request, kind: type[Body]) -> Body:
+    """Return the body of a request, a JSON object; no body is an empty object.
+
+    Args:
+        request: The request.
+        kind: The class that describes the object.
 
     Raises:
-        msgspec.DecodeError: It is none.
-        web.HTTPRequestEntityTooLarge: It has more than `MAX_BODY_BYTES`.
+        msgspec.DecodeError: The body is not JSON, or does not fit the class.
     """
-    return msgspec.json.decode(await request.read() or b"{}", type=dict[str, Any])
+    return msgspec.json.decode(await request.read() or b"{}", type=kind)

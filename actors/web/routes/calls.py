@@ -10,7 +10,7 @@ from aiohttp import web
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
-from actors.web.routes.answers import UnknownError, answer
+from actors.web.routes.answers import UnknownError, answer, read_body
 from actors.web.routes.graph import name_in
 from actors.web.routes.state import workspace_of
 
@@ -65,7 +65,7 @@ async def topic_form(request: web.Request) -> web.Response:
 
 async def call(request: web.Request) -> web.Response:
     """Call a service once; the call is cancelled if who asked leaves."""
-    body = msgspec.json.decode(await request.read() or b"{}", type=CallBody)
+    body = await read_body(request, CallBody)
     calls = workspace_of(request).calls
     response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
     return answer({"response": response})
@@ -73,7 +73,7 @@ async def call(request: web.Request) -> web.Response:
 
 async def publish(request: web.Request) -> web.Response:
     """Publish one message."""
-    body = msgspec.json.decode(await request.read() or b"{}", type=PublishBody)
+    body = await read_body(request, PublishBody)
     matched = await workspace_of(request).calls.publish(name_in(request), body.message, body.type)
     return answer({"subscriptions": matched})
 

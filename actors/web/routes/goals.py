@@ -13,7 +13,7 @@ from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.live.session import PERIOD_SEC
 from actors.web.plain_values import plain
-from actors.web.routes.answers import UnknownError, answer, failure
+from actors.web.routes.answers import UnknownError, answer, failure, read_body
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
@@ -57,7 +57,7 @@ async def goals(request: web.Request) -> web.Response:
 
 async def send_goal(request: web.Request) -> web.StreamResponse:
     """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
-    body = msgspec.json.decode(await request.read() or b"{}", type=GoalBody)
+    body = await read_body(request, GoalBody)
     workspace = workspace_of(request)
     with counted(state_of(request)):
         goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)

@@ -10,13 +10,13 @@ from aiohttp import web
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.web.node_watch import TIMEOUT_SEC, lifecycle_of
-from actors.web.routes.answers import answer, body_of, failure
+from actors.web.routes.answers import answer, failure, read_body
 from actors.web.routes.parameters import Timeout, node_in
 from actors.web.routes.state import workspace_of
 
 
-class Request(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a request.
+class TransitionBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a request for a transition.
 
     Attributes:
         transition: Its label, such as "configure", or its number.
@@ -35,7 +35,7 @@ async def read(request: web.Request) -> web.Response:
 async def change(request: web.Request) -> web.Response:
     """Request a transition, wait for its end, and return whether it succeeded, and the state."""
     node, name = workspace_of(request).observer.node, node_in(request)
-    body = msgspec.convert(await body_of(request), Request)
+    body = await read_body(request, TransitionBody)
     available: list[dict[str, Any]] = (await lifecycle_of(node, name, TIMEOUT_SEC))["transitions"]
     chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)
     if chosen is None:

@@ -11,7 +11,7 @@ from actors.parameter_client.client import ParameterClient
 from actors.web.node_watch import TIMEOUT_SEC, parameters_of
 from actors.web.parameter_values import kind_from_name, parameter_from_json
 from actors.web.plain_values import exact
-from actors.web.routes.answers import UnknownError, answer, body_of
+from actors.web.routes.answers import UnknownError, answer, read_body
 from actors.web.routes.graph import name_in
 from actors.web.routes.state import workspace_of
 
@@ -20,8 +20,8 @@ MAX_TIMEOUT_SEC: Final = 600.0
 Timeout = Annotated[float, msgspec.Meta(gt=0, le=MAX_TIMEOUT_SEC)]
 
 
-class Wanted(msgspec.Struct, forbid_unknown_fields=True):
-    """A value for a parameter.
+class ParameterSetting(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A new value for a parameter.
 
     Attributes:
         name: The parameter's name.
@@ -34,8 +34,8 @@ class Wanted(msgspec.Struct, forbid_unknown_fields=True):
     type: str | None = None
 
 
-class Change(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a request.
+class ParametersBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a request to set parameters.
 
     Attributes:
         parameters: The values.
@@ -43,7 +43,7 @@ class Change(msgspec.Struct, forbid_unknown_fields=True):
         timeout_sec: For the node's answer.
     """
 
-    parameters: list[Wanted]
+    parameters: list[ParameterSetting]
     atomic: bool = False
     timeout_sec: Timeout = 5.0
 
@@ -70,7 +70,7 @@ async def read(request: web.Request) -> web.Response:
 async def change(request: web.Request) -> web.Response:
     """Set parameters, one by one or all or none; return for each, or for all, whether it was set."""
     name = node_in(request)
-    body = msgspec.convert(await body_of(request), Change)
+    body = await read_body(request, ParametersBody)
     client = ParameterClient(workspace_of(request).observer.node, name)
     try:
         untyped = [each.name for each in body.parameters if each.type is None]

@@ -7,7 +7,7 @@ from typing import Final
 import msgspec
 from aiohttp import web
 
-from actors.web.routes.answers import answer, failure
+from actors.web.routes.answers import answer, failure, read_body
 from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
 
@@ -15,8 +15,8 @@ NEED_NO_TOKEN: Final = frozenset({("POST", "/api/session"), ("DELETE", "/api/ses
 """Need no token beforehand: to sign in, and to sign out."""
 
 
-class SignIn(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of a request.
+class SignInBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of a request to sign in.
 
     Attributes:
         token: That of the address that the server printed, or that of one of the broker's users.
@@ -45,7 +45,7 @@ async def session(request: web.Request) -> web.Response:
 async def sign_in(request: web.Request) -> web.Response:
     """Give a browser the cookie for reading: a WebSocket and an image have no Authorization header."""
     state = state_of(request)
-    token = msgspec.json.decode(await request.read(), type=SignIn).token
+    token = (await read_body(request, SignInBody)).token
     if not state.policy.knows_token(token):
         if state.users is None:
             return failure(401, "That is not the token of this server")
