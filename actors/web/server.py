@@ -24,7 +24,7 @@ from actors.web.routes import (
     parameters,
     session,
 )
-from actors.web.routes.answers import answered, failure
+from actors.web.routes.responses import error_response, respond
 from actors.web.routes.state import STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
@@ -194,8 +194,8 @@ class _Refusal(asyncio.Protocol):
 async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
     if request.path not in PROBES and (refusal := state_of(request).policy.refuses_origin(request.headers)):
-        return failure(refusal.status, refusal.reason)
-    return await answered(partial(_admit, partial(_handle, handler)), request)
+        return error_response(refusal.status, refusal.reason)
+    return await respond(partial(_admit, partial(_handle, handler)), request)
 
 
 async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
@@ -211,7 +211,7 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     is_users = state.users is not None and bool(token) and not known
     refuses = state.policy.refuses_reading if safe else state.policy.refuses_control
     if refusal := refuses(known=known or is_users):
-        return failure(refusal.status, refusal.reason)
+        return error_response(refusal.status, refusal.reason)
     if state.users is None or not is_users:
         return await handler(request)
     async with state.users.workspace(token) as workspace:
@@ -225,9 +225,9 @@ async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
         async with asyncio.timeout(BODY_SEC):
             await request.read()
     except TimeoutError:
-        return failure(408, f"The body of the request did not arrive within {BODY_SEC:g} s")
+        return error_response(408, f"The body of the request did not arrive within {BODY_SEC:g} s")
     except web.HTTPRequestEntityTooLarge:
-        return failure(413, f"The body of the request has more than {MAX_BODY_BYTES} bytes")
+        return error_response(413, f"The body of the request has more than {MAX_BODY_BYTES} bytes")
     return await handler(request)
 
 

@@ -10,8 +10,9 @@ from aiohttp import web
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
-from actors.web.routes.answers import UnknownError, answer, read_body
 from actors.web.routes.graph import name_in
+from actors.web.routes.request_body import read_body
+from actors.web.routes.responses import NotFoundError, json_response
 from actors.web.routes.state import workspace_of
 
 MAX_TIMEOUT_SEC: Final = 3600.0
@@ -51,16 +52,16 @@ async def service_form(request: web.Request) -> web.Response:
     workspace, name = workspace_of(request), name_in(request)
     snapshot = workspace.observer.snapshot
     if documents.service(snapshot, name) is None:
-        raise UnknownError(f"There is no service {name!r}")
+        raise NotFoundError(f"There is no service {name!r}")
     found: Any = await workspace.types.service(snapshot, name, request.query.get("type", ""))
-    return answer({"type": type_name(found), "form": form_of(found.Request)})
+    return json_response({"type": type_name(found), "form": form_of(found.Request)})
 
 
 async def topic_form(request: web.Request) -> web.Response:
     """Return the form for a topic's messages."""
     workspace, name = workspace_of(request), name_in(request)
     found = await workspace.types.message(workspace.observer.snapshot, name, request.query.get("type", ""))
-    return answer({"type": type_name(found), "form": form_of(found)})
+    return json_response({"type": type_name(found), "form": form_of(found)})
 
 
 async def call(request: web.Request) -> web.Response:
@@ -68,14 +69,14 @@ async def call(request: web.Request) -> web.Response:
     body = await read_body(request, CallBody)
     calls = workspace_of(request).calls
     response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
-    return answer({"response": response})
+    return json_response({"response": response})
 
 
 async def publish(request: web.Request) -> web.Response:
     """Publish one message."""
     body = await read_body(request, PublishBody)
     matched = await workspace_of(request).calls.publish(name_in(request), body.message, body.type)
-    return answer({"subscriptions": matched})
+    return json_response({"subscriptions": matched})
 
 
 ROUTES: Final = (

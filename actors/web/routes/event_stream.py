@@ -27,7 +27,7 @@ class EventStream:
 
     @staticmethod
     async def begin(request: web.Request) -> EventStream:
-        """Begin to answer a request; an error from now on becomes an event `error`, see `answered`."""
+        """Begin to answer a request; an error from now on becomes an event `error`, see `respond`."""
         headers = {"Content-Type": "text/event-stream", "Cache-Control": "no-store"}
         stream = EventStream(web.StreamResponse(headers=headers))
         request[STREAM] = stream

@@ -13,11 +13,12 @@ from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.live.session import PERIOD_SEC
 from actors.web.plain_values import plain
-from actors.web.routes.answers import UnknownError, answer, failure, read_body
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
+from actors.web.routes.request_body import read_body
+from actors.web.routes.responses import NotFoundError, error_response, json_response
 from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
@@ -45,14 +46,16 @@ async def action_form(request: web.Request) -> web.Response:
     workspace, name = workspace_of(request), name_in(request)
     snapshot = workspace.observer.snapshot
     if documents.action(snapshot, name) is None:
-        raise UnknownError(f"There is no action {name!r}")
+        raise NotFoundError(f"There is no action {name!r}")
     found: Any = await workspace.types.action(snapshot, name, request.query.get("type", ""))
-    return answer({"type": type_name(found), "form": form_of(found.Goal)})
+    return json_response({"type": type_name(found), "form": form_of(found.Goal)})
 
 
 async def goals(request: web.Request) -> web.Response:
     """Return the goals that this server has sent and that have not ended."""
-    return answer([goal.document() for goal in workspace_of(request).goals.of_action(name_in(request))])
+    return json_response(
+        [goal.document() for goal in workspace_of(request).goals.of_action(name_in(request))]
+    )
 
 
 async def send_goal(request: web.Request) -> web.StreamResponse:
@@ -98,10 +101,10 @@ async def cancel(request: web.Request) -> web.Response:
     followed, name, goal_id = workspace_of(request).goals, name_in(request), request.match_info["goal"]
     goal = followed.find(name, goal_id)
     if goal is None:
-        raise UnknownError(f"Action {name!r} has no goal {goal_id!r} from here that has not ended")
+        raise NotFoundError(f"Action {name!r} has no goal {goal_id!r} from here that has not ended")
     if not await followed.cancel(goal):
-        return failure(409, "The server refuses to cancel the goal")
-    return answer({"goal_id": goal_id, "canceling": True})
+        return error_response(409, "The server refuses to cancel the goal")
+    return json_response({"goal_id": goal_id, "canceling": True})
 
 
 ROUTES: Final = (

@@ -8,7 +8,7 @@ from aiohttp import web
 
 from actors.tools import graph_documents as documents
 from actors.tools.graph_drawing.model import document_of, model_of
-from actors.web.routes.answers import UnknownError, answer
+from actors.web.routes.responses import NotFoundError, json_response
 from actors.web.routes.state import workspace_of
 
 if TYPE_CHECKING:
@@ -25,34 +25,34 @@ def name_in(request: web.Request) -> str:
 async def graph(request: web.Request) -> web.Response:
     """Return the graph as it is drawn."""
     observer = workspace_of(request).observer
-    return answer(document_of(model_of(observer.snapshot, brokers=observer.node_places())))
+    return json_response(document_of(model_of(observer.snapshot, brokers=observer.node_places())))
 
 
 async def overview(request: web.Request) -> web.Response:
     """Return topics, nodes and services with their rates, as of the last two samples."""
     observer = workspace_of(request).observer
-    return answer((await observer.sample()).as_dict())
+    return json_response((await observer.sample()).as_dict())
 
 
 async def topics(request: web.Request) -> web.Response:
     """Return the topics with their types."""
-    return answer(documents.topics(workspace_of(request).observer.snapshot))
+    return json_response(documents.topics(workspace_of(request).observer.snapshot))
 
 
 async def services(request: web.Request) -> web.Response:
     """Return the services with their types."""
-    return answer(documents.services(workspace_of(request).observer.snapshot))
+    return json_response(documents.services(workspace_of(request).observer.snapshot))
 
 
 async def actions(request: web.Request) -> web.Response:
     """Return the actions with their types."""
-    return answer(documents.actions(workspace_of(request).observer.snapshot))
+    return json_response(documents.actions(workspace_of(request).observer.snapshot))
 
 
 async def nodes(request: web.Request) -> web.Response:
     """Return the nodes."""
     observer = workspace_of(request).observer
-    return answer(documents.nodes(observer.snapshot, observer.broker_names()))
+    return json_response(documents.nodes(observer.snapshot, observer.broker_names()))
 
 
 def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web.Request], Any]:
@@ -60,8 +60,8 @@ def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web
         observer, name = workspace_of(request).observer, name_in(request)
         found = find(observer.snapshot, name, observer.broker_names())
         if found is None:
-            raise UnknownError(f"There is no {noun} {name!r}")
-        return answer(found)
+            raise NotFoundError(f"There is no {noun} {name!r}")
+        return json_response(found)
 
     handler.__doc__ = f"Return one {noun}."
     return handler

@@ -11,9 +11,9 @@ from aiohttp import web
 from actors.tools import graph_documents as documents
 from actors.web.image_files import ImageError
 from actors.web.images import TYPES
-from actors.web.routes.answers import UnknownError, failure
 from actors.web.routes.graph import name_in
 from actors.web.routes.live import counted
+from actors.web.routes.responses import NotFoundError, error_response
 from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
@@ -29,9 +29,9 @@ async def image(request: web.Request) -> web.Response:
     after = msgspec.convert(request.query.get("after", "0"), int, strict=False)
     found = documents.topic(workspace.observer.snapshot, name)
     if found is None:
-        raise UnknownError(f"There is no topic {name!r}")
+        raise NotFoundError(f"There is no topic {name!r}")
     if TYPES.isdisjoint(found["types"]):
-        return failure(400, f"{name!r} has no images; those are {' or '.join(sorted(TYPES))}")
+        return error_response(400, f"{name!r} has no images; those are {' or '.join(sorted(TYPES))}")
     with counted(state_of(request)):
         newest = await workspace.images.newest(name, after)
         response = web.Response(status=204) if newest is None else _response(newest)
@@ -48,7 +48,7 @@ async def image(request: web.Request) -> web.Response:
 def _response(newest: Image) -> web.Response:
     file = newest.found
     if isinstance(file, ImageError):
-        response = failure(422, str(file))
+        response = error_response(422, str(file))
     else:
         response = web.Response(body=file.body, content_type=file.content_type)
         response.headers["Image-Size"] = f"{file.width}x{file.height}"

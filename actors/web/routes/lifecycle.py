@@ -10,8 +10,9 @@ from aiohttp import web
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.web.node_watch import TIMEOUT_SEC, lifecycle_of
-from actors.web.routes.answers import answer, failure, read_body
 from actors.web.routes.parameters import Timeout, node_in
+from actors.web.routes.request_body import read_body
+from actors.web.routes.responses import error_response, json_response
 from actors.web.routes.state import workspace_of
 
 
@@ -29,7 +30,9 @@ class TransitionBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 async def read(request: web.Request) -> web.Response:
     """Return the state, and the transitions from it."""
-    return answer(await lifecycle_of(workspace_of(request).observer.node, node_in(request), TIMEOUT_SEC))
+    return json_response(
+        await lifecycle_of(workspace_of(request).observer.node, node_in(request), TIMEOUT_SEC)
+    )
 
 
 async def change(request: web.Request) -> web.Response:
@@ -40,7 +43,7 @@ async def change(request: web.Request) -> web.Response:
     chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)
     if chosen is None:
         known = ", ".join(str(each["label"]) for each in available) or "none"
-        return failure(400, f"There is no such transition from the current state; there is {known}")
+        return error_response(400, f"There is no such transition from the current state; there is {known}")
     client = node.create_client(ChangeState, f"{name}/change_state")
     try:
         transition = Transition(id=chosen["id"], label=chosen["label"])
@@ -48,7 +51,7 @@ async def change(request: web.Request) -> web.Response:
     finally:
         client.destroy()
     after = await lifecycle_of(node, name, TIMEOUT_SEC)
-    return answer({"success": response.success, **after})
+    return json_response({"success": response.success, **after})
 
 
 PATH: Final = "/api/nodes/{name:.+}/lifecycle"

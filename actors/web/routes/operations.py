@@ -10,7 +10,7 @@ from prometheus_client import CONTENT_TYPE_LATEST
 
 from actors.errors import BrokerUnreachable
 from actors.web.probes import ANSWER_SEC, broker_answers
-from actors.web.routes.answers import answer
+from actors.web.routes.responses import json_response
 from actors.web.routes.state import workspace_of
 
 
@@ -29,14 +29,14 @@ async def metrics(request: web.Request) -> web.Response:
 
 async def healthz(_: web.Request) -> web.Response:
     """Return that the server lives."""
-    return answer({"status": "ok"})
+    return json_response({"status": "ok"})
 
 
 async def readyz(request: web.Request) -> web.Response:
     """Return whether the broker answers within a second; 503 if not."""
     if await broker_answers(workspace_of(request).observer.node):
-        return answer({"status": "ok"})
-    return answer({"status": "unavailable", "error": "The broker does not answer"}, 503)
+        return json_response({"status": "ok"})
+    return json_response({"status": "unavailable", "error": "The broker does not answer"}, 503)
 
 
 ROUTES: Final = (

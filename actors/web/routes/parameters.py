@@ -11,8 +11,9 @@ from actors.parameter_client.client import ParameterClient
 from actors.web.node_watch import TIMEOUT_SEC, parameters_of
 from actors.web.parameter_values import kind_from_name, parameter_from_json
 from actors.web.plain_values import exact
-from actors.web.routes.answers import UnknownError, answer, read_body
 from actors.web.routes.graph import name_in
+from actors.web.routes.request_body import read_body
+from actors.web.routes.responses import NotFoundError, json_response
 from actors.web.routes.state import workspace_of
 
 MAX_TIMEOUT_SEC: Final = 600.0
@@ -52,11 +53,11 @@ def node_in(request: web.Request) -> str:
     """Return the full name in a request's path.
 
     Raises:
-        UnknownError: There is no such node.
+        NotFoundError: There is no such node.
     """
     name = name_in(request)
     if name not in workspace_of(request).observer.snapshot.nodes():
-        raise UnknownError(f"There is no node {name!r}")
+        raise NotFoundError(f"There is no node {name!r}")
     return name
 
 
@@ -64,7 +65,7 @@ async def read(request: web.Request) -> web.Response:
     """Return the parameters with their values and descriptions."""
     name = node_in(request)
     found, omitted = await parameters_of(workspace_of(request).observer.node, name, TIMEOUT_SEC)
-    return answer({"parameters": exact(found), "omitted": omitted})
+    return json_response({"parameters": exact(found), "omitted": omitted})
 
 
 async def change(request: web.Request) -> web.Response:
@@ -81,11 +82,11 @@ async def change(request: web.Request) -> web.Response:
         wanted = [parameter_from_json(each.name, kinds[each.name], each.value) for each in body.parameters]
         if body.atomic:
             result = await client.set_parameters_atomically(wanted, body.timeout_sec)
-            return answer({"successful": result.successful, "reason": result.reason})
+            return json_response({"successful": result.successful, "reason": result.reason})
         results = await client.set_parameters(wanted, body.timeout_sec)
     finally:
         client.destroy()
-    return answer(
+    return json_response(
         [
             {"name": each.name, "successful": result.successful, "reason": result.reason}
             for each, result in zip(wanted, results, strict=True)

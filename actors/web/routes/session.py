@@ -7,7 +7,8 @@ from typing import Final
 import msgspec
 from aiohttp import web
 
-from actors.web.routes.answers import answer, failure, read_body
+from actors.web.routes.request_body import read_body
+from actors.web.routes.responses import error_response, json_response
 from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
 
@@ -31,7 +32,7 @@ async def session(request: web.Request) -> web.Response:
     token = bearer(request.headers)
     known = bool(token) and (workspace is not state.own or state.policy.knows_token(token))
     refusal = state.policy.refuses_control(known=known)
-    return answer(
+    return json_response(
         {
             "control": refusal is None,
             "refusal": None if refusal is None else refusal.reason,
@@ -48,10 +49,10 @@ async def sign_in(request: web.Request) -> web.Response:
     token = (await read_body(request, SignInBody)).token
     if not state.policy.knows_token(token):
         if state.users is None:
-            return failure(401, "That is not the token of this server")
+            return error_response(401, "That is not the token of this server")
         async with state.users.workspace(token):
             pass  # the broker knows it
-    response = answer({})
+    response = json_response({})
     response.set_cookie(
         cookie_name(request), token, httponly=True, samesite="Strict", secure=state.options.tls is not None
     )
@@ -60,7 +61,7 @@ async def sign_in(request: web.Request) -> web.Response:
 
 async def sign_out(request: web.Request) -> web.Response:
     """Take the cookie for reading from a browser."""
-    response = answer({})
+    response = json_response({})
     response.del_cookie(cookie_name(request), httponly=True, samesite="Strict")
     return response
 

@@ -9,8 +9,8 @@ from aiohttp import web
 from aiohttp.test_utils import TestServer
 
 from actors.web.routes import event_stream
-from actors.web.routes.answers import UnknownError, answered
 from actors.web.routes.event_stream import EventStream
+from actors.web.routes.responses import NotFoundError, respond
 from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ async def test_an_error_after_the_beginning_is_an_event(site: Site) -> None:
 
     async def failing(request: web.Request) -> web.StreamResponse:
         await EventStream.begin(request)
-        raise UnknownError("it has gone")
+        raise NotFoundError("it has gone")
 
     async def handler(request: web.Request) -> web.StreamResponse:
-        return await answered(failing, request)
+        return await respond(failing, request)
 
     app = web.Application()
     app.router.add_get("/", handler)

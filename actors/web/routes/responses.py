@@ -1,8 +1,8 @@
-"""Answers of the API: JSON, and errors as `{"error": TEXT}`."""
+"""Responses of the API: JSON, and errors as `{"error": TEXT}`."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 from aiohttp import web
@@ -27,8 +27,6 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-Body = TypeVar("Body", bound=msgspec.Struct)
-
 _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (NotAuthorized, 401),
     (PublisherRefused, 403),
@@ -47,15 +45,15 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (msgspec.DecodeError, 400),
     (CallboardError, 400),
 )
-"""The status of an answer when a handler raises; the first that fits."""
+"""The status of the response to each error of a handler; the first class that fits counts."""
 
 
-class UnknownError(Exception):
+class NotFoundError(Exception):
     """The graph has nothing of that name; the text says what."""
 
 
-def answer(document: object, status: int = 200) -> web.Response:
-    """Return a JSON answer. NaN and infinity, which JSON lacks, become null.
+def json_response(document: object, status: int = 200) -> web.Response:
+    """Return a document as a JSON response. NaN and infinity, which JSON lacks, become null.
 
     Args:
         document: Maps, lists, texts and numbers.
@@ -65,23 +63,23 @@ def answer(document: object, status: int = 200) -> web.Response:
     return web.Response(body=body, status=status, content_type="application/json")
 
 
-def failure(status: int, reason: str) -> web.Response:
-    """Return an answer that says in `error` why there is no other.
+def error_response(status: int, reason: str) -> web.Response:
+    """Return a response that has only `error`.
 
     Args:
         status: The HTTP status.
         reason: One line.
     """
-    return answer({"error": reason}, status)
+    return json_response({"error": reason}, status)
 
 
-async def answered(
+async def respond(
     handler: Callable[[web.Request], Awaitable[web.StreamResponse]], request: web.Request
 ) -> web.StreamResponse:
-    """Return what a handler answers, or what its error says; as an event if a stream has begun."""
+    """Return the response of a handler, or that to its error: an event if a stream has begun."""
     try:
         return await handler(request)
-    except UnknownError as error:
+    except NotFoundError as error:
         status, reason = 404, str(error)
     except web.HTTPException as error:
         status, reason = error.status, error.text or error.reason
@@ -89,19 +87,6 @@ async def answered(
         status, reason = next(status for kind, status in _STATUS if isinstance(error, kind)), str(error)
     stream: EventStream | None = request.get(STREAM)
     if stream is None:
-        return failure(status, reason)
+        return error_response(status, reason)
     await stream.send({"error": reason}, "error")
     return stream.response
-
-
-async def read_body(request: web.Request, kind: type[Body]) -> Body:
-    """Return the body of a request, a JSON object; no body is an empty object.
-
-    Args:
-        request: The request.
-        kind: The class that describes the object.
-
-    Raises:
-        msgspec.DecodeError: The body is not JSON, or does not fit the class.
-    """
-    return msgspec.json.decode(await request.read() or b"{}", type=kind)
