@@ -1,4 +1,4 @@
-"""What the web server is told."""
+"""The options of the web server."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 DEFAULT_HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 7412
 
-MAX_LIVE: Final = 64
-"""Browsers and streams at the same time."""
+MAX_LIVE_CONNECTIONS: Final = 64
+"""WebSockets of browsers, streams of events and requests for images at the same time."""
 
 MAX_BODY_BYTES: Final = 4 * 1024 * 1024
 """Of a request."""
@@ -20,7 +20,7 @@ MAX_BODY_BYTES: Final = 4 * 1024 * 1024
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WebOptions:
-    """What the web server is told.
+    """The options of the web server.
 
     Attributes:
         host: The address to listen on.
@@ -28,8 +28,8 @@ class WebOptions:
         allow_control: Whether calls, goals, parameters and transitions are allowed, with the token.
         token: What grants control, and beyond loopback also reading; None for a random one.
         users: Whether the users of the broker sign in with their own tokens, and have their own rights.
-        allowed_hosts: Names by which browsers may call the server, besides loopback ones and `host`.
-        tls: For HTTPS; None for HTTP.
+        allowed_hosts: Names that a Host header may have, besides `localhost`, all addresses and `host`.
+        tls: The context for HTTPS; None for HTTP.
     """
 
     host: str = DEFAULT_HOST

@@ -11,14 +11,13 @@ from actors.web.live.echo_panel import AT_ONCE, shown
 from actors.web.live.session import PERIOD_SEC
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
-from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
 
 
 async def echo(request: web.Request) -> web.StreamResponse:
     """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
     workspace, news = workspace_of(request), asyncio.Event()
-    with counted(state_of(request)):
+    with state_of(request).live_connection():
         reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set, request.query.get("type", ""))
         try:
             await reader.accepted()

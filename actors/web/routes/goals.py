@@ -16,7 +16,6 @@ from actors.web.plain_values import plain
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
-from actors.web.routes.live import counted
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, error_response, json_response
 from actors.web.routes.state import state_of, workspace_of
@@ -62,7 +61,7 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
     """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
     body = await read_body(request, GoalBody)
     workspace = workspace_of(request)
-    with counted(state_of(request)):
+    with state_of(request).live_connection():
         goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
         try:
             await goal.accepted()

@@ -11,7 +11,6 @@ from aiohttp import web
 from actors.web.live.session import PERIOD_SEC
 from actors.web.log_reader import LogFilter
 from actors.web.routes.event_stream import EventStream
-from actors.web.routes.live import counted
 from actors.web.routes.state import state_of, workspace_of
 
 
@@ -19,7 +18,7 @@ async def log(request: web.Request) -> web.StreamResponse:
     """Send the lines that are kept and new ones until the reader leaves; of `level`, `node` and `text`."""
     workspace, news = workspace_of(request), asyncio.Event()
     chosen = msgspec.convert(dict(request.query), LogFilter)
-    with counted(state_of(request)):
+    with state_of(request).live_connection():
         reader = workspace.panels.logs.read(chosen, news.set)
         try:
             await reader.accepted()

@@ -14,7 +14,7 @@ from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from actors.interfaces.std_msgs.msg import String
 from actors.web import images
 from actors.web.routes import images as image_routes
-from actors.web.routes import live as live_routes
+from actors.web.routes import state as route_state
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.image_data import JPEG, read_png
 
@@ -157,7 +157,7 @@ async def test_who_does_not_read_an_image_is_disconnected(
 ) -> None:
     """It would keep its bytes in memory."""
     monkeypatch.setattr(image_routes, "SEND_SEC", 0.1)
-    monkeypatch.setattr(live_routes, "MAX_LIVE", 1)
+    monkeypatch.setattr(route_state, "MAX_LIVE_CONNECTIONS", 1)
     side = 4096  # what the kernel keeps for a connection is less
     data = Random(1).randbytes(side * side)
     publisher = await camera.publisher(keep=1)
