@@ -11,7 +11,7 @@ from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.stamps import Stamps
-from actors.web.plain_values import plain
+from actors.web.javascript_values import message_to_javascript
 from proto.codes import EntryKind
 from proto.errors import CallboardError
 
@@ -63,7 +63,7 @@ class Calls:
             timeout_sec: For the reply; None is the node's default.
 
         Returns:
-            The fields of the response; see `plain`.
+            The fields of the response; see `message_to_javascript`.
 
         Raises:
             RequestError: The values do not fit.
@@ -81,7 +81,7 @@ class Calls:
             try:
                 if not await client.wait_for_service(MATCH_SEC):
                     raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
-                return plain(await client.call(request, timeout_sec))
+                return message_to_javascript(await client.call(request, timeout_sec))
             finally:
                 client.destroy()
 

@@ -11,7 +11,7 @@ from actors.actions.names import ActionNames
 from actors.errors import GoalRejected, GoalUnknown, ServiceOverloaded, ServiceUnavailable
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.web.calls import MATCH_SEC, message_of
-from actors.web.plain_values import plain
+from actors.web.javascript_values import message_to_javascript
 from proto.aio.tasks import cancel_and_wait
 from proto.codes import EntryKind
 from proto.errors import CallboardError
@@ -77,7 +77,7 @@ class FollowedGoal:
 
     def take_feedback(self) -> list[dict[str, Any]]:
         """Return the feedback that has come since the last call."""
-        taken = [plain(each) for each in self._feedback]
+        taken = [message_to_javascript(each) for each in self._feedback]
         self._feedback.clear()
         return taken
 

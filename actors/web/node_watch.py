@@ -17,7 +17,7 @@ from actors.interfaces.rcl_interfaces.srv import DescribeParameters
 from actors.node.parameter_services import EVENTS_TOPIC
 from actors.parameter_client.client import ParameterClient
 from actors.tools import node_documents
-from actors.web.plain_values import exact
+from actors.web.javascript_values import to_javascript
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from proto.aio.tasks import keep_running
@@ -246,7 +246,7 @@ class NodeWatch:
 
     async def _parameters(self) -> dict[str, Any]:
         found, omitted = await parameters_of(self._observer.node, self._name, TIMEOUT_SEC)
-        return {"by_name": {each["name"]: exact(each) for each in found}, "omitted": omitted}
+        return {"by_name": {each["name"]: to_javascript(each) for each in found}, "omitted": omitted}
 
     def _follow_events(self) -> bool:
         """Ask for the parameters if they have changed; return whether changes are heard."""

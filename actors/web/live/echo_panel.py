@@ -8,7 +8,7 @@ import msgspec
 
 from actors.interfaces.errors import InvalidMessageError
 from actors.tools.stamps import stamp_of
-from actors.web.plain_values import plain
+from actors.web.javascript_values import message_to_javascript
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,14 +56,14 @@ class EchoPanel:
         if not taken:
             return None
         skipped, reader.skipped = reader.skipped, 0
-        return {"messages": [shown(each, reader) for each in taken], "skipped": skipped}
+        return {"messages": [message_document(each, reader) for each in taken], "skipped": skipped}
 
     def close(self) -> None:
         """Read no more."""
         self._reader.close()
 
 
-def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
+def message_document(received: Received, reader: TopicReader) -> dict[str, Any]:
     """Return a message for JSON: `node`, `sent_ns`, `delay_sec`, `bytes`, and `message` or `error`.
 
     Where the header has a stamp, `header_delay_sec` is the age of that on arrival.
@@ -77,7 +77,7 @@ def shown(received: Received, reader: TopicReader) -> dict[str, Any]:
     }
     try:
         message = reader.decode(received.data)
-        found["message"] = plain(message, SHOWN_LENGTH)
+        found["message"] = message_to_javascript(message, SHOWN_LENGTH)
     except InvalidMessageError as error:
         found["error"] = str(error)
     else:

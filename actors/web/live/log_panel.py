@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from actors.web.plain_values import exact
+from actors.web.javascript_values import to_javascript
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +34,7 @@ class LogPanel:
         if not lines:
             return None
         skipped, reader.skipped = reader.skipped, 0
-        return {"lines": exact(lines), "skipped": skipped}
+        return {"lines": to_javascript(lines), "skipped": skipped}
 
     def close(self) -> None:
         """Read no more."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from aiohttp import web
 
-from actors.web.live.echo_panel import AT_ONCE, shown
+from actors.web.live.echo_panel import AT_ONCE, message_document
 from actors.web.live.session import PERIOD_SEC
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
@@ -25,7 +25,7 @@ async def echo(request: web.Request) -> web.StreamResponse:
             while True:
                 await stream.wait(news)
                 for received in reader.take():
-                    await stream.send(shown(received, reader))
+                    await stream.send(message_document(received, reader))
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
                     await stream.send({"skipped": skipped}, "skipped")

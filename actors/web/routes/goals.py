@@ -11,8 +11,8 @@ from aiohttp import web
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
+from actors.web.javascript_values import message_to_javascript
 from actors.web.live.session import PERIOD_SEC
-from actors.web.plain_values import plain
 from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
@@ -91,7 +91,7 @@ async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
     if goal.outcome is None:
         await stream.send({"error": str(goal.error)}, "error")
     else:
-        result = plain(goal.outcome.result)
+        result = message_to_javascript(goal.outcome.result)
         await stream.send({"status": goal.outcome.status.name, "result": result}, "result")
 
 

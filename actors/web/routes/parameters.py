@@ -8,9 +8,9 @@ import msgspec
 from aiohttp import web
 
 from actors.parameter_client.client import ParameterClient
+from actors.web.javascript_values import to_javascript
 from actors.web.node_watch import TIMEOUT_SEC, parameters_of
 from actors.web.parameter_values import kind_from_name, parameter_from_json
-from actors.web.plain_values import exact
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, json_response
@@ -65,7 +65,7 @@ async def read(request: web.Request) -> web.Response:
     """Return the parameters with their values and descriptions."""
     name = node_in(request)
     found, omitted = await parameters_of(workspace_of(request).observer.node, name, TIMEOUT_SEC)
-    return json_response({"parameters": exact(found), "omitted": omitted})
+    return json_response({"parameters": to_javascript(found), "omitted": omitted})
 
 
 async def change(request: web.Request) -> web.Response:

@@ -1,4 +1,4 @@
-"""Messages as JSON that a browser reads without loss."""
+"""Values as JSON from which JavaScript reads them without loss."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_EXACT: Final = 2**53
 """The greatest integer up to which JavaScript's numbers are exact."""
 
 
-def plain(message: Message | Mapping[str, Any], truncate_length: int | None = None) -> Any:
+def message_to_javascript(message: Message | Mapping[str, Any], truncate_length: int | None = None) -> Any:
     """Return a message as maps, lists, texts and numbers.
 
     Integers beyond 2^53, NaN and infinities become texts, which is how a page shows them.
@@ -28,20 +28,20 @@ def plain(message: Message | Mapping[str, Any], truncate_length: int | None = No
     Raises:
         InvalidMessageError: It is nested too deeply.
     """
-    return exact(message_to_ordereddict(message, truncate_length=truncate_length))
+    return to_javascript(message_to_ordereddict(message, truncate_length=truncate_length))
 
 
-def exact(value: Any) -> Any:
+def to_javascript(value: Any) -> Any:
     """Return maps, lists, texts and numbers with texts in place of what JavaScript's numbers cannot hold.
 
     Args:
         value: What JSON can express, NaN and infinities included.
     """
     if isinstance(value, dict):
-        return {key: exact(each) for key, each in cast("dict[str, Any]", value).items()}
+        return {key: to_javascript(each) for key, each in cast("dict[str, Any]", value).items()}
     if isinstance(value, list):
         items: list[Any] = value  # pyright: ignore[reportUnknownVariableType]
-        return [exact(each) for each in items]
+        return [to_javascript(each) for each in items]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, int) and not -MAX_EXACT <= value <= MAX_EXACT:
