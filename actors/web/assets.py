@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
 INDEX: Final = "index.html"
-TYPES: Final = {
+CONTENT_TYPES: Final = {
     ".css": "text/css; charset=utf-8",
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -88,6 +88,6 @@ def _read(path: str, file: Traversable) -> Asset:
     return Asset(
         content=content,
         compressed=gzip.compress(content, mtime=0),
-        content_type=TYPES.get(suffix, "application/octet-stream"),
+        content_type=CONTENT_TYPES.get(suffix, "application/octet-stream"),
         etag=hashlib.sha256(content).hexdigest()[:16],
     )

@@ -1,4 +1,4 @@
-"""Calls of services and single messages, for requests of browsers and programs."""
+"""Calls services and publishes single messages for requests of browsers and programs."""
 
 from __future__ import annotations
 
@@ -27,6 +27,9 @@ MAX_CALLS: Final = 64
 
 MATCH_SEC: Final = 5.0
 """Until a new client and a server in the graph have been matched; it takes milliseconds."""
+
+FLUSH_SEC: Final = 5.0
+"""For a published message to reach the broker."""
 
 MAX_REASON: Final = 500
 """Characters of a text about a value, which may be as long as the value."""
@@ -112,7 +115,7 @@ class Calls:
                 # The broker answers the publisher before that.
                 after = await self._node.get_graph()
                 publisher.publish(message)
-                await publisher.flush(MATCH_SEC)
+                await publisher.flush(FLUSH_SEC)
                 return publisher.get_subscription_count() - self._own_subscriptions(after, topic)
             finally:
                 publisher.destroy()

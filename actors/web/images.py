@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
-TYPES: Final = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
+IMAGE_TYPES: Final = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
 
-PERIOD_SEC: Final = 0.1
+IMAGE_PERIOD_SEC: Final = 0.1
 """The least time between two images of a topic."""
 
 WAIT_SEC: Final = 10.0
@@ -110,7 +110,7 @@ class TopicImages:
             (received,) = self._reader.take()
             found = await self._converted(received)
         self._newest = Image(number=next(_NUMBERS), sent_ns=received.info.source_timestamp, found=found)
-        self._next_at = self._loop.time() + PERIOD_SEC
+        self._next_at = self._loop.time() + IMAGE_PERIOD_SEC
 
     async def _converted(self, received: Received) -> ImageFile | ImageError:
         if len(received.data) > MAX_BYTES + OTHER_FIELDS_BYTES:

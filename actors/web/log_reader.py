@@ -33,7 +33,7 @@ MAX_WAITING: Final = 2000
 MAX_WAITING_CHARACTERS: Final = 4 * 1024 * 1024
 """The same for the characters of their messages."""
 
-AT_ONCE: Final = 200
+LINES_PER_UPDATE: Final = 200
 """Lines of one update."""
 
 
@@ -105,13 +105,13 @@ class LogReader:
         self._answer = SubscriptionAnswer(observer.node, lambda: self._subscription, wake)
 
     def take(self) -> list[dict[str, Any]]:
-        """Return the oldest lines that wait, `AT_ONCE` at most, in the order of their time.
+        """Return the oldest lines that wait, `LINES_PER_UPDATE` at most, in the order of their time.
 
         Raises:
             SubscriptionRefusedError: The broker refuses the subscription.
         """
         self._answer.require_accepted()
-        taken = [heapq.heappop(self._waiting) for _ in range(min(AT_ONCE, len(self._waiting)))]
+        taken = [heapq.heappop(self._waiting) for _ in range(min(LINES_PER_UPDATE, len(self._waiting)))]
         self._characters -= sum(len(line.msg) for _, _, line, _ in taken)
         if self._waiting:
             self._wake()

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from actors.web.observer import Observer
     from actors.web.topic_feed import TopicFeeds, TopicReader
 
-PERIOD_SEC: Final = 2.0
+POLL_PERIOD_SEC: Final = 2.0
 """Between two requests for diagnostics."""
 
-TIMEOUT_SEC: Final = 2.0
-"""Of each request."""
+NODE_ANSWER_SEC: Final = 2.0
+"""For the answer to each request."""
 
 MAX_NODES: Final = 64
 """Nodes that are shown at the same time."""
@@ -43,7 +43,8 @@ MAX_NODES: Final = 64
 MAX_PARAMETERS: Final = 1000
 """Parameters of a node that are shown."""
 
-EVENTS_AT_ONCE: Final = 100
+MAX_WAITING_EVENTS: Final = 100
+"""Messages of `/parameter_events` that wait for the watch; if more come, the parameters are read again."""
 
 DIAGNOSTICS: Final = "diagnostics"
 LIFECYCLE: Final = "lifecycle"
@@ -54,7 +55,7 @@ _SERVICES: Final = {
     LIFECYCLE: ("get_state", GetState),
     PARAMETERS: ("describe_parameters", DescribeParameters),
 }
-"""Those that say that a node can be asked for a part."""
+"""The service of a node that shows that it has a part: its name and its type."""
 
 
 class TooManyNodesError(CallboardError):
@@ -141,10 +142,10 @@ class NodeWatch:
         """Parts to ask for."""
         self._news = asyncio.Event()
         self._feeds = feeds
-        self._events = feeds.read(EVENTS_TOPIC, EVENTS_AT_ONCE, self._news.set)
+        self._events = feeds.read(EVENTS_TOPIC, MAX_WAITING_EVENTS, self._news.set)
         self._transitions: TopicReader | None = None
-        self._end_watch = observer.on_graph(self._adapt)
-        self._adapt()
+        self._end_watch = observer.on_graph(self._update_services)
+        self._update_services()
         self._task = asyncio.get_running_loop().create_task(keep_running(f"The watch of {name}", self._run))
 
     def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
@@ -173,8 +174,8 @@ class NodeWatch:
             self._transitions.close()
         self._unused()
 
-    def _adapt(self) -> None:
-        """Find out what the node can be asked for now."""
+    def _update_services(self) -> None:
+        """Update which parts the node serves; all of them are stale if that has changed."""
         snapshot = self._observer.snapshot
         nodes = snapshot.of_kind(EntryKind.NODE)
         entries = frozenset(each.key for each in nodes if each.node == self._name)
@@ -192,7 +193,7 @@ class NodeWatch:
     async def _run(self) -> None:
         asks: dict[str, Callable[[], Awaitable[Any]]] = {
             DIAGNOSTICS: self._diagnostics,
-            LIFECYCLE: partial(lifecycle_of, self._observer.node, self._name, TIMEOUT_SEC),
+            LIFECYCLE: partial(lifecycle_of, self._observer.node, self._name, NODE_ANSWER_SEC),
             PARAMETERS: self._parameters,
         }
         while True:
@@ -208,13 +209,13 @@ class NodeWatch:
                 for listener in tuple(self._listeners):
                     listener()
             try:
-                async with asyncio.timeout(PERIOD_SEC):
+                async with asyncio.timeout(POLL_PERIOD_SEC):
                     await self._news.wait()
             except TimeoutError:
                 self._stale |= polled
 
     def _follow_transitions(self) -> bool:
-        """Ask for the state if it has changed; return whether changes are heard."""
+        """Mark the state as stale if it has changed; return whether the node reports changes."""
         if LIFECYCLE not in self._served:
             return True
         try:
@@ -239,17 +240,17 @@ class NodeWatch:
     async def _diagnostics(self) -> dict[str, Any]:
         client = self._observer.node.create_client(GetDiagnostics, f"{self._name}/get_diagnostics")
         try:
-            response = await client.call(GetDiagnostics.Request(), TIMEOUT_SEC)
+            response = await client.call(GetDiagnostics.Request(), NODE_ANSWER_SEC)
         finally:
             client.destroy()
         return node_documents.diagnostics(self._name, response)
 
     async def _parameters(self) -> dict[str, Any]:
-        found, omitted = await parameters_of(self._observer.node, self._name, TIMEOUT_SEC)
+        found, omitted = await parameters_of(self._observer.node, self._name, NODE_ANSWER_SEC)
         return {"by_name": {each["name"]: to_javascript(each) for each in found}, "omitted": omitted}
 
     def _follow_events(self) -> bool:
-        """Ask for the parameters if they have changed; return whether changes are heard."""
+        """Mark the parameters as stale if they have changed; return whether the node reports changes."""
         events = self._events
         try:
             changed = any(_is_of(self._name, events, each.data) for each in events.take())

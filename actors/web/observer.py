@@ -1,4 +1,4 @@
-"""What the server knows of the graph: one node that watches it, and samples of the broker's counters."""
+"""Watches the graph with a hidden node, and samples the broker's counters."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from actors.graph.broker_report import BrokerReport
 
 NAME: Final = f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}"
-"""Of all nodes of this process: `logging` keeps a logger for each name for ever."""
+"""The name that all nodes of this process share: `logging` never forgets the logger of a name."""
 
-SAMPLE_SEC: Final = 1.0
+SAMPLE_PERIOD_SEC: Final = 1.0
 """Between two samples of the broker's counters, while anybody reads them."""
 
-LEAST_SEC: Final = SAMPLE_SEC / 2
-"""Over which rates are taken: programs may ask for samples again and again."""
+MIN_RATE_SEC: Final = SAMPLE_PERIOD_SEC / 2
+"""The shortest time over which rates are computed: programs may take samples in quick succession."""
 
-OLD_SEC: Final = 10.0
-"""Samples before a longer pause give no rates: these would be those of the pause."""
+MAX_SAMPLE_GAP_SEC: Final = 10.0
+"""After a longer time without samples rates start anew: they would be an average over that time."""
 
-CHANGES_SEC: Final = 0.1
-"""The least time between two reports of changes: a launch makes hundreds."""
+CHANGE_PERIOD_SEC: Final = 0.1
+"""The shortest time between two reports of graph changes: a launch causes hundreds of changes."""
 
 CONNECT_SEC: Final = 2.0
 STOP_SEC: Final = 1.0
@@ -50,14 +50,16 @@ class Observer:
         domain: The domain id.
         token: A user's, to see the graph with that user's rights; None for the environment's.
 
+    Entering raises NotAuthorized if the broker refuses the token, and BrokerUnreachable if no broker answers
+    within `CONNECT_SEC`.
+
     Raises:
-        As `Node`. Entering raises NotAuthorized if the broker refuses the token, and BrokerUnreachable
-    if no broker answers within `CONNECT_SEC`.
+        As `Node`.
 
     Attributes:
         url: As given.
         domain: As given.
-        target: Both, for people.
+        target: Both in one text, to be displayed.
         node: The node, for other queries and for controls.
         snapshot: The graph as it was last, without the nodes of this process.
         report: The broker's counters; None before the first sample.
@@ -85,7 +87,7 @@ class Observer:
         self.snapshot = GraphSnapshot()
         self.report: BrokerReport | None = None
         self.overview: Overview | None = None
-        self._samples = Samples(least_sec=LEAST_SEC)
+        self._samples = Samples(least_sec=MIN_RATE_SEC)
         self._sampled_sec = -math.inf
         self._graph_listeners: set[Callable[[], None]] = set()
         self._sample_listeners: set[Callable[[], None]] = set()
@@ -114,7 +116,7 @@ class Observer:
 
     @property
     def connected(self) -> bool:
-        """Whether there is a broker now. What is known is old if not."""
+        """Whether the node has a broker now. If not, the snapshot and the samples are old."""
         return self.node.connected
 
     def broker_names(self) -> BrokerNames | None:
@@ -122,15 +124,15 @@ class Observer:
         names = None if self.report is None else BrokerNames(self.report)
         return names if names is not None and names.several else None
 
-    def node_places(self) -> Mapping[str, str]:
-        """Return the brokers of nodes by their names, if a mesh has several; else nothing."""
+    def brokers_of_nodes(self) -> Mapping[str, str]:
+        """Return each node's broker by the node's name; empty unless a mesh has several brokers."""
         names = self.broker_names()
         if names is None:
             return {}
         return {node: names.joined(each) for node, each in self.snapshot.node_brokers().items()}
 
     def on_graph(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call a function when the graph may have changed, at most every `CHANGES_SEC`.
+        """Call a function when the graph may have changed, at most every `CHANGE_PERIOD_SEC`.
 
         Args:
             listener: Takes nothing, does not block.
@@ -142,7 +144,7 @@ class Observer:
         return lambda: self._graph_listeners.discard(listener)
 
     def on_sample(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call a function after each sample, and sample every `SAMPLE_SEC` as long as anybody wants it.
+        """Call a function after each sample, and sample every `SAMPLE_PERIOD_SEC` while anybody listens.
 
         Args:
             listener: Takes nothing, does not block.
@@ -150,8 +152,8 @@ class Observer:
         Returns:
             Ends it.
         """
-        if not self._sample_listeners and time.monotonic() - self._sampled_sec > OLD_SEC:
-            self._samples, self.overview = Samples(least_sec=LEAST_SEC), None
+        if not self._sample_listeners and time.monotonic() - self._sampled_sec > MAX_SAMPLE_GAP_SEC:
+            self._samples, self.overview = Samples(least_sec=MIN_RATE_SEC), None
         self._sample_listeners.add(listener)
         self._sampled.set()
 
@@ -180,7 +182,7 @@ class Observer:
                 self.snapshot = self._without_own(watch.snapshot)
                 for listener in tuple(self._graph_listeners):
                     listener()
-                await asyncio.sleep(CHANGES_SEC)
+                await asyncio.sleep(CHANGE_PERIOD_SEC)
         finally:
             watch.destroy()
 
@@ -198,4 +200,4 @@ class Observer:
                 await self.sample()
             for listener in tuple(self._sample_listeners):
                 listener()
-            await asyncio.sleep(SAMPLE_SEC)
+            await asyncio.sleep(SAMPLE_PERIOD_SEC)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PROBE_SEC: Final = 5.0
 """Between two probes of the round trip."""
 
-ANSWER_SEC: Final = 1.0
+BROKER_ANSWER_SEC: Final = 1.0
 """For the broker to answer: after that it is not ready."""
 
 NO_TYPE: Final = f"RIHS01_{'0' * 64}"
@@ -25,13 +25,13 @@ NO_TYPE: Final = f"RIHS01_{'0' * 64}"
 
 
 async def broker_answers(node: Node) -> bool:
-    """Return whether the broker answers within `ANSWER_SEC`.
+    """Return whether the broker answers within `BROKER_ANSWER_SEC`.
 
     Args:
         node: Connected with the broker, or not.
     """
     try:
-        async with asyncio.timeout(ANSWER_SEC):
+        async with asyncio.timeout(BROKER_ANSWER_SEC):
             await node.get_type_definition(NO_TYPE)
     except (BrokerUnreachable, TimeoutError):
         return False

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
-AREAS: Final = (
+ROUTE_MODULES: Final = (
     calls,
     echo,
     images,
@@ -55,20 +55,21 @@ AREAS: Final = (
     openapi,
     operations,
 )
-"""The first that has a path answers it."""
+"""In this order: `graph` takes the rest of a path for a name, so it is behind `echo`, `images` and so on."""
 
 KEEPALIVE_SEC: Final = 15.0
 """For the next request, or the first one, to arrive with all its headers."""
 STOP_SEC: Final = 1.0
+"""For handlers to end when the server stops."""
 HANDSHAKE_SEC: Final = 10.0
-"""For TLS."""
+"""For the handshake of TLS."""
 MAX_CONNECTIONS: Final = 512
 """Of browsers, each of which may have several, and of programs."""
 BODY_SEC: Final = 10.0
 """For the whole body of a request to arrive."""
 
 PROBES: Final = frozenset({"/healthz", "/readyz"})
-"""Orchestrators ask them under the address of the day; they say nothing about the graph."""
+"""Answered whatever the Host header is: orchestrators use changing addresses, and nothing here is secret."""
 
 GUARDED_PATHS: Final = ("/api/", "/metrics")
 """Everything else holds no secret: the page itself, and whether the server and the broker answer."""
@@ -116,8 +117,8 @@ class WebServer:
             users=Users(observer.url, observer.domain) if options.users else None,
             assets=assets,
         )
-        for area in AREAS:
-            self._app.add_routes(area.ROUTES)
+        for module in ROUTE_MODULES:
+            self._app.add_routes(module.ROUTES)
         self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
@@ -199,7 +200,7 @@ async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
 
 
 async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
-    """Handle a request in the workspace of whoever asks, if he may do so."""
+    """Handle a request in the workspace of its user, if the access policy allows it."""
     state, safe = state_of(request), request.method in SAFE_METHODS
     request[WORKSPACE] = state.own
     if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.NEED_NO_TOKEN:

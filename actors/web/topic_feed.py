@@ -163,7 +163,7 @@ class TopicFeed:
         self._decode: Callable[[bytes], Any] | None = None
         self._types: dict[str, set[str]] | None = None
         """Those of the publishers of each node."""
-        self._end_watch = observer.on_graph(self._adapt)
+        self._end_watch = observer.on_graph(self._update_subscription)
         self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
         self.answer = SubscriptionAnswer(observer.node, lambda: self._subscription, self._wake)
 
@@ -214,8 +214,8 @@ class TopicFeed:
                     self._types.setdefault(entry.node, set()).add(entry.type_name)
         return kind in self._types.get(node, {kind})
 
-    def _adapt(self) -> None:
-        """Look type and QoS up again: a publisher may have come that keeps messages for us, or is strict."""
+    def _update_subscription(self) -> None:
+        """Adapt type and QoS to the publishers: a new one may have latched messages for us, or be strict."""
         self._decode = self._types = None
         snapshot = self._observer.snapshot
         profile = profile_of(snapshot, self._topic, depth=DEPTH)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
-AT_ONCE: Final = 20
+MESSAGES_PER_UPDATE: Final = 20
 """Messages of one update; further ones are counted."""
 
 SHOWN_LENGTH: Final = 512
@@ -47,7 +47,7 @@ class EchoPanel:
     """
 
     def __init__(self, feeds: TopicFeeds, parameters: EchoParameters, wake: Callable[[], None]) -> None:
-        self._reader: TopicReader = feeds.read(parameters.topic, AT_ONCE, wake, parameters.type)
+        self._reader: TopicReader = feeds.read(parameters.topic, MESSAGES_PER_UPDATE, wake, parameters.type)
 
     def take(self) -> dict[str, Any] | None:
         """Return `messages`, and how many were `skipped` before them."""

@@ -58,7 +58,7 @@ class GraphPanel(DocumentPanel):
         snapshot = observer.snapshot
         whole = GraphSnapshot({**snapshot.suspended, **snapshot.entries})
         wanted = GraphFilter(hidden=chosen.hidden, debug=chosen.debug, services=chosen.services)
-        model = model_of(whole, wanted, observer.node_places())
+        model = model_of(whole, wanted, observer.brokers_of_nodes())
         vertices = {
             _id(vertex): {
                 "kind": vertex.kind.value,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
-AT_ONCE: Final = 1000
+POINTS_PER_UPDATE: Final = 1000
 """Points of one update; further ones are counted."""
 
 MAX_FIELDS: Final = 16
@@ -50,7 +50,7 @@ class PlotPanel:
         self._fields = parameters.fields
         for path in self._fields:
             require_path(path)
-        self._reader: TopicReader = feeds.read(parameters.topic, AT_ONCE, wake)
+        self._reader: TopicReader = feeds.read(parameters.topic, POINTS_PER_UPDATE, wake)
 
     def take(self) -> dict[str, Any] | None:
         """Return `points`, each a list of its time in seconds and the values, and how many were `skipped`.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from actors.web.live.panel import Panel
 
-PERIOD_SEC: Final = 0.05
+UPDATE_PERIOD_SEC: Final = 0.05
 """The least time between two messages to a browser: twenty updates a second look continuous."""
 
 MAX_PANELS: Final = 32
@@ -120,7 +120,7 @@ class LiveSession:
             for number in dirty:
                 if (body := self._taken(number)) is not None:
                     await self._send({"id": number, **body})
-            await asyncio.sleep(PERIOD_SEC)
+            await asyncio.sleep(UPDATE_PERIOD_SEC)
 
     def _taken(self, number: int) -> dict[str, Any] | None:
         panel = self._panels.get(number)

@@ -15,10 +15,10 @@ from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, json_response
 from actors.web.routes.state import workspace_of
 
-MAX_TIMEOUT_SEC: Final = 3600.0
-"""That may be requested for a call."""
+MAX_CALL_TIMEOUT_SEC: Final = 3600.0
+"""The longest timeout that a request may give for a call or a goal."""
 
-TimeoutSec = Annotated[float, msgspec.Meta(gt=0, le=MAX_TIMEOUT_SEC)]
+CallTimeoutSec = Annotated[float, msgspec.Meta(gt=0, le=MAX_CALL_TIMEOUT_SEC)]
 
 
 class CallBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -32,7 +32,7 @@ class CallBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     request: dict[str, Any] = {}
     type: str = ""
-    timeout_sec: TimeoutSec | None = None
+    timeout_sec: CallTimeoutSec | None = None
 
 
 class PublishBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

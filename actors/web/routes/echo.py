@@ -7,8 +7,8 @@ from typing import Final
 
 from aiohttp import web
 
-from actors.web.live.echo_panel import AT_ONCE, message_document
-from actors.web.live.session import PERIOD_SEC
+from actors.web.live.echo_panel import MESSAGES_PER_UPDATE, message_document
+from actors.web.live.session import UPDATE_PERIOD_SEC
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.state import state_of, workspace_of
@@ -18,7 +18,9 @@ async def echo(request: web.Request) -> web.StreamResponse:
     """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
     workspace, news = workspace_of(request), asyncio.Event()
     with state_of(request).live_connection():
-        reader = workspace.feeds.read(name_in(request), AT_ONCE, news.set, request.query.get("type", ""))
+        reader = workspace.feeds.read(
+            name_in(request), MESSAGES_PER_UPDATE, news.set, request.query.get("type", "")
+        )
         try:
             await reader.accepted()
             stream = await EventStream.begin(request)
@@ -29,7 +31,7 @@ async def echo(request: web.Request) -> web.StreamResponse:
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
                     await stream.send({"skipped": skipped}, "skipped")
-                await asyncio.sleep(PERIOD_SEC)
+                await asyncio.sleep(UPDATE_PERIOD_SEC)
         finally:
             reader.close()
 

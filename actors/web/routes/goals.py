@@ -12,8 +12,8 @@ from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
 from actors.web.javascript_values import message_to_javascript
-from actors.web.live.session import PERIOD_SEC
-from actors.web.routes.calls import TimeoutSec  # noqa: TC001 - msgspec reads annotations
+from actors.web.live.session import UPDATE_PERIOD_SEC
+from actors.web.routes.calls import CallTimeoutSec  # noqa: TC001 - msgspec reads annotations
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
@@ -36,7 +36,7 @@ class GoalBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     goal: dict[str, Any] = {}
     type: str = ""
-    timeout_sec: TimeoutSec | None = None
+    timeout_sec: CallTimeoutSec | None = None
     cancel_on_close: bool = False
 
 
@@ -87,7 +87,7 @@ async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
         for each in goal.take_feedback():
             await stream.send({"feedback": each}, "feedback")
         if not ended:
-            await asyncio.sleep(PERIOD_SEC)
+            await asyncio.sleep(UPDATE_PERIOD_SEC)
     if goal.outcome is None:
         await stream.send({"error": str(goal.error)}, "error")
     else:

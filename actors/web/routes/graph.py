@@ -25,7 +25,7 @@ def name_in(request: web.Request) -> str:
 async def graph(request: web.Request) -> web.Response:
     """Return the graph as it is drawn."""
     observer = workspace_of(request).observer
-    return json_response(document_of(model_of(observer.snapshot, brokers=observer.node_places())))
+    return json_response(document_of(model_of(observer.snapshot, brokers=observer.brokers_of_nodes())))
 
 
 async def overview(request: web.Request) -> web.Response:

@@ -10,7 +10,7 @@ from aiohttp import web
 
 from actors.tools import graph_documents as documents
 from actors.web.image_files import ImageError
-from actors.web.images import TYPES
+from actors.web.images import IMAGE_TYPES
 from actors.web.routes.graph import name_in
 from actors.web.routes.responses import NotFoundError, error_response
 from actors.web.routes.state import state_of, workspace_of
@@ -29,8 +29,8 @@ async def image(request: web.Request) -> web.Response:
     found = documents.topic(workspace.observer.snapshot, name)
     if found is None:
         raise NotFoundError(f"There is no topic {name!r}")
-    if TYPES.isdisjoint(found["types"]):
-        return error_response(400, f"{name!r} has no images; those are {' or '.join(sorted(TYPES))}")
+    if IMAGE_TYPES.isdisjoint(found["types"]):
+        return error_response(400, f"{name!r} has no images; those are {' or '.join(sorted(IMAGE_TYPES))}")
     with state_of(request).live_connection():
         newest = await workspace.images.newest(name, after)
         response = web.Response(status=204) if newest is None else _response(newest)

@@ -9,8 +9,8 @@ from aiohttp import web
 
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
-from actors.web.node_watch import TIMEOUT_SEC, lifecycle_of
-from actors.web.routes.parameters import Timeout, node_in
+from actors.web.node_watch import NODE_ANSWER_SEC, lifecycle_of
+from actors.web.routes.parameters import NodeTimeoutSec, node_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import error_response, json_response
 from actors.web.routes.state import workspace_of
@@ -25,13 +25,13 @@ class TransitionBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     transition: str | int
-    timeout_sec: Timeout = 60.0
+    timeout_sec: NodeTimeoutSec = 60.0
 
 
 async def read(request: web.Request) -> web.Response:
     """Return the state, and the transitions from it."""
     return json_response(
-        await lifecycle_of(workspace_of(request).observer.node, node_in(request), TIMEOUT_SEC)
+        await lifecycle_of(workspace_of(request).observer.node, node_in(request), NODE_ANSWER_SEC)
     )
 
 
@@ -39,7 +39,7 @@ async def change(request: web.Request) -> web.Response:
     """Request a transition, wait for its end, and return whether it succeeded, and the state."""
     node, name = workspace_of(request).observer.node, node_in(request)
     body = await read_body(request, TransitionBody)
-    available: list[dict[str, Any]] = (await lifecycle_of(node, name, TIMEOUT_SEC))["transitions"]
+    available: list[dict[str, Any]] = (await lifecycle_of(node, name, NODE_ANSWER_SEC))["transitions"]
     chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)
     if chosen is None:
         known = ", ".join(str(each["label"]) for each in available) or "none"
@@ -50,7 +50,7 @@ async def change(request: web.Request) -> web.Response:
         response = await client.call(ChangeState.Request(transition=transition), body.timeout_sec)
     finally:
         client.destroy()
-    after = await lifecycle_of(node, name, TIMEOUT_SEC)
+    after = await lifecycle_of(node, name, NODE_ANSWER_SEC)
     return json_response({"success": response.success, **after})
 
 

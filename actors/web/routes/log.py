@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 from aiohttp import web
 
-from actors.web.live.session import PERIOD_SEC
+from actors.web.live.session import UPDATE_PERIOD_SEC
 from actors.web.log_reader import LogFilter
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.state import state_of, workspace_of
@@ -30,7 +30,7 @@ async def log(request: web.Request) -> web.StreamResponse:
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
                     await stream.send({"skipped": skipped}, "skipped")
-                await asyncio.sleep(PERIOD_SEC)
+                await asyncio.sleep(UPDATE_PERIOD_SEC)
         finally:
             reader.close()
 

@@ -9,7 +9,7 @@ from aiohttp import web
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from actors.errors import BrokerUnreachable
-from actors.web.probes import ANSWER_SEC, broker_answers
+from actors.web.probes import BROKER_ANSWER_SEC, broker_answers
 from actors.web.routes.responses import json_response
 from actors.web.routes.state import workspace_of
 
@@ -19,7 +19,7 @@ async def metrics(request: web.Request) -> web.Response:
     workspace = workspace_of(request)
     workspace.round_trips.begin()
     try:
-        async with asyncio.timeout(ANSWER_SEC):
+        async with asyncio.timeout(BROKER_ANSWER_SEC):
             report = await workspace.observer.node.get_broker_stats()
     except (BrokerUnreachable, TimeoutError):
         report = None

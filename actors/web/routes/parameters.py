@@ -9,16 +9,17 @@ from aiohttp import web
 
 from actors.parameter_client.client import ParameterClient
 from actors.web.javascript_values import to_javascript
-from actors.web.node_watch import TIMEOUT_SEC, parameters_of
+from actors.web.node_watch import NODE_ANSWER_SEC, parameters_of
 from actors.web.parameter_values import kind_from_name, parameter_from_json
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, json_response
 from actors.web.routes.state import workspace_of
 
-MAX_TIMEOUT_SEC: Final = 600.0
+MAX_NODE_TIMEOUT_SEC: Final = 600.0
+"""The longest timeout that a request may give for parameters or a transition."""
 
-Timeout = Annotated[float, msgspec.Meta(gt=0, le=MAX_TIMEOUT_SEC)]
+NodeTimeoutSec = Annotated[float, msgspec.Meta(gt=0, le=MAX_NODE_TIMEOUT_SEC)]
 
 
 class ParameterSetting(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -46,7 +47,7 @@ class ParametersBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     parameters: list[ParameterSetting]
     atomic: bool = False
-    timeout_sec: Timeout = 5.0
+    timeout_sec: NodeTimeoutSec = 5.0
 
 
 def node_in(request: web.Request) -> str:
@@ -64,7 +65,7 @@ def node_in(request: web.Request) -> str:
 async def read(request: web.Request) -> web.Response:
     """Return the parameters with their values and descriptions."""
     name = node_in(request)
-    found, omitted = await parameters_of(workspace_of(request).observer.node, name, TIMEOUT_SEC)
+    found, omitted = await parameters_of(workspace_of(request).observer.node, name, NODE_ANSWER_SEC)
     return json_response({"parameters": to_javascript(found), "omitted": omitted})
 
 

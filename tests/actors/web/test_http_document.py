@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from actors.web.server import AREAS
+from actors.web.server import ROUTE_MODULES
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "reference" / "http.md").read_text(encoding="utf-8")
 
@@ -17,8 +17,8 @@ def test_every_route_is_documented_and_nothing_else() -> None:
             route.method,
             re.sub(r"\{goal[^}]*\}+", "ID", re.sub(r"\{name:[^}]*\}", "NAME", route.path)).rstrip("}"),
         )
-        for area in AREAS
-        for route in area.ROUTES
+        for module in ROUTE_MODULES
+        for route in module.ROUTES
     }
     documented = set(re.findall(r"`(GET|POST|PATCH|DELETE) ([^`?]*)(?:\?[^`]*)?`", DOCUMENT))
     assert documented == routes

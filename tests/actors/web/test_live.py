@@ -15,7 +15,7 @@ from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.web import observer
 from actors.web.live import graph_panel
-from actors.web.live.echo_panel import AT_ONCE
+from actors.web.live.echo_panel import MESSAGES_PER_UPDATE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.site import Page
@@ -72,8 +72,8 @@ async def test_rates_after_a_pause_are_not_those_of_the_pause(
     page: Page, site: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nobody has looked for long: the first numbers have no rates."""
-    monkeypatch.setattr(observer, "OLD_SEC", -1.0)
-    monkeypatch.setattr(observer, "LEAST_SEC", 0.0)
+    monkeypatch.setattr(observer, "MAX_SAMPLE_GAP_SEC", -1.0)
+    monkeypatch.setattr(observer, "MIN_RATE_SEC", 0.0)
     node = await meeting.node("talker")
     node.create_publisher(String, "chatter", 1)
     await site.json_until("/api/overview", lambda found: found["topics"] and found["seconds"])
@@ -113,7 +113,7 @@ async def test_a_slow_page_gets_the_newest_messages_and_the_number_of_the_others
     skipped = 0
     while not shown or shown[-1] != "499":
         body = await page.next()
-        assert len(body["messages"]) <= AT_ONCE
+        assert len(body["messages"]) <= MESSAGES_PER_UPDATE
         shown += [each["message"]["data"] for each in body["messages"]]
         skipped += body["skipped"]
     assert len(shown) + skipped == 500

@@ -11,7 +11,7 @@ import pytest
 from actors.web.openapi import ERRORS, OPERATIONS, Operation, openapi
 from actors.web.routes.session import NEED_NO_TOKEN
 from actors.web.security import SAFE_METHODS
-from actors.web.server import AREAS, PROBES
+from actors.web.server import PROBES, ROUTE_MODULES
 
 if TYPE_CHECKING:
     from tests.actors.web.site import Site
@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 
 def test_every_route_is_described_and_every_description_is_a_route() -> None:
     """With its method; patterns of names are left out."""
-    routes = {(each.method, re.sub(r":[^{}]+\}", "}", each.path)) for area in AREAS for each in area.ROUTES}
+    routes = {
+        (each.method, re.sub(r":[^{}]+\}", "}", each.path))
+        for module in ROUTE_MODULES
+        for each in module.ROUTES
+    }
     assert set(OPERATIONS) == routes
 
 

@@ -175,7 +175,7 @@ async def test_a_node_is_asked_for_what_its_user_may_not_hear(
     site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Zoe has no right to `/parameter_events`, and sees a changed parameter of her node all the same."""
-    monkeypatch.setattr(node_watch, "PERIOD_SEC", 0.05)
+    monkeypatch.setattr(node_watch, "POLL_PERIOD_SEC", 0.05)
     node = await guarded.node("arm", namespace="/zoe", start_parameter_services=True)
     node.declare_parameter("speed", 1)
     async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}) as socket:
