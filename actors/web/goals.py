@@ -1,4 +1,4 @@
-"""Goals that were sent for browsers and programs; they go on when those have gone."""
+"""Sends goals for browsers and programs, and follows them. A goal goes on when its sender has gone."""
 
 from __future__ import annotations
 
@@ -42,13 +42,17 @@ class FollowedGoal:
         action: The action's full name.
 
     Attributes:
-        goal_id: 32 hex digits.
-        read: Whether somebody reads it.
+        action: The action's full name.
+        uuid: The goal's id.
+        goal_id: The same as 32 hex digits.
+        read: Whether a stream reads it.
         handle: The goal; None before the server has answered.
         outcome: The result; None before the end, and after an error.
         error: Why there will be no result.
-        skipped: Feedback that has made room since `take_feedback` was called last.
-        news: Set when there is feedback, an answer, or the end.
+        skipped: Feedback that has made room since this was set to 0.
+        news: Set when there is feedback, or the goal has ended.
+        decided: Set when the server has answered, or will not.
+        ended: Whether nothing more will come.
     """
 
     def __init__(self, action: str) -> None:
@@ -121,7 +125,8 @@ class Goals:
 
         Raises:
             RequestError: The values do not fit.
-            ServiceUnavailable: There is no server, or `MAX_GOALS` are being read.
+            ServiceUnavailable: There is no server.
+            ServiceOverloaded: `MAX_GOALS` are being read.
             UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
             BrokerUnreachable: There is no broker now.
         """
@@ -164,7 +169,7 @@ class Goals:
         task.add_done_callback(self._cancellations.discard)
 
     async def close(self) -> None:
-        """Follow no goal any longer; they go on."""
+        """Stop following all goals; they go on at their servers."""
         for task in [*self._cancellations, *(task for _, task in self._goals.values())]:
             await cancel_and_wait(task)
 
@@ -201,7 +206,7 @@ class Goals:
             client.destroy()
 
     def _make_room(self) -> None:
-        """Follow the oldest goal that nobody reads no longer, if there are too many.
+        """Stop following the oldest goal without a reader if there are too many.
 
         Raises:
             ServiceOverloaded: All are being read.

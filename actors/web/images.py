@@ -1,4 +1,4 @@
-"""The newest image of a topic, for however many browsers that ask for it again and again."""
+"""The newest images of topics. Each is converted once, however many browsers request it."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ IMAGE_PERIOD_SEC: Final = 0.1
 """The least time between two images of a topic."""
 
 WAIT_SEC: Final = 10.0
-"""For an image; then who has asked may ask again."""
+"""For a request to wait for an image; then it gets none, and may be repeated."""
 
 LINGER_SEC: Final = 10.0
 """How long a topic is read on after a request, so that its reader misses nothing until the next one."""
 
 OTHER_FIELDS_BYTES: Final = 64 * 1024
-"""Beside the data, in a message with an image."""
+"""The size that a message may have besides the data of its image."""
 
 _NUMBERS: Final = count(1)
 
@@ -39,7 +39,7 @@ class Image:
     """An image, or why a message has none.
 
     Attributes:
-        number: Another one for each image of this process.
+        number: Different for each image of this process.
         sent_ns: When it was sent, in ns since the epoch.
         found: The file, or the error.
     """

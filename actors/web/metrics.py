@@ -68,7 +68,7 @@ COUNTERS: Final = {
     "callboard_refused_declarations": ("refused_declarations", "Declarations that a limit has refused"),
     "callboard_tls_failures": ("tls_failures", "Connections that ended because TLS failed"),
 }
-"""As GAUGES; `_total` is added."""
+"""By name, to which `_total` is added: the field of BrokerStats, and what it is."""
 
 REASONS: Final = {
     "callboard_lost_copies": (
@@ -96,13 +96,12 @@ REMAINDERS: Final = {
     "callboard_refused_calls": ("other", "refused_calls", "overloaded_calls"),
     "callboard_refused_connections": ("too_many", "refused_connections", "refused_per_address"),
 }
-"""One more reason of a counter: a field less the part of it that has its own reason."""
+"""One more reason of a counter in REASONS: its name, and the two fields whose difference it is."""
 
-MESH_REASONS: Final = {
-    reason: reason
-    for reason in ("dropped", "overruns", "failed", "malformed", "ignored", "refused", "resets", "overflows")
-}
-"""Troubles of a mesh: the fields of MeshStats."""
+MESH_PROBLEMS: Final = (
+    "dropped", "overruns", "failed", "malformed", "ignored", "refused", "resets", "overflows"
+)  # fmt: skip
+"""Fields of MeshStats, whose names are the reasons."""
 
 TOPIC_COUNTERS: Final = {
     "callboard_topic_messages": ("messages", "Messages that a topic's publishers have sent"),
@@ -157,14 +156,14 @@ class _BrokerCollector(Collector):
         self._report, self._snapshot = report, snapshot
         if report is None:
             return
-        if report.totals.broker != self._broker:  # its counts begin at 0
+        if report.totals.broker != self._broker:  # another broker counts from 0
             self._broker, self._lost = report.totals.broker, 0
             self._topics = TopicCounts()
         self._lost = max(self._lost, report.totals.lost_on_break)
         self._topics.take(report.topics)
 
     def describe(self) -> list[Metric]:
-        """Return nothing: there is no name that another collector has, too."""
+        """Return nothing: the registry needs names only to find collectors that share one."""
         return []
 
     def collect(self) -> Iterator[Metric]:
@@ -198,8 +197,8 @@ class _BrokerCollector(Collector):
 class TopicCounts:
     """Counts of topics, with few labels.
 
-    The sum of the others takes in what each of them adds while it is one of them, so that it never falls when
-    a topic ends or gets a label of its own.
+    All topics without a label of their own share one counter. It adds up by how much they grow, because a
+    counter must not fall when a topic ends or gets a label of its own.
 
     Args:
         limit: Topics with a label of their own.
@@ -255,7 +254,7 @@ def _mesh_metrics(report: BrokerReport) -> Iterator[Metric]:
     }  # fmt: skip
     text = "Bytes from and to other brokers, by what they wait for"
     yield _gauge_by("callboard_mesh_waiting_bytes", text, "waits_for", waiting)
-    problems = {reason: getattr(mesh, field) for reason, field in MESH_REASONS.items()}
+    problems = {reason: getattr(mesh, reason) for reason in MESH_PROBLEMS}
     text = "Messages of the mesh that were lost or refused, and exchanges begun anew, by reason"
     yield _counter_by("callboard_mesh_problems", text, "reason", problems)
     trips = {

@@ -40,7 +40,7 @@ ERRORS: Final = {
     "503": "There is no broker or no server now, or a limit is reached",
     "504": "The node that was asked has not answered in time",
 }
-"""What all errors, JSON objects with the text `error`, can mean."""
+"""The meaning of each status of an error; its body is a JSON object with the text `error`."""
 
 READING: Final = ("401", "403", "421", "503")
 ASKING: Final = (*READING, "504")
@@ -183,7 +183,7 @@ def openapi() -> dict[str, Any]:
         "info": {
             "title": "callboard web",
             "version": version("callboard"),
-            "description": "One graph: read it, and with --allow-control and the token steer it.",
+            "description": "Read a graph; with --allow-control and the token also control it.",
         },
         "paths": paths,
         "components": {

@@ -1,4 +1,4 @@
-"""Questions to the broker that measure it. They cost the broker the same whatever the size of the graph."""
+"""Probes of the broker: small queries, whose cost does not depend on the size of the graph."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PROBE_SEC: Final = 5.0
 """Between two probes of the round trip."""
 
 BROKER_ANSWER_SEC: Final = 1.0
-"""For the broker to answer: after that it is not ready."""
+"""For the broker to answer; a broker that takes longer is not ready."""
 
 NO_TYPE: Final = f"RIHS01_{'0' * 64}"
 """The hash of no type: asking for it is the smallest question."""
@@ -39,7 +39,7 @@ async def broker_answers(node: Node) -> bool:
 
 
 class RoundTrips:
-    """Measures round trips every `PROBE_SEC` from the first `begin` on: nobody reads them before.
+    """Measures round trips every `PROBE_SEC`, beginning with the first scrape.
 
     Args:
         node: Asks.

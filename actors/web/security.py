@@ -1,6 +1,6 @@
-"""Who may ask the web server for what. Pure: no I/O.
+"""Decides which requests the web server answers. Pure: no I/O.
 
-A page of another site must neither read the graph nor steer it, also where the server listens on loopback
+A page of another site must neither read nor control the graph, even if the server listens on loopback
 only. So the Host header must be an address or a name of this server (no DNS rebinding), a request that has an
 Origin must come from this server's own page, and controls need a token in a header, which no form and no link
 of another site has.
@@ -30,13 +30,13 @@ HEADERS: Final = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-"""On every answer."""
+"""On every response."""
 
 SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 def new_token() -> str:
-    """Return a token that nobody can guess."""
+    """Return a new random token."""
     return secrets.token_urlsafe(TOKEN_BYTES)
 
 
@@ -46,7 +46,7 @@ class Refusal:
 
     Attributes:
         status: The status of the answer.
-        reason: One line for who asked.
+        reason: One line for the response.
     """
 
     status: int
@@ -77,7 +77,7 @@ class AccessPolicy:
             headers: Of the request; keys in any case.
         """
         host = headers.get("Host", "")
-        # Who presents the token is no page of another site, whatever name it was sent to.
+        # A page of another site does not have the token, so its name may be anything.
         if not self._knows(host) and not self.knows_token(bearer(headers)):
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
             return Refusal(status=421, reason=text)
@@ -90,10 +90,10 @@ class AccessPolicy:
         return None if own else Refusal(status=403, reason="Pages of other sites may not ask this server")
 
     def refuses_reading(self, *, known: bool) -> Refusal | None:
-        """Return why somebody may not read; None if he may.
+        """Return why a request may not read; None if it may.
 
         Args:
-            known: Whether he has presented a valid token.
+            known: Whether it has a valid token.
         """
         if not self.private or known:
             return None
@@ -103,10 +103,10 @@ class AccessPolicy:
         )
 
     def refuses_control(self, *, known: bool) -> Refusal | None:
-        """Return why somebody may not control anything; None if he may.
+        """Return why a request may not control anything; None if it may.
 
         Args:
-            known: Whether he has presented a valid token in the Authorization header.
+            known: Whether it has a valid token in the Authorization header.
         """
         if not self.control:
             return Refusal(status=403, reason="This server is read-only: start it with --allow-control")

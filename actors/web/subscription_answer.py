@@ -1,4 +1,4 @@
-"""Whether the broker lets this user subscribe, for who would wait for messages that never come."""
+"""Whether the broker accepts a subscription. Without that, readers wait for messages that never come."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SubscriptionAnswer:
         self._task = asyncio.get_running_loop().create_task(self._wait())
 
     async def _wait(self) -> None:
-        await broker_answers(self._node)  # which it does after the subscription
+        await broker_answers(self._node)  # in order: it has answered the subscription before
         if self._subscription().refusal:
             self._wake()
 

@@ -93,7 +93,7 @@ class TopicReader:
 
     Attributes:
         wake: As given.
-        skipped: Messages that made room, or were lost on their way, since the last `take`.
+        skipped: Messages that made room, or were lost on their way, since it was last set to 0.
     """
 
     def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None], kind: str) -> None:

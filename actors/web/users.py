@@ -1,4 +1,4 @@
-"""The users of a broker with access rules at the web server: each sees and does what the rules allow."""
+"""Workspaces for the users of a broker with access rules, so that each sees and does what the rules allow."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ MAX_USERS: Final = 16
 """Tokens with a workspace at the same time; then the one that has been unused for longest makes room."""
 
 MAX_OPENING: Final = 4
-"""Tokens about which the broker is being asked at the same time."""
+"""Tokens that the broker is asked about at the same time."""
 
 IDLE_SEC: Final = 60.0
-"""How long a workspace stays open that nobody uses."""
-
+"""How long a workspace that nobody uses stays open."""
 
 UNKNOWN: Final = "The broker knows no user with this token"
 

@@ -1,4 +1,4 @@
-"""What the web server holds in one user's name: a node, and everything that works through it."""
+"""A workspace: a node with the rights of one user, and everything that works through it."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 
 
 class Workspace:
-    """A graph as one user sees and steers it.
+    """Everything with which the server reads and controls the graph for one user.
 
     Args:
         observer: Watches the graph with the user's rights; entered, and left, by the caller.
 
     Attributes:
         observer: The same.
-        feeds: Read topics.
-        images: Those of topics.
-        panels: Make the panels of pages.
-        types: The graph's classes.
+        feeds: The topics that are read.
+        images: The newest images of topics.
+        panels: Makes the panels of pages.
+        types: The message classes of the graph.
         calls: Calls services and publishes.
-        goals: The goals that were sent.
-        metrics: For operators.
-        round_trips: Measures them for the metrics.
+        goals: Sends goals, and follows them.
+        metrics: What `/metrics` responds with.
+        round_trips: Measures round trips to the broker for the metrics.
     """
 
     def __init__(self, observer: Observer) -> None:
@@ -47,7 +47,7 @@ class Workspace:
         self.round_trips = RoundTrips(observer.node, self.metrics.round_trips)
 
     async def close(self) -> None:
-        """End what is under way."""
+        """End goals, images and round trips that are under way."""
         await self.round_trips.close()
         await self.goals.close()
         await self.images.close()

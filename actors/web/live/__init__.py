@@ -1,4 +1,4 @@
-"""What browsers see as it changes: one session a browser, with the panels that its page shows.
+"""Pushes what browsers show over WebSockets: a session for each browser, with the panels of its page.
 
 Imports the rest of the package except `server.py` and `routes/`.
 """

@@ -23,13 +23,13 @@ MAX_VERTICES: Final = 5000
 
 
 class GraphParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is drawn besides nodes and topics.
+    """The parameters of the graph: what is drawn besides nodes and topics.
 
     Attributes:
-        hidden: Names with a token that begins with `_`.
-        debug: What is there for debugging; see `GraphFilter`.
-        services: Services.
-        actions: Actions.
+        hidden: Also names with a token that begins with `_`.
+        debug: Also endpoints for debugging; see `GraphFilter`.
+        services: Also services.
+        actions: Also actions.
     """
 
     hidden: bool = False
@@ -79,7 +79,7 @@ class GraphPanel(DocumentPanel):
         if chosen.actions:
             _add_actions(whole, vertices, edges)
         self._add_states(vertices, (entry.node for entry in snapshot.suspended.values()))
-        vertices, edges, omitted = _limited(vertices, edges)
+        vertices, edges, omitted = _limit(vertices, edges)
         return {
             "connected": observer.connected,
             "omitted": omitted or None,
@@ -89,9 +89,9 @@ class GraphPanel(DocumentPanel):
         }
 
     def _add_states(self, vertices: dict[str, Any], suspended: Iterable[str]) -> None:
-        """Add what the last sample says of topics and nodes."""
-        seen = self._observer.overview
-        for topic in () if seen is None else seen.topics:
+        """Add the rates of topics, as of the last sample, and which nodes are suspended."""
+        overview = self._observer.overview
+        for topic in () if overview is None else overview.topics:
             vertex = vertices.get(f"topic {topic.name}")
             if vertex is not None:
                 vertex["messages_per_sec"] = topic.messages_per_sec
@@ -103,7 +103,7 @@ class GraphPanel(DocumentPanel):
                 vertices[f"node {node}"]["state"] = SUSPENDED
 
 
-def _limited(vertices: dict[str, Any], edges: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any], int]:
+def _limit(vertices: dict[str, Any], edges: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any], int]:
     """Return `MAX_VERTICES` vertices with the edges between them, and how many vertices are left out."""
     omitted = max(0, len(vertices) - MAX_VERTICES)
     if omitted:

@@ -1,4 +1,4 @@
-"""What a panel is to the session that it belongs to."""
+"""The interface between panels and their session, and panels that send documents as differences."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ class PanelError(Exception):
 
 
 class Panel(Protocol):
-    """A part of the page, which wakes its session when something is new; the session takes it when it can.
+    """The source of one part of the page.
 
-    So what a slow browser misses is never queued: the newest state wins.
+    It wakes its session when it has something new, and the session takes that when it can send. So nothing
+    is queued for a slow browser, which gets the newest state.
     """
 
     def take(self) -> dict[str, Any] | None:
@@ -27,7 +28,7 @@ class Panel(Protocol):
         ...
 
     def close(self) -> None:
-        """Cause no more work."""
+        """End its subscriptions and listeners."""
         ...
 
 

@@ -1,7 +1,7 @@
 """One browser's connection: the panels that its page has opened, and what they send.
 
 The page sends JSON objects: `{"open": ID, "panel": NAME, ...parameters}` and `{"close": ID}`. It gets
-`{"id": ID, ...}` with what the panel of that id has to say, and `{"id": ID, "error": TEXT}` for a panel that
+`{"id": ID, ...}` with what `Panel.take` of that panel returned, and `{"id": ID, "error": TEXT}` if it
 cannot be opened or has failed.
 """
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from actors.web.live.panel import Panel
 
 UPDATE_PERIOD_SEC: Final = 0.05
-"""The least time between two messages to a browser: twenty updates a second look continuous."""
+"""Between two updates of a browser or a stream: twenty a second look continuous."""
 
 MAX_PANELS: Final = 32
-"""That a page has open at the same time."""
+"""Panels that a page may have open at the same time."""
 
 MAX_REQUEST_BYTES: Final = 64 * 1024
 """Of a message from the page."""

@@ -1,4 +1,4 @@
-"""Answers that go on: streams of server-sent events (https://html.spec.whatwg.org/#server-sent-events)."""
+"""Responses that go on: streams of server-sent events (https://html.spec.whatwg.org/#server-sent-events)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class EventStream:
     """A stream of server-sent events.
 
     Args:
-        response: Prepared.
+        response: The prepared response.
 
     Attributes:
         response: The same.
@@ -27,7 +27,7 @@ class EventStream:
 
     @staticmethod
     async def begin(request: web.Request) -> EventStream:
-        """Begin to answer a request; an error from now on becomes an event `error`, see `respond`."""
+        """Begin to respond to a request; an error from now on becomes an event `error`, see `respond`."""
         headers = {"Content-Type": "text/event-stream", "Cache-Control": "no-store"}
         stream = EventStream(web.StreamResponse(headers=headers))
         request[STREAM] = stream

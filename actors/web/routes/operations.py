@@ -1,4 +1,4 @@
-"""For operators: metrics, and whether the server lives and the broker answers."""
+"""For operators: metrics, and probes of the server and the broker."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ async def read(request: web.Request) -> web.Response:
 
 
 async def change(request: web.Request) -> web.Response:
-    """Set parameters, one by one or all or none; return for each, or for all, whether it was set."""
+    """Set parameters one by one, or atomically; return for each, or for all, whether it was set."""
     name = node_in(request)
     body = await read_body(request, ParametersBody)
     client = ParameterClient(workspace_of(request).observer.node, name)
