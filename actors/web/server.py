@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final, Self
 
 from aiohttp import web
 
-from actors.web.assets import Assets
 from actors.web.options import MAX_BODY_BYTES
+from actors.web.page_files import PageFiles
 from actors.web.routes import (
     calls,
     echo,
@@ -109,17 +109,15 @@ class WebServer:
             client_max_size=MAX_BODY_BYTES,
             handler_args={"keepalive_timeout": KEEPALIVE_SEC},
         )
-        assets = Assets()
         self._app[STATE] = State(
             options=options,
             policy=policy,
             own=Workspace(observer),
             users=Users(observer.url, observer.domain) if options.users else None,
-            assets=assets,
         )
         for module in ROUTE_MODULES:
             self._app.add_routes(module.ROUTES)
-        self._app.add_routes([web.get("/{path:(?!api/).*}", assets.serve)])
+        self._app.add_routes([web.get("/{path:(?!api/).*}", PageFiles().serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
         self._app.on_cleanup.append(_close_work)

@@ -14,7 +14,6 @@ from actors.web.workspace import Workspace
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from actors.web.assets import Assets
     from actors.web.options import WebOptions
     from actors.web.security import AccessPolicy
     from actors.web.users import Users
@@ -29,7 +28,6 @@ class State:
         policy: Who may ask for what.
         own: The workspace of the server itself.
         users: Those of the broker; None if they cannot sign in here.
-        assets: The page's files.
         live_connections: How many browsers and streams are connected now.
         sockets: The WebSockets of browsers, which the server closes when it stops.
     """
@@ -38,7 +36,6 @@ class State:
     policy: AccessPolicy
     own: Workspace
     users: Users | None
-    assets: Assets
     live_connections: int = 0
     sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
 

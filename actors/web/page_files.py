@@ -1,4 +1,4 @@
-"""The page's files, read and compressed once."""
+"""Serves the files of `assets/`, which are read and compressed once."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ CONTENT_TYPES: Final = {
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Asset:
-    """One file.
+class PageFile:
+    """One file of the page.
 
     Attributes:
         content: Its bytes.
@@ -44,16 +44,11 @@ class Asset:
     etag: str
 
 
-class Assets:
+class PageFiles:
     """All files of the page, by their path below the page's address."""
 
     def __init__(self) -> None:
         self._files = {path: _read(path, file) for path, file in _walk(files("actors.web") / "assets")}
-
-    @property
-    def compressed_bytes(self) -> int:
-        """What the whole page takes over the wire."""
-        return sum(len(each.compressed) for each in self._files.values())
 
     async def serve(self, request: web.Request) -> web.Response:
         """Answer a request for a file; the browser asks each time whether it has changed.
@@ -82,10 +77,10 @@ def _walk(folder: Traversable, prefix: str = "") -> Iterator[tuple[str, Traversa
             yield f"{prefix}{each.name}", each
 
 
-def _read(path: str, file: Traversable) -> Asset:
+def _read(path: str, file: Traversable) -> PageFile:
     content = file.read_bytes()
     suffix = path[path.rfind(".") :]
-    return Asset(
+    return PageFile(
         content=content,
         compressed=gzip.compress(content, mtime=0),
         content_type=CONTENT_TYPES.get(suffix, "application/octet-stream"),
