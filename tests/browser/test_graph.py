@@ -109,12 +109,12 @@ async def test_the_filter_draws_when_typing_ends(site: Site) -> None:
 
 
 LAY_OUT = """async ({ count, blocks }) => {
-  const { laidOut } = await import(new URL("js/layout.js", document.baseURI));
+  const { layOut } = await import(new URL("js/layout.js", document.baseURI));
   const ids = [...Array(count).keys()];
   const boxes = ids.map(number => ({ id: `${number}`, width: 100, height: 30, block: `${number % blocks}` }));
   const steps = [1, blocks, 7 * blocks];
   const edges = ids.flatMap(number => steps.map(step => [`${number}`, `${(number + step) % count}`]));
-  return [...laidOut(boxes, edges)].map(([id, { x, y }]) => [Number(id), x, y]);
+  return [...layOut(boxes, edges)].map(([id, { x, y }]) => [Number(id), x, y]);
 }"""
 """Lay out a circle, in which each vertex also has arrows to others of its block."""
 

@@ -31,7 +31,7 @@ export function takeToken() {
   return match !== null;
 }
 
-/** Whether the address had a token. */
+/** Whether a token is kept for this tab. */
 export function hasToken() {
   return sessionStorage.getItem(KEY) !== null;
 }

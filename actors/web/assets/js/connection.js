@@ -55,8 +55,8 @@ export class Connection extends EventTarget {
     /** @type {WebSocket | null} */
     this._socket = null;
     this._retry = 0;
-    document.addEventListener("visibilitychange", () => this._adapt());
-    this._adapt();
+    document.addEventListener("visibilitychange", () => this._followVisibility());
+    this._followVisibility();
   }
 
   /**
@@ -79,8 +79,8 @@ export class Connection extends EventTarget {
     };
   }
 
-  /** Connect if the page is visible; a hidden page costs the server nothing. */
-  _adapt() {
+  /** Connect if the page is visible, disconnect if not: a hidden page costs the server nothing. */
+  _followVisibility() {
     if (document.hidden) {
       this._socket?.close();
     } else if (this._socket === null) {
@@ -104,7 +104,7 @@ export class Connection extends EventTarget {
       this._socket = null;
       this._setConnected(false);
       if (!document.hidden) {
-        this._retry = window.setTimeout(() => this._adapt(), RETRY_MS);
+        this._retry = window.setTimeout(() => this._followVisibility(), RETRY_MS);
       }
     };
   }

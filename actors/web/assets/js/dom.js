@@ -1,5 +1,5 @@
 // @ts-check
-// Elements without HTML texts: names, messages and log lines of strangers only ever become text nodes.
+// Makes elements without parsing HTML, so that names, messages and log lines only ever become text nodes.
 
 /** @typedef {Node | string | number | null | undefined | false} Child */
 
@@ -74,7 +74,7 @@ export function setChildren(parent, ...children) {
 }
 
 /**
- * Tell readers of the screen something.
+ * Make screen readers say something.
  *
  * @param {string} text
  */

@@ -2,7 +2,7 @@
 // JSON with the integers of 64 bits that messages have: beyond 2^53 they are BigInts here, and digits on the wire.
 
 /**
- * Parse JSON; integers that a number cannot hold become BigInts, where the browser tells their digits.
+ * Parse JSON; integers that a number cannot hold become BigInts, where the browser gives `context.source`.
  *
  * @param {string} text
  * @returns {any}

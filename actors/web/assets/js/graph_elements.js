@@ -56,7 +56,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
   }
   /** @type {Elements} */
   const elements = new Map();
-  /** @type {Map<string, string>} which element stands for a vertex */
+  /** @type {Map<string, string>} the id of the element that shows a vertex */
   const places = new Map();
   for (const id of shown) {
     const vertex = vertices[id];
@@ -78,7 +78,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
       dropping: Boolean(vertex.drops_per_sec),
     });
   }
-  const apart = mismatched(document);
+  const mismatches = mismatchedEdges(document);
   for (const [id, { source, target, relation }] of edges) {
     const from = places.get(source);
     const to = places.get(target);
@@ -93,7 +93,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
       relation,
       label: edgeLabel(topic, rate),
       dropping: relation === "subscribes" && Boolean(topic?.drops_per_sec),
-      mismatch: apart.has(id),
+      mismatch: mismatches.has(id),
     });
   }
   return elements;
@@ -104,7 +104,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
  *
  * @param {GraphDocument} document
  */
-function mismatched(document) {
+function mismatchedEdges(document) {
   const found = new Set();
   for (const { topic, publisher, subscriber } of Object.values(document.mismatches ?? {})) {
     found.add(`node ${publisher} publishes topic ${topic}`).add(`topic ${topic} subscribes node ${subscriber}`);

@@ -35,7 +35,7 @@ export function svgOf(shapes, arrows, background) {
   const root = make("svg", { xmlns: SVG, viewBox: view, "font-family": "sans-serif", "font-size": 12 });
   root.append(make("rect", { x: left, y: top, width: right - left, height: bottom - top, fill: background }));
   for (const shape of shapes.filter(({ group }) => group)) {
-    root.append(...drawn(shape));
+    root.append(...shapeElements(shape));
   }
   for (const { from, to, label, color, dashed } of arrows) {
     root.append(make("path", { d: `M${from.x} ${from.y}L${to.x} ${to.y}`, stroke: color, fill: "none", "stroke-dasharray": dashed ? "5 4" : "none" }));
@@ -47,13 +47,13 @@ export function svgOf(shapes, arrows, background) {
     }
   }
   for (const shape of shapes.filter(({ group }) => !group)) {
-    root.append(...drawn(shape));
+    root.append(...shapeElements(shape));
   }
   return new XMLSerializer().serializeToString(root);
 }
 
 /** @param {Shape} shape */
-function drawn({ x, y, width, height, label, round, group, color, fill, text }) {
+function shapeElements({ x, y, width, height, label, round, group, color, fill, text }) {
   const box = { x: x - width / 2, y: y - height / 2, width, height, rx: round ? height / 2 : 6, stroke: color, fill };
   const lines = label.split("\n");
   const texts = lines.map((line, number) => {

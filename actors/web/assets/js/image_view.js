@@ -36,27 +36,28 @@ export class ImageView {
     this._canvas = h("canvas", { role: "img", "aria-label": `Image of ${topic}`, hidden: true });
     this._line = h("p", { class: "dim" }, "No image yet.");
     this.element = h("div", { class: "image" }, this._canvas, this._line);
-    document.addEventListener("visibilitychange", () => this._adapt(), { signal: this._closed.signal });
+    document.addEventListener("visibilitychange", () => this._followState(), { signal: this._closed.signal });
     this._run();
   }
 
   /** @param {boolean} paused whether the image stays as it is */
   setPaused(paused) {
     this._paused = paused;
-    this._adapt();
+    this._followState();
   }
 
   /** Ask for no more images. */
   close() {
     this._closed.abort();
-    this._adapt();
+    this._followState();
   }
 
   get _idle() {
     return document.hidden || this._paused;
   }
 
-  _adapt() {
+  /** Abort the request or resume, as the page is visible or paused. */
+  _followState() {
     if (this._idle || this._closed.signal.aborted) {
       this._request.abort();
     }

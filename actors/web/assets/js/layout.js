@@ -13,8 +13,11 @@ const MAX_EDGES = 300;
 const GAP_X = 90;
 const GAP_Y = 25;
 const BLOCK_GAP = 120;
+
+/** The width by the height of the area that blocks fill. */
 const ASPECT = 1.6;
-/** Of the area that many blocks fill. */
+
+/** How often columns are sorted by the neighbours of their vertices. */
 const SWEEPS = 4;
 
 /**
@@ -24,7 +27,7 @@ const SWEEPS = 4;
  * @param {Edge[]} edges
  * @returns {Positions}
  */
-export function laidOut(boxes, edges) {
+export function layOut(boxes, edges) {
   if (edges.length <= MAX_EDGES) {
     return inLayers(boxes, edges);
   }
@@ -45,7 +48,7 @@ export function laidOut(boxes, edges) {
     }
   }
   const largestFirst = [...blocks.values()].sort((a, b) => b.boxes.length - a.boxes.length);
-  return packed(largestFirst.map(({ boxes: own, edges: inner }) => [own, inner.length <= MAX_EDGES ? inLayers(own, inner) : inColumns(own, inner)]), BLOCK_GAP);
+  return pack(largestFirst.map(({ boxes: own, edges: inner }) => [own, inner.length <= MAX_EDGES ? inLayers(own, inner) : inColumns(own, inner)]), BLOCK_GAP);
 }
 
 /**
@@ -75,8 +78,8 @@ function inLayers(boxes, edges) {
 }
 
 /**
- * Lay out many vertices in time that grows with their number: by distance from where data comes from, and within a
- * column near their neighbours. What is too tall or too wide is folded.
+ * Lay out many vertices in linear time: in columns by their distance from sources, and within a column near their
+ * neighbours. A column that is too tall is split.
  *
  * @param {Box[]} boxes
  * @param {Edge[]} edges
@@ -115,7 +118,7 @@ function inColumns(boxes, edges) {
       parts.push([part.map((id) => /** @type {Box} */ (sizes.get(id))), positions]);
     }
   }
-  return packed(parts, GAP_X);
+  return pack(parts, GAP_X);
 }
 
 /**
@@ -157,7 +160,7 @@ function mean(values, otherwise) {
  * @param {number} gap
  * @returns {Positions}
  */
-function packed(blocks, gap) {
+function pack(blocks, gap) {
   const placed = blocks.map(([boxes, positions]) => {
     const at = (/** @type {Box} */ { id }) => positions.get(id) ?? { x: 0, y: 0 };
     const left = Math.min(...boxes.map((box) => at(box).x - box.width / 2));

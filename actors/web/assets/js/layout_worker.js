@@ -1,6 +1,6 @@
 // @ts-check
-// Lays a graph out beside the page: hundreds of vertices take seconds.
+// Lays out a graph in a worker, because hundreds of vertices take seconds, in which the page must not block.
 
-import { laidOut } from "./layout.js";
+import { layOut } from "./layout.js";
 
-self.onmessage = ({ data: { number, boxes, edges } }) => self.postMessage({ number, positions: [...laidOut(boxes, edges)] });
+self.onmessage = ({ data: { number, boxes, edges } }) => self.postMessage({ number, positions: [...layOut(boxes, edges)] });

@@ -142,7 +142,7 @@ class Row {
   }
 
   /**
-   * Know the value that the node has taken; what has been written since it was sent remains.
+   * Take over the value that the node has accepted; what was written after it was sent remains.
    *
    * @param {any} value
    * @param {string} sent its text
@@ -312,7 +312,11 @@ export class Parameters {
   }
 }
 
-/** @param {Parameter} parameter @returns {string} what its field depends on, besides the value */
+/**
+ * Return what the kind of a parameter's field depends on; the value itself does not.
+ *
+ * @param {Parameter} parameter
+ */
 function keyOf(parameter) {
   return JSON.stringify({ ...parameter, value: typeof parameter.value });
 }

@@ -1,5 +1,5 @@
 // @ts-check
-// The addresses of the page's views.
+// The addresses of the page's views, in the fragment: `#/topic/%2Fchatter`.
 
 /**
  * Return the address of something in a view.

@@ -14,13 +14,13 @@ import { h, setText } from "./dom.js";
  * @property {boolean} [number] whether it is a number: aligned right, the greatest first
  */
 
-/** Rows that are shown before all of them are asked for: thousands take the browser longer than a click may. */
-const FEW = 200;
+/** Rows that are shown until the user wants all of them: thousands take longer than a click may. */
+const ROWS_AT_FIRST = 200;
 
 /** @template Row */
 export class Table {
   /**
-   * @param {string} caption for readers of the screen
+   * @param {string} caption for screen readers
    * @param {Column<Row>[]} columns
    */
   constructor(caption, columns) {
@@ -41,7 +41,7 @@ export class Table {
     this._body = h("tbody");
     const table = h("table", {}, h("caption", { class: "hidden-text" }, caption), h("thead", {}, h("tr", {}, ...this._headings)), this._body);
     this._empty = h("p", { class: "dim", hidden: true }, `No ${caption.toLowerCase()} are shown.`);
-    this._limit = FEW;
+    this._limit = ROWS_AT_FIRST;
     this._more = h("button", { type: "button", hidden: true, onclick: () => this._showAll() });
     this.element = h("div", { class: "table", tabindex: "0", role: "region", "aria-label": caption }, table, this._more, this._empty);
     this._markSorted();

@@ -1,5 +1,5 @@
 // @ts-check
-// A choice between the types of a name that has several: two programs disagree, and the user says which one is meant.
+// A choice between the types of a topic, service or action that has several because programs disagree.
 
 import { h } from "./dom.js";
 

@@ -12,13 +12,17 @@ import { addressOf } from "../routes.js";
 /** @typedef {import("../graph_elements.js").GraphDocument} GraphDocument */
 /** @typedef {import("../graph_elements.js").Elements} Elements */
 
+/**
+ * With more elements frames would take too long: edges become straight, without labels and clicks, and the drawing
+ * is moved as an image.
+ */
 const MANY_ELEMENTS = 400;
-/** With more, edges are straight, have no labels and take no clicks, and the drawing is a picture while it moves: frames take too long else. */
 
+/** A few vertices are not drawn larger than this. */
 const MAX_FIT_ZOOM = 1.3;
 
+/** How long nobody has typed in the filter before the graph is drawn: hundreds of vertices take longer than a key may. */
 const TYPING_MS = 200;
-/** After the last key in the filter the graph is drawn: hundreds of vertices that come back take longer than a key may. */
 
 /**
  * @param {HTMLElement} place

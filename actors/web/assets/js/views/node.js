@@ -142,7 +142,7 @@ class Process {
   }
 
   /**
-   * @param {any} found undefined if the node does not tell
+   * @param {any} found undefined if the node does not serve them
    * @param {string} [error] why it is old
    */
   show(found, error = "") {
@@ -156,9 +156,9 @@ class Process {
     if (found.connections > 1) {
       parts.push(`connected ${found.connections} times`);
     }
-    parts.push(`${short(found.callback_errors)} callbacks raised`, `host ${found.host}`); // its direction changes nothing after it
+    parts.push(`${short(found.callback_errors)} callbacks raised`, `host ${found.host}`); // last: a name from right to left cannot change the order of the others
     setText(this._facts, parts.join(" · "));
-    const rows = keyed(found.callbacks);
+    const rows = byKey(found.callbacks);
     const seconds = this._before ? found.uptime_sec - this._before.uptime_sec : 0;
     for (const [key, row] of Object.entries(rows)) {
       const before = this._before?.rows[key];
@@ -176,7 +176,7 @@ class Process {
  * @param {any[]} callbacks
  * @returns {Record<string, any>}
  */
-function keyed(callbacks) {
+function byKey(callbacks) {
   /** @type {Record<string, any>} */
   const rows = {};
   for (const each of callbacks) {

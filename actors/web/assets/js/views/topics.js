@@ -14,7 +14,7 @@ const MAX_MEASURED = 64;
 /** How long the topics that are shown must stay the same before their delays are measured, in milliseconds. */
 const SETTLE_MS = 300;
 
-const MEASURED = "The age of messages on arrival: by header.stamp where they have one, else since they were sent.";
+const DELAY_NOTE = "The age of messages on arrival: by header.stamp where they have one, else since they were sent.";
 
 /**
  * @param {HTMLElement} place
@@ -42,9 +42,9 @@ export function show(place, context) {
   const hidden = h("input", { type: "checkbox", onchange: () => draw() });
   /** @type {Record<string, any>} */
   let topics = {};
-  const measured = h("input", { type: "checkbox", onchange: () => draw() });
+  const measureDelays = h("input", { type: "checkbox", onchange: () => draw() });
   const note = h("p", { class: "dim" });
-  const measuring = new Measuring(context, (found, text) => {
+  const measurement = new DelayMeasurement(context, (found, text) => {
     delays = found;
     setText(note, text);
     draw();
@@ -55,11 +55,11 @@ export function show(place, context) {
         (hidden.checked || !/(^|\/)_/.test(name)) && [name, ...row.types].some((text) => text.includes(filter.value)),
     );
     table.show(Object.fromEntries(shown));
-    measuring.measure(measured.checked ? shown.map(([name]) => name) : []);
+    measurement.measure(measureDelays.checked ? shown.map(([name]) => name) : []);
   };
   place.append(
     h("h2", {}, "Topics"),
-    h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden"), h("label", {}, measured, "Measure delays")),
+    h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden"), h("label", {}, measureDelays, "Measure delays")),
     note,
     table.element,
   );
@@ -69,12 +69,12 @@ export function show(place, context) {
   });
   return () => {
     close();
-    measuring.close();
+    measurement.close();
   };
 }
 
-/** Measures the delays of topics, which must be read for that. */
-class Measuring {
+/** Measures the delays of topics. The server subscribes to each of them, so it is done on demand only. */
+class DelayMeasurement {
   /**
    * @param {Context} context
    * @param {(delays: Record<string, number>, text: string) => void} onDelays called with seconds by topic
@@ -114,7 +114,7 @@ class Measuring {
       this._onDelays({}, "");
       return;
     }
-    const text = shown > topics.length ? `${MEASURED} Only the first ${topics.length} topics are read: filter them.` : MEASURED;
+    const text = shown > topics.length ? `${DELAY_NOTE} Only the first ${topics.length} topics are read: filter them.` : DELAY_NOTE;
     this._close = this._connection.open("delays", { topics }, ({ document, body }) => {
       this._onDelays(document.delays ?? {}, body.error ?? text);
     });
