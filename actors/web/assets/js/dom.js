@@ -74,6 +74,19 @@ export function setChildren(parent, ...children) {
 }
 
 /**
+ * Let the browser save a file.
+ *
+ * @param {string} name
+ * @param {BlobPart} content
+ * @param {string} type such as "text/csv"
+ */
+export function download(name, content, type) {
+  const url = URL.createObjectURL(new Blob([content], { type }));
+  h("a", { download: name, href: url }).click();
+  setTimeout(() => URL.revokeObjectURL(url));
+}
+
+/**
  * Make screen readers say something.
  *
  * @param {string} text

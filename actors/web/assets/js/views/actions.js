@@ -3,11 +3,11 @@
 
 import { h } from "../dom.js";
 import { addressOf } from "../routes.js";
-import { actionsAmong, isHidden } from "../service_names.js";
+import { actionsAmong, isHidden } from "../names.js";
 import { Table } from "../table.js";
 
 /** @typedef {import("../main.js").Context} Context */
-/** @typedef {import("../service_names.js").Row} Row */
+/** @typedef {import("../names.js").Row} Row */
 
 /**
  * @param {HTMLElement} place

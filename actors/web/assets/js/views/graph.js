@@ -2,7 +2,7 @@
 // The graph: nodes, topics, and on demand services and actions, as they change.
 
 import cytoscape from "../../vendor/cytoscape.esm.min.mjs";
-import { announce, h, onOtherColors, setChildren, setText } from "../dom.js";
+import { announce, download, h, onOtherColors, setChildren, setText } from "../dom.js";
 import { bytes, short } from "../format.js";
 import { elementsOf, placeNear } from "../graph_elements.js";
 import { svgOf } from "../graph_svg.js";
@@ -413,9 +413,8 @@ class GraphView {
   /** @param {"svg" | "png"} kind */
   _save(kind) {
     const colors = this._palette();
-    const link = h("a", { download: `graph.${kind}` });
     if (kind === "png") {
-      link.href = this._cy.png({ full: true, scale: 2, bg: colors.surface });
+      download("graph.png", this._cy.png({ output: "blob", full: true, scale: 2, bg: colors.surface }), "image/png");
     } else {
       const shapes = this._cy.nodes().map((/** @type {any} */ node) => {
         const { x1, y1, w, h: height } = node.boundingBox({ includeLabels: node.isParent(), includeOverlays: false });
@@ -431,10 +430,8 @@ class GraphView {
         from: edge.sourceEndpoint(), to: edge.targetEndpoint(), label: edge.data("label"),
         color: edge.data("mismatch") || edge.data("dropping") ? colors.bad : colors.dim, dashed: Boolean(edge.data("mismatch")),
       }));
-      link.href = URL.createObjectURL(new Blob([svgOf(shapes, arrows, colors.surface)], { type: "image/svg+xml" }));
+      download("graph.svg", svgOf(shapes, arrows, colors.surface), "image/svg+xml");
     }
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href));
   }
 }
 

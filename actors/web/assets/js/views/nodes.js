@@ -3,6 +3,7 @@
 
 import { h } from "../dom.js";
 import { bytes, short } from "../format.js";
+import { isHidden } from "../names.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
 
@@ -45,7 +46,7 @@ export function show(place, context) {
   let nodes = {};
   const draw = () => {
     const rows = Object.entries(nodes).filter(
-      ([, row]) => (hidden.checked || !/(^|\/)_/.test(row.name)) && row.name.includes(filter.value),
+      ([, row]) => (hidden.checked || !isHidden(row.name)) && row.name.includes(filter.value),
     );
     if (mesh !== rows.some(([, row]) => row.broker)) {
       mesh = !mesh;

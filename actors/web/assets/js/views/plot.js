@@ -2,7 +2,7 @@
 // Fields of topics over time, several in one plot.
 
 import uPlot from "../../vendor/uPlot.esm.js";
-import { announce, h, onOtherColors, setText } from "../dom.js";
+import { announce, download, h, onOtherColors, setText } from "../dom.js";
 import { plottedFields, togglePlotted } from "../plotted_fields.js";
 import { addressOf } from "../routes.js";
 
@@ -205,8 +205,6 @@ class PlotView {
     times.forEach((/** @type {number} */ time, /** @type {number} */ row) => {
       lines.push([time, ...values.map((/** @type {any} */ column) => column[row] ?? "")].join(","));
     });
-    const link = h("a", { download: "plot.csv", href: URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" })) });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href));
+    download("plot.csv", `${lines.join("\n")}\n`, "text/csv");
   }
 }

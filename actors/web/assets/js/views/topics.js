@@ -3,6 +3,7 @@
 
 import { h, setText } from "../dom.js";
 import { bytes, duration, short } from "../format.js";
+import { isHidden } from "../names.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
 
@@ -52,7 +53,7 @@ export function show(place, context) {
   const draw = () => {
     const shown = Object.entries(topics).filter(
       ([name, row]) =>
-        (hidden.checked || !/(^|\/)_/.test(name)) && [name, ...row.types].some((text) => text.includes(filter.value)),
+        (hidden.checked || !isHidden(name)) && [name, ...row.types].some((text) => text.includes(filter.value)),
     );
     table.show(Object.fromEntries(shown));
     measurement.measure(measureDelays.checked ? shown.map(([name]) => name) : []);

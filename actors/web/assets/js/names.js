@@ -1,12 +1,16 @@
 // @ts-check
-// Which services are there for tools, and which belong to actions.
+// What names and types tell: which are hidden or standard, and which services belong to actions.
 
 const STANDARD = /^(rcl_interfaces|lifecycle_msgs|type_description_interfaces|callboard_interfaces)\/srv\//;
 const SEND_GOAL = "/_action/send_goal";
 
 /** @typedef {{name: string, types: string[], servers: number, clients: number, owed_calls: number}} Row */
 
-/** @param {string} name */
+/**
+ * Return whether a part of a name begins with `_`, which hides it.
+ *
+ * @param {string} name
+ */
 export function isHidden(name) {
   return /(^|\/)_/.test(name);
 }
