@@ -92,9 +92,9 @@ export function download(name, content, type) {
  * @param {string} text
  */
 export function announce(text) {
-  const place = document.getElementById("announcements");
-  if (place) {
-    place.textContent = text;
+  const region = document.getElementById("announcements");
+  if (region) {
+    region.textContent = text;
   }
 }
 

@@ -19,15 +19,15 @@ import { h, setText } from "./dom.js";
  * @property {(value: any) => void} write throws a ValueError if it cannot show the value
  */
 
-/** What has been written does not fit; `place` is where. */
+/** What has been written does not fit; `element` is where. */
 export class FormError extends Error {
   /**
    * @param {string} text
-   * @param {HTMLElement} place
+   * @param {HTMLElement} element
    */
-  constructor(text, place) {
+  constructor(text, element) {
     super(text);
-    this.place = place;
+    this.element = element;
   }
 }
 
@@ -61,9 +61,9 @@ export class Form {
       return this._raw.hidden ? this._group.read() : this._parsed();
     } catch (error) {
       if (error instanceof FormError) {
-        const folded = error.place.closest("details:not([open])");
+        const folded = error.element.closest("details:not([open])");
         folded?.setAttribute("open", "");
-        error.place.focus();
+        error.element.focus();
       }
       throw error;
     }
@@ -219,7 +219,7 @@ export class Form {
     const { low, high } = /** @type {{low: number, high: number | null}} */ (field.array);
     const one = { ...field, array: undefined, default: undefined, type: field.type.replace(/\[[^\]]*\]$/, "") };
     const fixed = low === high;
-    /** @type {{control: Control, row: HTMLElement, place: HTMLElement}[]} */
+    /** @type {{control: Control, row: HTMLElement, indexLabel: HTMLElement}[]} */
     const items = [];
     const list = h("div", { class: "fields" });
     const count = h("span", { class: "dim", role: "status" });
@@ -228,12 +228,12 @@ export class Form {
     const update = () => {
       setText(count, items.length === 1 ? "1 element" : `${items.length} elements`);
       addButton.disabled = high !== null && items.length >= high;
-      items.forEach(({ row, place }, number) => {
-        setText(place, `[${number}]`);
+      items.forEach(({ row, indexLabel }, number) => {
+        setText(indexLabel, `[${number}]`);
         row.setAttribute("aria-label", `${label}[${number}]`);
       });
     };
-    /** @param {{control: Control, row: HTMLElement, place: HTMLElement}} item */
+    /** @param {{control: Control, row: HTMLElement, indexLabel: HTMLElement}} item */
     const remove = (item) => {
       items.splice(items.indexOf(item), 1);
       item.row.remove();
@@ -246,8 +246,8 @@ export class Form {
      */
     const append = (value, focus = false) => {
       const control = this._field(one, "element", value, true);
-      const place = h("span", { class: "dim" });
-      const item = { control, place, row: h("div", { class: "element", role: "group" }, place, control.element) };
+      const indexLabel = h("span", { class: "dim" });
+      const item = { control, indexLabel, row: h("div", { class: "element", role: "group" }, indexLabel, control.element) };
       if (!fixed) {
         item.row.append(h("button", { type: "button", "aria-label": `Remove this element of ${label}`, onclick: () => remove(item) }, "Remove"));
       }
@@ -415,15 +415,15 @@ function withNow(group, label) {
 
 /**
  * @param {HTMLElement} input
- * @param {HTMLElement} place
+ * @param {HTMLElement} problem
  * @param {string} text
  */
-function setProblem(input, place, text) {
+function setProblem(input, problem, text) {
   input.toggleAttribute("aria-invalid", false);
   if (text) {
     input.setAttribute("aria-invalid", "true");
   }
-  setText(place, text);
+  setText(problem, text);
 }
 
 /** @param {() => unknown} check */
@@ -438,16 +438,16 @@ function quietly(check) {
 }
 
 /**
- * Return what a function returns; say in its FormError in which element it is.
+ * Return what a function returns; say in its FormError which element of the sequence it is about.
  *
- * @param {string} place
+ * @param {string} name
  * @param {() => any} read
  */
-function within(place, read) {
+function within(name, read) {
   try {
     return read();
   } catch (error) {
-    throw error instanceof FormError ? new FormError(`${place} ${error.message}`, error.place) : error;
+    throw error instanceof FormError ? new FormError(`${name} ${error.message}`, error.element) : error;
   }
 }
 

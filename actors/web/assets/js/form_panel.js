@@ -29,7 +29,7 @@ export class FormPanel {
     this._description = "";
     /** @type {Form | null} */
     this._form = null;
-    this._place = h("div", {}, h("p", { class: "dim" }, "Loading the form …"));
+    this._formArea = h("div", {}, h("p", { class: "dim" }, "Loading the form …"));
     this._button = h("button", { type: "submit", class: "primary", disabled: true }, parts.verb);
     this._notice = h("p", { class: "notice", hidden: true });
     const reason = context.control ? null : h("p", { class: "notice" }, context.refusal);
@@ -38,7 +38,7 @@ export class FormPanel {
       { novalidate: true, onsubmit: (/** @type {Event} */ event) => this._submit(event) },
       h("h3", {}, parts.title),
       reason,
-      this._place,
+      this._formArea,
       h("div", { class: "toolbar" }, this._button, ...(parts.extras ?? [])),
       this._notice,
     );
@@ -57,12 +57,12 @@ export class FormPanel {
         this._description = description;
         this._form = new Form(form);
         this._form.setDisabled(!this._context.control);
-        this._place.replaceChildren(this._form.element);
+        this._formArea.replaceChildren(this._form.element);
       }
     } catch (error) {
       if (mine === this._loaded) {
         this._form = null;
-        this._place.replaceChildren(h("p", { class: "notice bad" }, `No form: ${/** @type {Error} */ (error).message}`));
+        this._formArea.replaceChildren(h("p", { class: "notice bad" }, `No form: ${/** @type {Error} */ (error).message}`));
       }
     }
     this._button.disabled = this._form === null || !this._context.control;

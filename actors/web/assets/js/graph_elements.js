@@ -57,7 +57,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
   /** @type {Elements} */
   const elements = new Map();
   /** @type {Map<string, string>} the id of the element that shows a vertex */
-  const places = new Map();
+  const shownAs = new Map();
   for (const id of shown) {
     const vertex = vertices[id];
     const namespace = namespaceOf(vertex.name);
@@ -65,11 +65,11 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
     if (grouped && namespace !== "/") {
       elements.set(group, { kind: "group", label: namespace, folded: folded.has(namespace) });
       if (folded.has(namespace)) {
-        places.set(id, group);
+        shownAs.set(id, group);
         continue;
       }
     }
-    places.set(id, id);
+    shownAs.set(id, id);
     elements.set(id, {
       kind: vertex.kind,
       label: labelOf(vertex, grouped && namespace !== "/" ? namespace : "", rate),
@@ -80,8 +80,8 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
   }
   const mismatches = mismatchedEdges(document);
   for (const [id, { source, target, relation }] of edges) {
-    const from = places.get(source);
-    const to = places.get(target);
+    const from = shownAs.get(source);
+    const to = shownAs.get(target);
     if (from === undefined || to === undefined || from === to) {
       continue;
     }
@@ -160,9 +160,9 @@ export function placeNear(ids, elements, positions) {
   for (const id of ids) {
     const around = (neighbours.get(id) ?? []).flatMap((other) => positions.get(other) ?? []);
     const start = around.length ? middle(around) : { x: 0, y: lowest(positions) + CELL_Y };
-    const place = freePlace(start, taken);
-    taken.add(cell(place));
-    positions.set(id, place);
+    const position = freePosition(start, taken);
+    taken.add(cell(position));
+    positions.set(id, position);
   }
 }
 
@@ -186,18 +186,18 @@ function lowest(positions) {
 }
 
 /**
- * Return the nearest place in growing squares around a start whose cell is free.
+ * Return the nearest position in growing squares around a start whose cell is free.
  *
  * @param {{x: number, y: number}} start
  * @param {Set<string>} taken
  */
-function freePlace(start, taken) {
+function freePosition(start, taken) {
   for (let ring = 0; ; ring += 1) {
     for (let row = -ring; row <= ring; row += 1) {
       for (let column = -ring; column <= ring; column += 1) {
-        const place = { x: start.x + column * CELL_X, y: start.y + row * CELL_Y };
-        if (Math.max(Math.abs(row), Math.abs(column)) === ring && !taken.has(cell(place))) {
-          return place;
+        const position = { x: start.x + column * CELL_X, y: start.y + row * CELL_Y };
+        if (Math.max(Math.abs(row), Math.abs(column)) === ring && !taken.has(cell(position))) {
+          return position;
         }
       }
     }

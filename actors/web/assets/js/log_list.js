@@ -124,15 +124,15 @@ export class LogList {
     const list = this._list;
     const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 8;
     for (const line of lines) {
-      let place = this._lines.length;
-      while (place > 0 && isOlder(line, this._lines[place - 1])) {
-        place -= 1;
+      let index = this._lines.length;
+      while (index > 0 && isOlder(line, this._lines[index - 1])) {
+        index -= 1;
       }
-      if (place === 0 && this._lines.length >= MAX_LINES) {
+      if (index === 0 && this._lines.length >= MAX_LINES) {
         continue; // it is older than everything that is shown
       }
-      list.insertBefore(rowOf(line, this._node === ""), list.children[place] ?? null);
-      this._lines.splice(place, 0, line);
+      list.insertBefore(rowOf(line, this._node === ""), list.children[index] ?? null);
+      this._lines.splice(index, 0, line);
       if (this._lines.length > MAX_LINES) {
         this._lines.shift();
         list.firstElementChild?.remove();

@@ -7,26 +7,26 @@ import { h, setText } from "./dom.js";
 /** Elements of a long sequence that are shown. */
 const SHOWN = 64;
 
-/** Shows one message, and the next one in its place. */
+/** Shows one message, and updates it with the next one. */
 export class MessageTree {
-  /** @param {(path: string) => Node | null} [extra] returns what stands beside a number, such as a button */
+  /** @param {(path: string) => Node | null} [extra] returns what is shown beside a number, such as a button */
   constructor(extra = () => null) {
     this._extra = extra;
     /** @type {Set<string>} */
     this._folded = new Set();
-    /** @type {Map<string, HTMLElement>} by path, where its text is */
-    this._places = new Map();
+    /** @type {Map<string, HTMLElement>} the elements of values by path */
+    this._valueElements = new Map();
     this.element = h("div", { class: "tree mono" });
   }
 
   /** @param {unknown} message */
   show(message) {
     const texts = new Map(textsOf(message, ""));
-    if (texts.size === this._places.size && [...texts.keys()].every((path) => this._places.has(path))) {
-      this._places.forEach((place, path) => setText(place, /** @type {string} */ (texts.get(path))));
+    if (texts.size === this._valueElements.size && [...texts.keys()].every((path) => this._valueElements.has(path))) {
+      this._valueElements.forEach((element, path) => setText(element, /** @type {string} */ (texts.get(path))));
       return;
     }
-    this._places.clear();
+    this._valueElements.clear();
     this.element.replaceChildren(...this._fields(message, ""));
   }
 
@@ -39,7 +39,7 @@ export class MessageTree {
     if (isPlain(value)) {
       return [this._text(value, path)];
     }
-    return partsOf(/** @type {object} */ (value), path).map(([name, part, place]) => this._field(name, part, place));
+    return partsOf(/** @type {object} */ (value), path).map(([name, part, partPath]) => this._field(name, part, partPath));
   }
 
   /**
@@ -63,9 +63,9 @@ export class MessageTree {
    * @param {string} path
    */
   _text(value, path) {
-    const place = h("span", {}, textOf(value));
-    this._places.set(path, place);
-    return place;
+    const element = h("span", {}, textOf(value));
+    this._valueElements.set(path, element);
+    return element;
   }
 }
 
@@ -80,7 +80,7 @@ function textsOf(value, path) {
   if (isPlain(value)) {
     return [[path, textOf(value)]];
   }
-  return partsOf(/** @type {object} */ (value), path).flatMap(([, part, place]) => textsOf(part, place));
+  return partsOf(/** @type {object} */ (value), path).flatMap(([, part, partPath]) => textsOf(part, partPath));
 }
 
 /**

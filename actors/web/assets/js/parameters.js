@@ -254,9 +254,9 @@ export class Parameters {
       } else if (old) {
         row.replace(old);
       }
-      const place = /** @type {Element | null} */ (before ? before.nextSibling : this._list.firstChild);
-      if (row.element !== place) {
-        this._list.insertBefore(row.element, place);
+      const next = /** @type {Element | null} */ (before ? before.nextSibling : this._list.firstChild);
+      if (row.element !== next) {
+        this._list.insertBefore(row.element, next);
       }
       before = row.element;
     }

@@ -7,11 +7,11 @@ import { h, setText } from "./dom.js";
 /**
  * Ask for the token until the server takes it.
  *
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {() => void} onSignedIn
  * @returns {() => void} takes the form away
  */
-export function askForToken(place, onSignedIn) {
+export function askForToken(container, onSignedIn) {
   const input = h("input", { type: "password", id: "token", autocomplete: "off", required: true });
   const problem = h("p", { role: "alert" });
   const form = h(
@@ -37,7 +37,7 @@ export function askForToken(place, onSignedIn) {
     }
     onSignedIn();
   });
-  place.replaceChildren(form);
+  container.replaceChildren(form);
   input.focus();
   return () => form.remove();
 }

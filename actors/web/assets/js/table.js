@@ -70,9 +70,9 @@ export class Table {
     for (const key of shown) {
       const element = this._filled(key);
       /** @type {ChildNode | null} */
-      const place = before === null ? this._body.firstChild : before.nextSibling;
-      if (element !== place) {
-        this._body.insertBefore(element, place);
+      const next = before === null ? this._body.firstChild : before.nextSibling;
+      if (element !== next) {
+        this._body.insertBefore(element, next);
       }
       before = element;
     }

@@ -19,11 +19,11 @@ const MAX_SHOWN = 20;
 const ASK_MS = 1000;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const { connection, name } = context;
   const summary = h("p");
   const ends = new Table("Servers and clients", [
@@ -50,7 +50,7 @@ export function show(place, context) {
     },
     extras: [h("label", {}, cancelOnClose, "Cancel it when this view is left; otherwise it goes on")],
   });
-  place.append(
+  container.append(
     h("h2", {}, name),
     summary,
     choice.element,
@@ -230,11 +230,11 @@ class GoalCard {
 class EarlierGoals {
   /**
    * @param {Context} context
-   * @param {HTMLElement} place
+   * @param {HTMLElement} container
    */
-  constructor(context, place) {
+  constructor(context, container) {
     this._context = context;
-    this._place = place;
+    this._container = container;
     this._leaving = new AbortController();
     this._timer = 0;
     /** @type {Map<string, GoalCard> | null} */
@@ -275,7 +275,7 @@ class EarlierGoals {
   /** @param {string} id */
   _card(id) {
     const card = new GoalCard(this._context, id);
-    this._place.append(card.element);
+    this._container.append(card.element);
     return card;
   }
 }

@@ -10,11 +10,11 @@ import { Table } from "../table.js";
 /** @typedef {import("../names.js").Row} Row */
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const table = new Table("Actions", /** @type {import("../table.js").Column<Row>[]} */ ([
     { title: "Action", value: (row) => row.name, href: (row) => addressOf("action", row.name) },
     { title: "Type", value: (row) => row.types.join(", "), style: (row) => (row.types.length > 1 ? "bad" : "") },
@@ -32,7 +32,7 @@ export function show(place, context) {
     );
     table.show(Object.fromEntries(shown));
   };
-  place.append(h("h2", {}, "Actions"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element);
+  container.append(h("h2", {}, "Actions"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element);
   return context.connection.open("overview", {}, ({ document }) => {
     actions = actionsAmong(Object.values(document.services ?? {}));
     draw();

@@ -25,21 +25,21 @@ const MAX_FIT_ZOOM = 1.3;
 const TYPING_MS = 200;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
-  const view = new GraphView(place, context);
+export function show(container, context) {
+  const view = new GraphView(container, context);
   return () => view.close();
 }
 
 class GraphView {
   /**
-   * @param {HTMLElement} place
+   * @param {HTMLElement} container
    * @param {Context} context
    */
-  constructor(place, context) {
+  constructor(container, context) {
     this._connection = context.connection;
     /** @type {GraphDocument} */
     this._document = {};
@@ -79,7 +79,7 @@ class GraphView {
       h("button", { type: "button", onclick: () => this._save("svg") }, "SVG"),
       h("button", { type: "button", onclick: () => this._save("png") }, "PNG"),
     );
-    place.append(
+    container.append(
       h("section", { class: "graph" }, h("h2", { class: "hidden-text" }, "Graph"), toolbar, this._notice, this._empty,
         h("div", { class: "drawing-area" }, this._drawing, this._details), this._listArea),
     );

@@ -7,12 +7,12 @@ import { LogList } from "../log_list.js";
 /** @typedef {import("../main.js").Context} Context */
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const list = new LogList(context.connection);
-  place.append(h("div", { class: "whole-log" }, h("h2", {}, "Log"), list.element));
+  container.append(h("div", { class: "whole-log" }, h("h2", {}, "Log"), list.element));
   return () => list.close();
 }

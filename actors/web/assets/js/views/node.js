@@ -16,11 +16,11 @@ const STANDARD =
   /^\/(rosout|parameter_events|clock)$|\/(describe_parameters|get_parameter_types|get_parameters|list_parameters|set_parameters|set_parameters_atomically|get_type_description|get_diagnostics|get_logger_levels|set_logger_levels)$/;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const { connection, name } = context;
   const summary = h("div");
   const process = new Process();
@@ -41,7 +41,7 @@ export function show(place, context) {
     endpoints.show(Object.fromEntries(rows));
   };
   const log = new LogList(connection, name);
-  place.append(
+  container.append(
     h("h2", {}, name),
     summary,
     lifecycle.element,
@@ -107,15 +107,15 @@ function linesOf({ exists, duplicate, links }) {
 }
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {[text: string, style: string][]} lines
  */
-function showLines(place, lines) {
-  while (place.children.length > lines.length) {
-    place.lastElementChild?.remove();
+function showLines(container, lines) {
+  while (container.children.length > lines.length) {
+    container.lastElementChild?.remove();
   }
   lines.forEach(([text, style], number) => {
-    const line = place.children[number] ?? place.appendChild(h("p"));
+    const line = container.children[number] ?? container.appendChild(h("p"));
     line.className = style;
     setText(line, text);
   });

@@ -33,11 +33,11 @@ export function stateText(row) {
 }
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   let mesh = false;
   let table = makeTable(mesh);
   const filter = h("input", { type: "search", placeholder: "Part of a name", "aria-label": "Filter", oninput: () => draw() });
@@ -56,7 +56,7 @@ export function show(place, context) {
     }
     table.show(Object.fromEntries(rows));
   };
-  place.append(h("h2", {}, "Nodes"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element);
+  container.append(h("h2", {}, "Nodes"), h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden")), table.element);
   return context.connection.open("overview", {}, ({ document }) => {
     nodes = document.nodes ?? {};
     draw();

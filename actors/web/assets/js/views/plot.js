@@ -15,21 +15,21 @@ const MAX_POINTS = 100_000;
 const HEIGHT = 360;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, { connection }) {
-  const view = new PlotView(place, connection);
+export function show(container, { connection }) {
+  const view = new PlotView(container, connection);
   return () => view.close();
 }
 
 class PlotView {
   /**
-   * @param {HTMLElement} place
+   * @param {HTMLElement} container
    * @param {import("../connection.js").Connection} connection
    */
-  constructor(place, connection) {
+  constructor(container, connection) {
     this._connection = connection;
     this._paused = false;
     this._changed = false;
@@ -47,7 +47,7 @@ class PlotView {
     this._status = h("p", { class: "dim" });
     this._fields = h("ul");
     this._area = h("div", { class: "plot", role: "img", "aria-label": "Plot of the fields below" });
-    place.append(
+    container.append(
       h("h2", {}, "Plot"),
       h("div", { class: "toolbar" }, this._window, this._pause, h("button", { type: "button", onclick: () => this._download() }, "CSV")),
       this._area,

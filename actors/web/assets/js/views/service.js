@@ -16,11 +16,11 @@ import { TypeChoice, typeQuery } from "../type_choice.js";
 const TIMEOUT_SEC = 60;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const { connection, name } = context;
   const summary = h("p");
   const ends = new Table("Servers and clients", [
@@ -67,7 +67,7 @@ export function show(place, context) {
     calling = null;
     stop.disabled = true;
   };
-  place.append(
+  container.append(
     h("h2", {}, name),
     summary,
     choice.element,

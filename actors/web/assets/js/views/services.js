@@ -10,11 +10,11 @@ import { Table } from "../table.js";
 /** @typedef {import("../names.js").Row} Row */
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const table = new Table("Services", /** @type {import("../table.js").Column<Row>[]} */ ([
     { title: "Service", value: (row) => row.name, href: (row) => addressOf("service", row.name) },
     { title: "Type", value: (row) => row.types.join(", "), style: (row) => (row.types.length > 1 ? "bad" : "") },
@@ -37,7 +37,7 @@ export function show(place, context) {
     table.show(Object.fromEntries(shown));
   };
   const boxes = [h("label", {}, standard, "Standard"), h("label", {}, hidden, "Hidden")];
-  place.append(h("h2", {}, "Services"), h("div", { class: "toolbar" }, filter, ...boxes), table.element);
+  container.append(h("h2", {}, "Services"), h("div", { class: "toolbar" }, filter, ...boxes), table.element);
   return context.connection.open("overview", {}, ({ document }) => {
     services = document.services ?? {};
     draw();

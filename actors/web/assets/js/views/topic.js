@@ -17,11 +17,11 @@ import { TypeChoice } from "../type_choice.js";
 const SHOW_MS = 100;
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   const { connection, name } = context;
   const summary = h("p");
   const ends = new Table("Publishers and subscriptions", [
@@ -61,7 +61,7 @@ export function show(place, context) {
   });
   const publishing = publishForm(context, () => choice.value);
   const plot = h("a", { href: addressOf("plot") }, "Open the plot");
-  place.append(
+  container.append(
     h("h2", {}, name),
     summary,
     h("details", { open: true }, h("summary", {}, "Publishers and subscriptions"), ends.element),

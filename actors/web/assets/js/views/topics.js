@@ -18,11 +18,11 @@ const SETTLE_MS = 300;
 const DELAY_NOTE = "The age of messages on arrival: by header.stamp where they have one, else since they were sent.";
 
 /**
- * @param {HTMLElement} place
+ * @param {HTMLElement} container
  * @param {Context} context
  * @returns {() => void}
  */
-export function show(place, context) {
+export function show(container, context) {
   /** @type {Record<string, number>} */
   let delays = {};
   const table = new Table("Topics", [
@@ -58,7 +58,7 @@ export function show(place, context) {
     table.show(Object.fromEntries(shown));
     measurement.measure(measureDelays.checked ? shown.map(([name]) => name) : []);
   };
-  place.append(
+  container.append(
     h("h2", {}, "Topics"),
     h("div", { class: "toolbar" }, filter, h("label", {}, hidden, "Hidden"), h("label", {}, measureDelays, "Measure delays")),
     note,
