@@ -59,11 +59,22 @@ def main() -> int:
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("what", nargs="*", metavar="WHAT", help=f"of {', '.join(MEASUREMENTS)}; default: all")
-    parser.add_argument("--nodes", type=int, default=500, help="that are shown; default: 500")
-    parser.add_argument("--rounds", type=int, default=10, help="of loading; others: twice; default: 10")
-    parser.add_argument("--minutes", type=int, default=10, help="of memory; default: 10")
-    parser.add_argument("--inputs", type=int, default=100, help="of each kind, and scrapes; default: 100")
+    parser.add_argument(
+        "what", nargs="*", metavar="WHAT", help=f"measurements: {', '.join(MEASUREMENTS)}; default: all"
+    )
+    parser.add_argument("--nodes", type=int, default=500, help="nodes in the graph; default: 500")
+    parser.add_argument(
+        "--rounds",
+        type=int,
+        default=10,
+        help="rounds of loading; throughput and node take twice as many; default: 10",
+    )
+    parser.add_argument(
+        "--minutes", type=int, default=10, help="length of the memory measurement; default: 10"
+    )
+    parser.add_argument(
+        "--inputs", type=int, default=100, help="inputs of each kind, and scrapes; default: 100"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results to this file")
     options = parser.parse_args(arguments)
     if unknown := {*options.what} - {*MEASUREMENTS}:
