@@ -104,6 +104,7 @@ async def test_integers_of_a_sequence_are_set_exactly(empty_site: Site, stack: A
 async def test_a_token_counts_in_a_page_that_is_open_already(empty_site: Site) -> None:
     """The printed address differs in its fragment only, so that the browser loads nothing."""
     page = await empty_site.open()
+    await expect(page.locator("#status")).to_contain_text("live")  # it has signed in, which keeps the token
     await page.evaluate("sessionStorage.clear()")
     address, _, token = empty_site.url.partition("#")
     await page.goto(address)
