@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-from concurrent.futures import Future as ConcurrentFuture
 from typing import Final
 
 from actors.threads.node_thread import NodeThread
@@ -21,7 +20,3 @@ def process_thread() -> NodeThread:
         if _current is None or _pid != os.getpid() or _current.ended.done():
             _current, _pid = NodeThread("rclpy-nodes").start(), os.getpid()
         return _current
-
-
-Reply = ConcurrentFuture
-"""What `NodeThread.submit` returns."""

@@ -5,21 +5,17 @@ from __future__ import annotations
 import asyncio
 import math
 import threading
-from concurrent.futures import CancelledError
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from actors.errors import NodeDestroyed, WaitTimeout
-from actors.ros.rclpy.queued_calls import QueuedCalls
+from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.executor_errors import ExternalShutdownException
+from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from actors.endpoints.client.client import Client as NativeClient
-    from actors.endpoints.service_introspection import ServiceIntrospectionState
     from actors.ros.rclpy.callback_groups import CallbackGroup
-    from actors.ros.rclpy.clock import Clock
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.qos import QoSProfile
 
@@ -27,14 +23,8 @@ RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
 
 
-class Client(QueuedCalls, Generic[RequestT, ResponseT]):
-    """Calls a service. Made by `Node.create_client`.
-
-    Attributes:
-        srv_type: The service class.
-        srv_name: The full name of the service.
-        qos_profile: As given.
-    """
+class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT]):
+    """Calls a service. Made by `Node.create_client`."""
 
     def __init__(
         self,
@@ -44,20 +34,12 @@ class Client(QueuedCalls, Generic[RequestT, ResponseT]):
         callback_group: CallbackGroup,
         qos_profile: QoSProfile,
     ) -> None:
-        super().__init__(context.thread, callback_group)
+        super().__init__(context.thread, srv_type, callback_group, qos_profile)
         self.context = context
-        self.srv_type = srv_type
-        self.srv_name = native.srv_name
-        self.qos_profile = qos_profile
         self._native = native
         self._lock = threading.Lock()
         self._pending: dict[Future[ResponseT], asyncio.Future[Any] | None] = {}
         """The calls whose futures are to be completed, with what waits for them in the loop."""
-
-    @property
-    def service_name(self) -> str:
-        """The full name of the service."""
-        return self.srv_name
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT:
         """Call the service and wait for the response, in any thread, in callbacks, too.
@@ -72,13 +54,11 @@ class Client(QueuedCalls, Generic[RequestT, ResponseT]):
         Raises:
             TypeError: The request is not of the service's class.
             TimeoutError: There was no response in time.
+            ExternalShutdownException: The context has ended meanwhile.
             CallFailed: The handler has raised, or the server is gone.
         """
         self._check(request)
-        try:
-            response: ResponseT = self._thread.call(lambda: self._call(request), timeout_sec)
-        except WaitTimeout:
-            raise TimeoutError from None
+        response: ResponseT = self.context.wait(lambda: self._call(request), timeout_sec)
         return response
 
     async def _call(self, request: Any) -> Any:
@@ -157,27 +137,10 @@ class Client(QueuedCalls, Generic[RequestT, ResponseT]):
         Returns:
             Whether there is one; False as well if the context is shut down meanwhile.
         """
-        wait = self._thread.submit(lambda: self._native.wait_for_service(timeout_sec))
-        with self.context.cancelled_at_end(wait):
-            try:
-                return wait.result()
-            except (CancelledError, NodeDestroyed):
-                if self.context.ok():
-                    raise
-                return False
-
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Publish events of calls, or stop doing so."""
-        self._thread.call(
-            lambda: self._native.configure_introspection(
-                clock.native, service_event_qos_profile.native(), introspection_state
-            )
-        )
+        try:
+            return self.context.wait(lambda: self._native.wait_for_service(timeout_sec))
+        except (ExternalShutdownException, NotInitializedException):
+            return False
 
     def destroy(self) -> None:
         """Take the client out of service; calls in flight are given up."""
@@ -185,15 +148,4 @@ class Client(QueuedCalls, Generic[RequestT, ResponseT]):
             replies = [each for each in self._pending.values() if each is not None]
             self._pending.clear()
         self._thread.call(lambda: [each.cancel() for each in replies])
-        self._thread.call(self._native.destroy)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc_val: BaseException | None,
-        exc_tb: TracebackType | None,
-    ) -> None:
-        self.destroy()
+        super().destroy()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import weakref
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 from actors.errors import TimeSourceChangedError
 from actors.ros.process_thread import process_thread
-from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.utilities import get_default_context
 from actors.time.clock import Clock as NativeClock
 from actors.time.jumps import ClockChange as ClockChange
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
     from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.queued_calls import RecentCalls
     from actors.ros.rclpy.timer import Timer
+
+P = ParamSpec("P")
 
 
 class Clock:
@@ -36,6 +40,7 @@ class Clock:
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self.native = NativeClock(clock_type)
+        self._jump_calls: RecentCalls | None = None
         self.followers: weakref.WeakSet[Timer] = weakref.WeakSet()
 
     @property
@@ -62,12 +67,28 @@ class Clock:
         pre_callback: Callable[[], None] | None = None,
         post_callback: Callable[[TimeJump], None] | None = None,
     ) -> JumpHandle:
-        """Call functions before and after simulated time jumps, in the thread that receives it."""
+        """Call functions when simulated time jumps.
+
+        The clock of a node has its executor call them, so that the time has already changed for both.
+
+        Args:
+            threshold: Which jumps.
+            pre_callback: `()`, called first.
+            post_callback: Gets the jump.
+
+        Returns:
+            A handle; the functions are called until its `unregister`.
+        """
+        before, after = self._queued(pre_callback), self._queued(post_callback)
         return process_thread().call(
-            lambda: self.native.create_jump_callback(
-                threshold, pre_callback=pre_callback, post_callback=post_callback
-            )
+            lambda: self.native.create_jump_callback(threshold, pre_callback=before, post_callback=after)
         )
+
+    def _queued(self, callback: Callable[P, None] | None) -> Callable[P, None] | None:
+        calls = self._jump_calls
+        if callback is None or calls is None:
+            return callback
+        return lambda *args, **kwargs: calls.add(partial(callback, *args, **kwargs))
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
         """Sleep until a point in time.
@@ -92,20 +113,10 @@ class Clock:
         return self._sleep(lambda: self.native.sleep_for(rel_time), context)
 
     def _sleep(self, sleep: Callable[[], Coroutine[Any, Any, None]], context: Context | None) -> bool:
-        context = context or get_default_context()
-        if not context.ok():
-            raise NotInitializedException
-        wait = context.thread.submit(sleep)
-        with context.cancelled_at_end(wait):
-            try:
-                wait.result()
-            except TimeSourceChangedError:
-                return False
-            except BaseException:
-                if wait.cancelled():
-                    return False
-                wait.cancel()
-                raise
+        try:
+            (context or get_default_context()).wait(sleep)
+        except (TimeSourceChangedError, ExternalShutdownException):
+            return False
         return True
 
 
@@ -114,10 +125,12 @@ class ROSClock(Clock):
 
     Args:
         native: The node's clock in callboard; None makes one that no node sets.
+        jump_calls: Makes the node's calls of jump callbacks.
     """
 
-    def __init__(self, native: NativeClock | None = None) -> None:
+    def __init__(self, native: NativeClock | None = None, jump_calls: RecentCalls | None = None) -> None:
         super().__init__(clock_type=ClockType.ROS_TIME)
+        self._jump_calls = jump_calls
         if native is not None:
             self.native = native
             every = JumpThreshold(

@@ -6,23 +6,28 @@ import sys
 import threading
 import warnings
 import weakref
-from contextlib import contextmanager
+from concurrent.futures import CancelledError
 from inspect import ismethod
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
+from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.runtime.run import set_up_logging
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Coroutine, Sequence
+    from concurrent.futures import Future as Reply
     from types import TracebackType
 
-    from actors.ros.process_thread import Reply
     from actors.ros.rclpy.executors import Executor
     from actors.ros.rclpy.node import Node
     from actors.threads.node_thread import NodeThread
+
+
+T = TypeVar("T")
 
 
 class Context:
@@ -162,16 +167,34 @@ class Context:
                 return
         callback()
 
-    @contextmanager
-    def cancelled_at_end(self, wait: Reply[Any]) -> Generator[None]:
-        """Cancel a wait for the loop if the context ends meanwhile, also by a signal."""
+    def wait(self, work: Callable[[], Coroutine[Any, Any, T]], timeout_sec: float | None = None) -> T:
+        """Run a coroutine in the loop and wait for its result, in any other thread.
+
+        Args:
+            work: Returns the coroutine.
+            timeout_sec: Seconds to wait; None for no limit.
+
+        Returns:
+            Its result.
+
+        Raises:
+            ExternalShutdownException: The context has ended meanwhile, also by a signal.
+            TimeoutError: The coroutine did not end in time, and has been cancelled.
+            Exception: The coroutine's.
+        """
+        wait = self.thread.submit(work)
         with self._lock:
             self._waits = (*self._waits, wait)
         try:
             if not self._ok:
                 wait.cancel()
-            yield
+            return wait.result(timeout_sec)
+        except (CancelledError, NodeDestroyed):
+            if self._ok:
+                raise
+            raise ExternalShutdownException from None
         finally:
+            wait.cancel()  # it goes on after a timeout, or Ctrl-C
             with self._lock:
                 self._waits = tuple(each for each in self._waits if each is not wait)
 

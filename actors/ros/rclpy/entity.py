@@ -5,6 +5,8 @@ from __future__ import annotations
 import weakref
 from typing import TYPE_CHECKING, Any
 
+from actors.ros.rclpy.destroyable import Destroyable
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.work_queue import WorkQueue
 
 
-class Entity:
+class Entity(Destroyable):
     """A subscription, timer, client, service, guard condition or waitable of a node.
 
     Attributes:
@@ -58,8 +60,4 @@ class Entity:
 
     def take(self) -> Callable[[], Any] | None:
         """Return the next piece of work, and remove it; None if there is none. Called by the executor."""
-        raise NotImplementedError
-
-    def destroy(self) -> None:
-        """Take it out of service."""
         raise NotImplementedError

@@ -22,7 +22,6 @@ class GuardCondition(Entity):
         callback_group: CallbackGroup,
         context: Context | None = None,
     ) -> None:
-        del context
         super().__init__(callback_group)
         self.callback = callback
         self._triggered = False

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 import weakref
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from actors.interfaces.message import Message, is_message_type
 from actors.node.node import Node as NativeNode
+from actors.parameters.store import ParameterStore
 from actors.ros.rclpy.callback_groups import (
     CallbackGroup,
     MutuallyExclusiveCallbackGroup,
@@ -14,14 +16,16 @@ from actors.ros.rclpy.callback_groups import (
 )
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.clock import Clock, ROSClock
-from actors.ros.rclpy.event_handler import EventCalls
+from actors.ros.rclpy.event_handler import CallbacksT, EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
 from actors.ros.rclpy.node_graph import NodeGraph
 from actors.ros.rclpy.node_graph import NodeNameNonExistentError as NodeNameNonExistentError
 from actors.ros.rclpy.node_parameters import NodeParameters
+from actors.ros.rclpy.parameter_services import publish_changes, serve_parameters
 from actors.ros.rclpy.publisher import Publisher
 from actors.ros.rclpy.qos import QoSProfile, profile_of, qos_profile_services_default
+from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
@@ -32,12 +36,14 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from actors.logging.logger import Logger
-    from actors.parameters.changes import ParameterChanges
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
+
+JUMP_DEPTH: Final = 10
+"""Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
 
 MsgT = TypeVar("MsgT", bound=Message)
 
@@ -90,8 +96,6 @@ class Node(NodeParameters, NodeGraph):
         self._entities: dict[type[Entity], list[Any]] = {
             kind: [] for kind in (Subscription, Client, Service, Timer, GuardCondition)
         }
-        self._events_of: dict[int, EventCalls] = {}
-        """By the id of the publisher or subscription."""
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._rate_group = ReentrantCallbackGroup()
         self._destroyed = False
@@ -112,23 +116,27 @@ class Node(NodeParameters, NodeGraph):
             )
 
         self.native = self._thread.call(make)
-        self._clock = self._thread.call(lambda: ROSClock(self.native.get_clock()))
+        jumps = QueuedCalls(self._thread, self._default_callback_group)
+        self.add_waitable(jumps)
+        jump_calls = RecentCalls(jumps, JUMP_DEPTH)
+        self._clock = self._thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
         self._thread.enter(self.native)
-        self._init_parameters(
-            self.native.argument_overrides,
-            parameter_overrides,
+        self._parameters_lock = threading.RLock()
+        self._store = ParameterStore(
+            overrides={each.name: each.value for each in parameter_overrides or ()},
+            argument_overrides=self.native.argument_overrides,
             allow_undeclared=allow_undeclared_parameters,
-            declare_overrides=automatically_declare_parameters_from_overrides,
         )
+        publish_changes(self, self._store)
+        if automatically_declare_parameters_from_overrides:
+            self._store.declare_overrides()
         if start_parameter_services:
-            self._serve_parameters()
+            serve_parameters(self, self._store, self._parameters_lock)
         self._context.track_node(self)
 
-    def _parameters_changed(self, changes: ParameterChanges) -> None:
-        """Let the native node know whether time is simulated."""
-        for each in (*changes.new, *changes.changed):
-            if each.name == "use_sim_time":
-                self._thread.call(lambda: self.native.set_parameters([each]))  # noqa: B023 - called at once
+    def set_native_parameter(self, parameter: Parameter) -> None:
+        """Set one of the parameters that callboard's node has, too, such as `use_sim_time`."""
+        self._thread.call(lambda: self.native.set_parameters([parameter]))
 
     # Identity
 
@@ -235,9 +243,14 @@ class Node(NodeParameters, NodeGraph):
         """Run it no more; it has been destroyed."""
         self._entities[type(waitable)].remove(waitable)
 
-    def _add_events(self, endpoint: Publisher[Any] | Subscription[Any], events: EventCalls) -> None:
-        self._events_of[id(endpoint)] = events
-        self._add(events)
+    def _queue_events(
+        self, callbacks: CallbacksT | None, group: CallbackGroup | None
+    ) -> tuple[CallbacksT | None, list[EventCalls]]:
+        """Return callbacks for callboard, and the entities with their calls."""
+        if callbacks is None:
+            return None, []
+        events = EventCalls(self._thread, self._group(group))
+        return events.queued(callbacks), [events]
 
     def _group(self, group: CallbackGroup | None) -> CallbackGroup:
         return self._default_callback_group if group is None else group
@@ -267,15 +280,14 @@ class Node(NodeParameters, NodeGraph):
         """
         _require_message(msg_type)
         profile = profile_of(qos_profile)
-        events = EventCalls(self._thread, self._group(callback_group))
-        callbacks = None if event_callbacks is None else events.queued(event_callbacks)
+        callbacks, handlers = self._queue_events(event_callbacks, callback_group)
         native = self._thread.call(
             lambda: self.native.create_publisher(msg_type, topic, profile.native(), event_callbacks=callbacks)
         )
-        publisher = publisher_class(self._thread, native, profile)
+        publisher = publisher_class(self._thread, native, profile, handlers)
         self._publishers.append(publisher)
-        if callbacks is not None:
-            self._add_events(publisher, events)
+        for each in handlers:
+            self._add(each)
         return publisher
 
     def create_subscription(
@@ -305,19 +317,17 @@ class Node(NodeParameters, NodeGraph):
         """
         _require_message(msg_type)
         profile = profile_of(qos_profile)
-        events = EventCalls(self._thread, self._group(callback_group))
-        callbacks = None if event_callbacks is None else events.queued(event_callbacks)
+        callbacks, handlers = self._queue_events(event_callbacks, callback_group)
         native = self._thread.call(
             lambda: self.native.create_subscription(
                 msg_type, topic, qos=profile.native(), raw=raw, event_callbacks=callbacks
             )
         )
         subscription = Subscription[MsgT](
-            self._thread, native, callback, self._group(callback_group), profile, raw=raw
+            self._thread, native, callback, self._group(callback_group), profile, handlers, raw=raw
         )
-        self._add(subscription)
-        if callbacks is not None:
-            self._add_events(subscription, events)
+        for each in (subscription, *handlers):
+            self._add(each)
         return subscription
 
     def create_client(
@@ -415,8 +425,7 @@ class Node(NodeParameters, NodeGraph):
             return False
         entities.remove(entity)
         entity.destroy()
-        events = self._events_of.pop(id(entity), None)
-        if events is not None:
+        for events in getattr(entity, "event_handlers", ()):
             self.remove_waitable(events)
         return True
 

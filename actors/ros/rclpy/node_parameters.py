@@ -7,89 +7,24 @@ in the thread that spins.
 from __future__ import annotations
 
 import dataclasses
-import threading
 from typing import TYPE_CHECKING, Any
 
-from actors.interfaces.rcl_interfaces.msg import ListParametersResult, ParameterEvent, SetParametersResult
+from actors.interfaces.rcl_interfaces.msg import ListParametersResult, SetParametersResult
 from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor as DescriptorMessage
-from actors.parameters.requests import ParameterRequests, event_message
-from actors.parameters.store import ParameterStore
 from actors.parameters.types import Parameter, ParameterDescriptor, ParameterType
-from actors.ros.rclpy.qos import qos_profile_parameter_events
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    import threading
+    from collections.abc import Callable, Sequence
 
-    from actors.parameters.changes import ParameterChanges
-    from actors.ros.rclpy.clock import Clock
-    from actors.ros.rclpy.publisher import Publisher
+    from actors.parameters.store import ParameterStore
 
 
 class NodeParameters:
     """rclpy's parameter methods; the store does the work."""
 
+    _parameters_lock: threading.RLock
     _store: ParameterStore
-    _events: Publisher[ParameterEvent]
-
-    def _init_parameters(
-        self,
-        overrides: Mapping[str, Any],
-        parameter_overrides: Sequence[Parameter] | None,
-        *,
-        allow_undeclared: bool,
-        declare_overrides: bool,
-    ) -> None:
-        """Make the store, and the publisher of `/parameter_events`."""
-        self._parameters_lock = threading.RLock()
-        self._store = ParameterStore(
-            overrides={each.name: each.value for each in parameter_overrides or ()},
-            argument_overrides=overrides,
-            allow_undeclared=allow_undeclared,
-        )
-        self._events = self.create_publisher(
-            ParameterEvent, "/parameter_events", qos_profile_parameter_events
-        )
-        self._store.listeners.append(self._publish_changes)
-        if declare_overrides:
-            self._store.declare_overrides()
-
-    def _serve_parameters(self) -> None:
-        for name, srv_type, handler in ParameterRequests(self._store, _fits).handlers():
-            self.create_service(srv_type, f"~/{name}", self._locked(handler))
-
-    def _locked(self, handler: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
-        def handle(request: Any, response: Any) -> Any:
-            del response
-            with self._parameters_lock:
-                return handler(request)
-
-        return handle
-
-    def _publish_changes(self, changes: ParameterChanges) -> None:
-        name = self.get_fully_qualified_name()
-        self._events.publish(event_message(changes, self.get_clock().now().to_msg(), name))
-        self._parameters_changed(changes)
-
-    # Provided by the node
-
-    def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any) -> Any:
-        """See `Node`."""
-        raise NotImplementedError
-
-    def create_service(self, srv_type: Any, srv_name: str, callback: Callable[..., Any]) -> Any:
-        """See `Node`."""
-        raise NotImplementedError
-
-    def get_fully_qualified_name(self) -> str:
-        """See `Node`."""
-        raise NotImplementedError
-
-    def get_clock(self) -> Clock:
-        """See `Node`."""
-        raise NotImplementedError
-
-    def _parameters_changed(self, changes: ParameterChanges) -> None:
-        raise NotImplementedError
 
     # Declaring
 
@@ -234,8 +169,3 @@ class NodeParameters:
 def _descriptor(message: DescriptorMessage | None) -> ParameterDescriptor | None:
     """Return a descriptor; its range, if any, is checked with the value."""
     return None if message is None else dataclasses.replace(ParameterDescriptor.from_msg(message), name="")
-
-
-def _fits(what: str, size: int) -> None:
-    """Accept every size: the broker's limit is checked where the reply is sent."""
-    del what, size

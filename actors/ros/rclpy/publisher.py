@@ -2,37 +2,45 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.errors import NodeDestroyed, PublisherFull, WaitTimeout
 from actors.interfaces.message import Message
+from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.threads.errors import ThreadStoppedError
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from actors.endpoints.publisher.publisher import Publisher as NativePublisher
     from actors.ros.rclpy.duration import Duration
+    from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
     from actors.threads.node_thread import NodeThread
 
 MsgT = TypeVar("MsgT", bound=Message)
 
 
-class Publisher(Generic[MsgT]):
+class Publisher(Destroyable, Generic[MsgT]):
     """Publishes on a topic from any thread. Made by `Node.create_publisher`.
 
     Attributes:
         msg_type: The message class.
         topic: The name it was made with, remapped and expanded.
         qos_profile: Its QoS.
+        event_handlers: Entities with the calls of its event callbacks.
     """
 
-    def __init__(self, thread: NodeThread, native: NativePublisher[MsgT], qos_profile: QoSProfile) -> None:
+    def __init__(
+        self,
+        thread: NodeThread,
+        native: NativePublisher[MsgT],
+        qos_profile: QoSProfile,
+        event_handlers: list[EventCalls],
+    ) -> None:
         self.msg_type = native.msg_type
         self.topic = native.topic_name
         self.qos_profile = qos_profile
+        self.event_handlers = event_handlers
         self._thread = thread
         self._native = native
         self._publisher = thread.publisher(native)
@@ -82,17 +90,6 @@ class Publisher(Generic[MsgT]):
     def destroy(self) -> None:
         """Take the publisher out of service, after what it has published has been sent."""
         self._thread.call(self._native.destroy)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc_val: BaseException | None,
-        exc_tb: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
 
 AnyPublisher = Publisher[Any]

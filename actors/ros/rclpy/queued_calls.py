@@ -136,6 +136,35 @@ class QueuedCalls(Entity):
             future.set_exception(error)
 
 
+class RecentCalls:
+    """Calls of an entity of which a limited number wait for the executor; then the oldest is dropped.
+
+    Args:
+        entity: Makes the calls.
+        depth: How many may wait.
+
+    Attributes:
+        dropped: How many have been dropped.
+    """
+
+    def __init__(self, entity: QueuedCalls, depth: int) -> None:
+        self.dropped = 0
+        self._entity = entity
+        self._calls: deque[Callable[[], Any]] = deque(maxlen=depth)
+
+    def add(self, call: Callable[[], Any]) -> None:
+        """Make a call soon; in the loop."""
+        full = len(self._calls) == self._calls.maxlen
+        self._calls.append(call)
+        if full:  # the turn of the one that was dropped is left
+            self.dropped += 1
+        else:
+            self._entity.enqueue(self._make)
+
+    def _make(self) -> Any:
+        return self._calls.popleft()()
+
+
 def _complete(answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
     if answer.done():
         return

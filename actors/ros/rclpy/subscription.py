@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, Self, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
@@ -13,11 +13,11 @@ from actors.ros.rclpy.entity import Entity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from actors.endpoints.subscription.backlog import MessageInfo as NativeInfo
     from actors.endpoints.subscription.subscription import Subscription as NativeSubscription
     from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
     from actors.threads.node_thread import NodeThread
 
@@ -40,6 +40,7 @@ class Subscription(Entity, Generic[MsgT]):
         msg_type: The message class.
         topic: The name it was made with, remapped and expanded.
         qos_profile: Its QoS.
+        event_handlers: Entities with the calls of its event callbacks.
         raw: Whether the callback gets messages as bytes.
     """
 
@@ -56,6 +57,7 @@ class Subscription(Entity, Generic[MsgT]):
         callback: Callable[..., Any],
         callback_group: CallbackGroup,
         qos_profile: QoSProfile,
+        event_handlers: list[EventCalls],
         *,
         raw: bool,
     ) -> None:
@@ -63,6 +65,7 @@ class Subscription(Entity, Generic[MsgT]):
         self.msg_type: type[MsgT] = native.msg_type  # type: ignore[assignment]  # the same class
         self.topic = native.topic_name
         self.qos_profile = qos_profile
+        self.event_handlers = event_handlers
         self.raw = raw
         self.callback = callback
         self._thread = thread
@@ -119,17 +122,6 @@ class Subscription(Entity, Generic[MsgT]):
     def destroy(self) -> None:
         """Take the subscription out of service."""
         self._thread.call(self._native.destroy)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc_val: BaseException | None,
-        exc_tb: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
 
 def _info(info: NativeInfo) -> MessageInfo:

@@ -6,7 +6,7 @@ import inspect
 import threading
 from functools import partial
 from math import inf
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
@@ -14,7 +14,6 @@ from actors.time.types import ClockType, Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.clock import Clock
@@ -66,7 +65,6 @@ class Timer(Entity):
         context: Context | None = None,
         autostart: bool = True,
     ) -> None:
-        del context
         if timer_period_ns < 0:
             raise ValueError(f"timer period must be non-negative, got {timer_period_ns} ns")
         super().__init__(callback_group)
@@ -179,17 +177,6 @@ class Timer(Entity):
         """Make no further calls."""
         self._destroyed = True
         self.clock.followers.discard(self)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc_val: BaseException | None,
-        exc_tb: TracebackType | None,
-    ) -> None:
-        self.destroy()
 
 
 def _info_parameter(callback: Callable[..., Any]) -> str | None:

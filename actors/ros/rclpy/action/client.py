@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections import deque
-from concurrent.futures import CancelledError
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
-from actors.errors import NodeDestroyed
-from actors.ros.rclpy.queued_calls import QueuedCalls
+from actors.ros.rclpy.action.goal_handle import GoalHandle
+from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.executor_errors import ExternalShutdownException
+from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
 
     from actors.actions.client import ActionClient as NativeClient
     from actors.actions.client_goal import ClientGoalHandle as NativeHandle
@@ -23,6 +23,9 @@ FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
 
 
+T = TypeVar("T")
+
+
 class GetResultResponse(NamedTuple):
     """How a goal has ended."""
 
@@ -30,26 +33,16 @@ class GetResultResponse(NamedTuple):
     result: Any
 
 
-class ClientGoalHandle:
+class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
     """A goal that was sent. Made by `ActionClient.send_goal_async`."""
 
     def __init__(self, client: ActionClient, native: NativeHandle[Any, Any]) -> None:
+        super().__init__(native)
         self._client = client
-        self._native = native
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ClientGoalHandle) and self.goal_id == other.goal_id
-
-    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         goal_id = list(self.goal_id.uuid)
         return f"ClientGoalHandle <id={goal_id}, accepted={self.accepted}, status={self.status}>"
-
-    @property
-    def goal_id(self) -> Any:
-        """The goal's id."""
-        return self._native.goal_id
 
     @property
     def stamp(self) -> Any:
@@ -60,11 +53,6 @@ class ClientGoalHandle:
     def accepted(self) -> bool:
         """Whether the server has accepted the goal."""
         return self._native.accepted
-
-    @property
-    def status(self) -> int:
-        """The goal's state, as far as the client knows."""
-        return self._native.status
 
     def cancel_goal_async(self) -> Future[Any]:
         """Ask the server to cancel the goal; return a future of its response."""
@@ -80,8 +68,7 @@ class ClientGoalHandle:
 
     def get_result(self) -> GetResultResponse:
         """Wait for the result, and return it."""
-        response: GetResultResponse = self._client.wait_for(self._result)
-        return response
+        return self._client.wait_for(self._result)
 
     async def _result(self) -> GetResultResponse:
         outcome = await self._native.result()
@@ -112,15 +99,15 @@ class ActionClient(QueuedCalls):
         self._context = node.context
         super().__init__(self._context.thread, callback_group or node.default_callback_group)
         self._action_type = action_type
-        self._feedback: deque[Callable[[], Any]] = deque(maxlen=FEEDBACK_DEPTH)
+        self._feedback = RecentCalls(self, FEEDBACK_DEPTH)
         self._native: NativeClient[Any, Any, Any] = self._thread.call(
             lambda: node.native.create_action_client(action_type, action_name)
         )
         node.add_waitable(self)
 
-    def wait_for(self, work: Callable[[], Any]) -> Any:
-        """Wait for a coroutine of the loop; nobody needs to spin."""
-        return self._thread.call(work)
+    def wait_for(self, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """Wait for a coroutine of the loop; nobody needs to spin. Raise as `Context.wait` does."""
+        return self._context.wait(work)
 
     def send_goal_async(
         self, goal: Any, feedback_callback: Callable[[Any], Any] | None = None, goal_uuid: Any = None
@@ -156,7 +143,7 @@ class ActionClient(QueuedCalls):
         """
         self._check(goal)
         feedback_callback, goal_uuid = kwargs.get("feedback_callback"), kwargs.get("goal_uuid")
-        handle: ClientGoalHandle = self.wait_for(lambda: self._send(goal, feedback_callback, goal_uuid))
+        handle = self.wait_for(lambda: self._send(goal, feedback_callback, goal_uuid))
         return handle.get_result() if handle.accepted else None
 
     def _check(self, goal: Any) -> None:
@@ -171,13 +158,7 @@ class ActionClient(QueuedCalls):
         return ClientGoalHandle(self, await self._native.send_goal(goal, feedback, goal_uuid))
 
     def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
-        full = len(self._feedback) == FEEDBACK_DEPTH
-        self._feedback.append(partial(callback, message))
-        if not full:  # else the call for the one that was dropped makes this one
-            self.enqueue(self._call_feedback)
-
-    def _call_feedback(self) -> Any:
-        return self._feedback.popleft()()
+        self._feedback.add(partial(callback, message))
 
     def server_is_ready(self) -> bool:
         """Return whether there is a server."""
@@ -192,14 +173,10 @@ class ActionClient(QueuedCalls):
         Returns:
             Whether there is one; False as well if the context is shut down meanwhile.
         """
-        wait = self._thread.submit(lambda: self._native.wait_for_server(timeout_sec))
-        with self._context.cancelled_at_end(wait):
-            try:
-                return wait.result()
-            except (CancelledError, NodeDestroyed):
-                if self._context.ok():
-                    raise
-                return False
+        try:
+            return self._context.wait(lambda: self._native.wait_for_server(timeout_sec))
+        except (ExternalShutdownException, NotInitializedException):
+            return False
 
     def destroy(self) -> None:
         """Take the client out of service; its futures end with an exception."""

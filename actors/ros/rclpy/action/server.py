@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
+from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
@@ -33,32 +34,17 @@ def default_handle_accepted_callback(goal_handle: ServerGoalHandle) -> None:
     goal_handle.execute()
 
 
-class ServerGoalHandle:
+class ServerGoalHandle(GoalHandle["NativeHandle[Any, Any, Any]"]):
     """A goal that a client has sent."""
 
     def __init__(self, server: ActionServer, native: NativeHandle[Any, Any, Any]) -> None:
+        super().__init__(native)
         self._server = server
-        self._native = native
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ServerGoalHandle) and self.goal_id == other.goal_id
-
-    __hash__ = None  # type: ignore[assignment]
 
     @property
     def request(self) -> Any:
         """The goal message."""
         return self._native.request
-
-    @property
-    def goal_id(self) -> Any:
-        """The goal's id."""
-        return self._native.goal_id
-
-    @property
-    def status(self) -> int:
-        """The goal's state now."""
-        return self._native.status
 
     @property
     def is_active(self) -> bool:

@@ -1,0 +1,27 @@
+"""What a node makes: used in a `with` block, it is destroyed at the end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+
+class Destroyable:
+    """A publisher, or an entity: something with `destroy`."""
+
+    def destroy(self) -> None:
+        """Take it out of service."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.destroy()

@@ -1,0 +1,49 @@
+"""What other nodes see of a node's parameters: services, and `/parameter_events`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.interfaces.rcl_interfaces.msg import ParameterEvent
+from actors.parameters.requests import ParameterRequests, event_message
+from actors.ros.rclpy.qos import qos_profile_parameter_events
+
+if TYPE_CHECKING:
+    import threading
+    from collections.abc import Callable
+
+    from actors.parameters.changes import ParameterChanges
+    from actors.parameters.store import ParameterStore
+    from actors.ros.rclpy.node import Node
+
+
+def publish_changes(node: Node, store: ParameterStore) -> None:
+    """Publish each change of the parameters, and tell the native node whether time is simulated."""
+    events = node.create_publisher(ParameterEvent, "/parameter_events", qos_profile_parameter_events)
+
+    def publish(changes: ParameterChanges) -> None:
+        stamp = node.get_clock().now().to_msg()
+        events.publish(event_message(changes, stamp, node.get_fully_qualified_name()))
+        for each in (*changes.new, *changes.changed):
+            if each.name == "use_sim_time":
+                node.set_native_parameter(each)
+
+    store.listeners.append(publish)
+
+
+def serve_parameters(node: Node, store: ParameterStore, lock: threading.RLock) -> None:
+    """Let other nodes read and set the parameters; `lock` is held meanwhile."""
+
+    def locked(handler: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
+        def handle(request: Any, _response: Any) -> Any:
+            with lock:
+                return handler(request)
+
+        return handle
+
+    for name, srv_type, handler in ParameterRequests(store, _fits).handlers():
+        node.create_service(srv_type, f"~/{name}", locked(handler))
+
+
+def _fits(what: str, size: int) -> None:
+    """Accept every size: the broker's limit is checked where the reply is sent."""
