@@ -147,7 +147,7 @@ class Executor:
         except BaseException:
             self.work.ended(entity)
             raise
-        if not inspect.iscoroutine(result):
+        if result is None or not inspect.iscoroutine(result):
             self.work.ended(entity)
             return
         task = Task[Any](result, executor=self)

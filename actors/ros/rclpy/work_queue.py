@@ -9,7 +9,6 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from math import inf
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -42,8 +41,10 @@ class WakeUp:
 
     def set(self) -> None:
         """End the wait in progress, or else the next one."""
-        with suppress(RuntimeError):  # it is set already
+        try:  # noqa: SIM105 - `suppress` takes longer, and each message may come here
             self._lock.release()
+        except RuntimeError:  # it is set already
+            pass
 
     def wait(self, timeout_sec: float) -> None:
         """Wait until it is set, and unset it."""
@@ -184,8 +185,9 @@ class WorkQueue:
                 self._blocked.append(item)
                 continue
             call = item.take()
-            if item.has_work():
-                item.notify()
+            if item.has_work() and item.queued_in is None:
+                item.queued_in = self  # no wake-up: whoever takes this looks here again
+                self._ready.append(item)
             if call is not None:
                 return call, item
             self.ended(item)
