@@ -20,18 +20,10 @@ from actors.errors import NodeDestroyed
 from actors.interfaces.lifecycle_msgs import msg, srv
 from actors.lifecycle.errors import InvalidTransitionError
 from actors.lifecycle.publisher import Activation
-from actors.lifecycle.states import (
-    ACTIVE,
-    CALLBACKS,
-    STATES,
-    TRANSITIONS,
-    StateMachine,
-    TransitionCallbackReturn,
-)
+from actors.lifecycle.requests import StateRequests, transition_event
+from actors.lifecycle.states import ACTIVE, CALLBACKS, StateMachine, TransitionCallbackReturn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from actors.endpoints.context import NodeContext
     from actors.endpoints.publisher.publisher import Publisher
     from actors.lifecycle.states import LifecycleState, Transition
@@ -65,10 +57,7 @@ class Transitions:
         endpoint_of(self._events).standard = True
         for name, kind, callback in (
             ("change_state", srv.ChangeState, self._change_state),
-            ("get_state", srv.GetState, self._get_state),
-            ("get_available_states", srv.GetAvailableStates, self._get_available_states),
-            ("get_available_transitions", srv.GetAvailableTransitions, self._get_available_transitions),
-            ("get_transition_graph", srv.GetAvailableTransitions, self._get_transition_graph),
+            *StateRequests(self.machine).handlers(),
         ):
             full_name = node.resolve_service_name(f"~/{name}")
             IdleService(self._context, kind, full_name, callback=callback, concurrent=True)
@@ -138,15 +127,7 @@ class Transitions:
 
     def _publish(self, transition: Transition) -> None:
         if self._events is not None and not self._events.destroyed:
-            described = _describe(transition)
-            self._events.publish(
-                msg.TransitionEvent(
-                    timestamp=self._node.get_clock().now().nanoseconds,
-                    transition=described.transition,
-                    start_state=described.start_state,
-                    goal_state=described.goal_state,
-                )
-            )
+            self._events.publish(transition_event(transition, self._node.get_clock().now().nanoseconds))
 
     async def _change_state(self, request: srv.ChangeState.Request) -> srv.ChangeState.Response:
         wanted = request.transition
@@ -157,43 +138,3 @@ class Transitions:
                 self._context.log.warning(str(error))
             return srv.ChangeState.Response(success=False)
         return srv.ChangeState.Response(success=result is TransitionCallbackReturn.SUCCESS)
-
-    def _get_state(self, request: srv.GetState.Request) -> srv.GetState.Response:
-        del request
-        return srv.GetState.Response(current_state=_state(self.machine.current))
-
-    def _get_available_states(
-        self, request: srv.GetAvailableStates.Request
-    ) -> srv.GetAvailableStates.Response:
-        del request
-        return srv.GetAvailableStates.Response(available_states=[_state(each) for each in STATES])
-
-    def _get_available_transitions(
-        self, request: srv.GetAvailableTransitions.Request
-    ) -> srv.GetAvailableTransitions.Response:
-        del request
-        return _response(self.machine.available())
-
-    def _get_transition_graph(
-        self, request: srv.GetAvailableTransitions.Request
-    ) -> srv.GetAvailableTransitions.Response:
-        del request
-        return _response(TRANSITIONS)
-
-
-def _response(transitions: Iterable[Transition]) -> srv.GetAvailableTransitions.Response:
-    return srv.GetAvailableTransitions.Response(
-        available_transitions=[_describe(each) for each in transitions]
-    )
-
-
-def _describe(transition: Transition) -> msg.TransitionDescription:
-    return msg.TransitionDescription(
-        transition=msg.Transition(id=transition.id, label=transition.label),
-        start_state=_state(transition.start),
-        goal_state=_state(transition.goal),
-    )
-
-
-def _state(state: LifecycleState) -> msg.State:
-    return msg.State(id=state.state_id, label=state.label)
