@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar
 
 from actors.interfaces.message import Message, is_message_type
 from actors.node.node import Node as NativeNode
@@ -25,6 +25,7 @@ from actors.ros.rclpy.node_parameters import NodeParameters
 from actors.ros.rclpy.parameter_services import publish_changes, serve_parameters
 from actors.ros.rclpy.publisher import Publisher
 from actors.ros.rclpy.qos import QoSProfile, profile_of, qos_profile_services_default
+from actors.ros.rclpy.qos_overriding_options import overridden
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.entity import Entity
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
+    from actors.ros.rclpy.qos_overriding_options import QoSOverridingOptions
 
 JUMP_DEPTH: Final = 10
 """Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
@@ -243,6 +245,19 @@ class Node(NodeParameters, NodeGraph):
         """Run it no more; it has been destroyed."""
         self._entities[type(waitable)].remove(waitable)
 
+    def _overridden(
+        self,
+        profile: QoSProfile,
+        options: QoSOverridingOptions | None,
+        topic: str,
+        kind: Literal["publisher", "subscription"],
+    ) -> QoSProfile:
+        """Return a profile with the policies that parameters override."""
+        if options is None:
+            return profile
+        with self._parameters_lock:
+            return overridden(profile, options, self._store, self.resolve_topic_name(topic), kind)
+
     def _queue_events(
         self, callbacks: CallbacksT | None, group: CallbackGroup | None
     ) -> tuple[CallbacksT | None, list[EventCalls]]:
@@ -263,6 +278,7 @@ class Node(NodeParameters, NodeGraph):
         *,
         callback_group: CallbackGroup | None = None,
         event_callbacks: PublisherEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         publisher_class: type[Publisher[MsgT]] = Publisher,
     ) -> Publisher[MsgT]:
         """Make a publisher.
@@ -273,13 +289,14 @@ class Node(NodeParameters, NodeGraph):
             qos_profile: A profile or a depth.
             callback_group: When its event callbacks may run; None for the node's default group.
             event_callbacks: Callbacks for its QoS events.
+            qos_overriding_options: Which policies parameters may override.
             publisher_class: What to make.
 
         Returns:
             The publisher.
         """
         _require_message(msg_type)
-        profile = profile_of(qos_profile)
+        profile = self._overridden(profile_of(qos_profile), qos_overriding_options, topic, "publisher")
         callbacks, handlers = self._queue_events(event_callbacks, callback_group)
         native = self._thread.call(
             lambda: self.native.create_publisher(msg_type, topic, profile.native(), event_callbacks=callbacks)
@@ -299,6 +316,7 @@ class Node(NodeParameters, NodeGraph):
         *,
         callback_group: CallbackGroup | None = None,
         event_callbacks: SubscriptionEventCallbacks | None = None,
+        qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
     ) -> Subscription[MsgT]:
         """Make a subscription.
@@ -310,13 +328,14 @@ class Node(NodeParameters, NodeGraph):
             qos_profile: A profile or a depth.
             callback_group: When the callback may run; None for the node's default group.
             event_callbacks: Callbacks for its QoS events.
+            qos_overriding_options: Which policies parameters may override.
             raw: Give messages as bytes.
 
         Returns:
             The subscription.
         """
         _require_message(msg_type)
-        profile = profile_of(qos_profile)
+        profile = self._overridden(profile_of(qos_profile), qos_overriding_options, topic, "subscription")
         callbacks, handlers = self._queue_events(event_callbacks, callback_group)
         native = self._thread.call(
             lambda: self.native.create_subscription(
