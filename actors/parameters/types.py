@@ -119,7 +119,7 @@ class Parameter:
         value: The value; None for a parameter without one.
 
     Raises:
-        TypeError: No parameter can hold the value.
+        TypeError: No parameter can hold the value, or `type_` is no type.
         ValueError: Type and value do not agree.
     """
 
@@ -130,6 +130,10 @@ class Parameter:
     def __init__(self, name: str, type_: ParameterType | None = None, value: ParameterValue = None) -> None:
         if type_ is None:
             type_ = ParameterType.from_parameter_value(value)
+        if not isinstance(cast("object", type_), ParameterType):
+            raise TypeError(
+                f"{type_!r} is no type: use one of Parameter.Type, such as Parameter.Type.INTEGER"
+            )
         if not type_.check(value):
             raise ValueError(f"Type {type_.name} and value {value!r} do not agree")
         self._name = name

@@ -62,6 +62,12 @@ def test_values_that_no_parameter_holds(value: Any) -> None:
         Parameter("p", value=value)
 
 
+def test_types_are_of_the_enumeration() -> None:
+    """What is given as a type but is none is a TypeError that names the enumeration."""
+    with pytest.raises(TypeError, match=r"'double' is no type: use one of Parameter\.Type"):
+        Parameter("p", "double", 1.0)  # type: ignore[arg-type]
+
+
 def test_type_and_value_disagree() -> None:
     """A value that is not of the given type is a ValueError."""
     with pytest.raises(ValueError, match="do not agree"):

@@ -1,0 +1,70 @@
+"""rclpy's functions for values and files of parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.rcl_interfaces.msg import ParameterValue
+from actors.ros.rclpy.parameter import (
+    Parameter,
+    get_parameter_value,
+    parameter_dict_from_yaml_file,
+    parameter_value_to_python,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILE = """
+/**:
+  ros__parameters: {speed: 1, color: red}
+/arm:
+  ros__parameters: {speed: 2, joint: {limits: [1.0, 2.0]}}
+leg:
+  ros__parameters: {length: 3}
+"""
+
+
+def test_texts_become_values() -> None:
+    """YAML decides the type of a text; a text that no parameter can hold remains one."""
+    texts = ("true", "1", "1.5", "[1, 2]", "[a, b]", "[1, a]", "{a: 1}", "", "red")
+    assert [parameter_value_to_python(get_parameter_value(each)) for each in texts] == [
+        True, 1, 1.5, [1, 2], ["a", "b"], "[1, a]", "{a: 1}", "", "red",
+    ]  # fmt: skip
+    with pytest.raises(RuntimeError, match="42"):
+        parameter_value_to_python(ParameterValue(type=42))
+
+
+def test_files_become_messages(tmp_path: Path) -> None:
+    """Nested names are joined, and what a file has for one node wins over what it has for all."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text(FILE)
+
+    def read(**options: object) -> dict[str, object]:
+        messages = parameter_dict_from_yaml_file(str(file), **options)  # type: ignore[arg-type]
+        assert all(name == each.name for name, each in messages.items())
+        return {name: Parameter.from_parameter_msg(each).value for name, each in messages.items()}
+
+    assert read() == {"speed": 2, "joint.limits": [1.0, 2.0], "length": 3}
+    assert read(use_wildcard=True, target_nodes=["/arm"], namespace="my.") == {
+        "my.speed": 2, "my.color": "red", "my.joint.limits": [1.0, 2.0],
+    }  # fmt: skip
+    assert read(target_nodes=["leg"]) == {"length": 3}
+
+
+def test_unusable_files_are_named(tmp_path: Path) -> None:
+    """A missing file, one of another form, and one without the wanted node raise as in rclpy."""
+    file = tmp_path / "parameters.yaml"
+    with pytest.raises(FileNotFoundError):
+        parameter_dict_from_yaml_file(str(file))
+    file.write_text("arm: 1")
+    with pytest.raises(RuntimeError, match="ros__parameters"):
+        parameter_dict_from_yaml_file(str(file))
+    file.write_text(FILE)
+    with pytest.raises(RuntimeError, match="no parameters of /head, only of"):
+        parameter_dict_from_yaml_file(str(file), target_nodes=["head"])
+    file.write_text("/**:\n  ros__parameters: {speed: 1}")
+    with pytest.raises(RuntimeError, match="none of the wanted"):
+        parameter_dict_from_yaml_file(str(file))
