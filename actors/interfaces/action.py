@@ -32,6 +32,25 @@ class ActionTypes:
     feedback_message: type[Message]
 
 
+@dataclass(frozen=True)
+class ActionImpl:
+    """What carries an action, by the names that ROS's classes have for it.
+
+    Attributes:
+        SendGoalService: Service: Request(goal_id, goal), Response(accepted, stamp).
+        GetResultService: Service: Request(goal_id), Response(status, result).
+        FeedbackMessage: Message: goal_id, feedback.
+        CancelGoalService: Service: `action_msgs/srv/CancelGoal`.
+        GoalStatusMessage: Message: `action_msgs/msg/GoalStatusArray`.
+    """
+
+    SendGoalService: type[Service]
+    GetResultService: type[Service]
+    FeedbackMessage: type[Message]
+    CancelGoalService: type[Service]
+    GoalStatusMessage: type[Message]
+
+
 def _service(
     owner: type[Action], name: str, request: dict[str, Any], response: dict[str, Any]
 ) -> type[Service]:
@@ -92,3 +111,17 @@ def action_types(action: type[Action]) -> ActionTypes:
             {**goal_id, "feedback": (parts.Feedback, parts.Feedback)},
         ),
     )
+
+
+@cache
+def action_impl(action: Any) -> ActionImpl:
+    """Return what carries an action, by ROS's names.
+
+    Raises:
+        TypeError: `action` is not an action class.
+    """
+    from actors.interfaces.action_msgs.msg import GoalStatusArray  # noqa: PLC0415 - seldom needed
+    from actors.interfaces.action_msgs.srv import CancelGoal  # noqa: PLC0415 - seldom needed
+
+    types = action_types(action)
+    return ActionImpl(types.send_goal, types.get_result, types.feedback_message, CancelGoal, GoalStatusArray)

@@ -21,7 +21,7 @@ import msgspec
 from actors.interfaces.arrays import NumericArray
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
-from actors.interfaces.fields import BINARY, fields_of
+from actors.interfaces.fields import BINARY, IDL_NAMES, fields_of
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, type_name
 
@@ -30,13 +30,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.fields import FieldType
 
-_IDL_NAMES: Final = {
-    "bool": "boolean",
-    "byte": "octet",
-    "char": "uint8",
-    "float32": "float",
-    "float64": "double",
-}
 _MAX_WIDTH: Final = 2**31 - 1
 _MAX_DEPTH: Final = 64
 """Limit of the nesting of a printed message; real types have about ten levels."""
@@ -216,7 +209,7 @@ def _described(value: Any, field_type: FieldType | None) -> str:
         base = value.element
     else:
         base = "uint8" if isinstance(value, bytes | bytearray | memoryview) else "unknown"
-    name = _IDL_NAMES.get(base, base)
+    name = IDL_NAMES.get(base, base)
     if field_type is not None and field_type.is_fixed:
         return f"<array type: {name}[{field_type.high}]>"
     return f"<sequence type: {name}, length: {len(cast('Any', value))}>"

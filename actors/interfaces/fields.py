@@ -35,6 +35,14 @@ if TYPE_CHECKING:
 
 BINARY: Final = frozenset({"uint8", "byte", "char"})
 """Element types whose sequences are encoded as msgpack bin."""
+IDL_NAMES: Final = {
+    "bool": "boolean",
+    "byte": "octet",
+    "char": "uint8",
+    "float32": "float",
+    "float64": "double",
+}
+"""Primitives that have another name in IDL."""
 _PLAIN: Final[dict[type, str]] = {
     bool: "bool", int: "int64", float: "float64", str: "string",
     bytes: "uint8[]", bytearray: "uint8[]", memoryview: "uint8[]",
@@ -70,6 +78,19 @@ class FieldType:
     def is_fixed(self) -> bool:
         """Whether this is `T[n]`."""
         return self.is_array and self.high is not None and self.low == self.high
+
+    @property
+    def idl(self) -> str:
+        """The type as ROS 2's Python classes name it, such as "sequence<double, 3>" or "std_msgs/Header"."""
+        package, _, rest = self.base.partition("/")
+        text = f"{package}/{rest.rpartition('/')[2]}" if rest else IDL_NAMES.get(self.base, self.base)
+        if self.string_bound:
+            text += f"<{self.string_bound}>"
+        if not self.is_array:
+            return text
+        if self.is_fixed:
+            return f"{text}[{self.high}]"
+        return f"sequence<{text}>" if self.high is None else f"sequence<{text}, {self.high}>"
 
     def __str__(self) -> str:
         text = self.base.replace("/msg/", "/")

@@ -26,12 +26,15 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 import msgspec
 
 from actors.interfaces.definition import action_definition, message_definition, service_definition
+from actors.interfaces.fields import fields_of
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
 from actors.interfaces.values import has_sequences, same, sequences_of, value_repr
 from proto.type_hash import hash_of
 
 if TYPE_CHECKING:
+    from actors.interfaces.action import ActionImpl
     from actors.interfaces.service_event import ServiceEvent
+    from actors.interfaces.slot_types import AbstractType
 
 
 def _plain(value: Any) -> Any:
@@ -42,12 +45,35 @@ def _rebuilt(cls: type[Message], values: dict[str, Any]) -> Message:
     return cls(**values)
 
 
+class _SlotTypes:
+    """Gives a message class's `SLOT_TYPES` on first use."""
+
+    def __get__(self, instance: object, owner: Any) -> tuple[AbstractType, ...]:
+        from actors.interfaces.slot_types import slot_types  # noqa: PLC0415 - seldom needed
+
+        return slot_types(owner)
+
+
 class Message(msgspec.Struct, metaclass=MessageType):
     """Base of all message types, generated or written by hand.
 
     The class keyword `type_name` sets the ROS type name; by default it is derived from the class's top
     module, or the script's file name. Field types are those of `actors.interfaces.types`.
+
+    Attributes:
+        SLOT_TYPES: The types of the fields in order, as objects of `actors.interfaces.slot_types`.
     """
+
+    SLOT_TYPES = _SlotTypes()
+
+    @classmethod
+    def get_fields_and_field_types(cls) -> dict[str, str]:
+        """Return the names of the fields in order, and their types in IDL, such as "sequence<double>".
+
+        Raises:
+            TypeError: A field has no ROS type.
+        """
+        return {field.name: field.type.idl for field in fields_of(cls)}
 
     def __repr__(self) -> str:
         name = message_name(type(self)).replace("/", ".")
@@ -123,8 +149,23 @@ class Service:
         _adopt(cls, ("Request", "Response"), "srv", type_name)
 
 
+class _ActionImpl:
+    """Gives an action's `Impl` on first use."""
+
+    def __get__(self, instance: object, owner: type[Action]) -> ActionImpl:
+        from actors.interfaces.action import action_impl  # noqa: PLC0415 - circular, and seldom needed
+
+        return action_impl(owner)
+
+
 class Action:
-    """Base of action types: a namespace with the message classes `Goal`, `Result` and `Feedback`."""
+    """Base of action types: a namespace with the message classes `Goal`, `Result` and `Feedback`.
+
+    Attributes:
+        Impl: The services and messages that carry it, with ROS's names; made on first use.
+    """
+
+    Impl = _ActionImpl()
 
     def __init_subclass__(cls, *, type_name: str | None = None) -> None:
         _adopt(cls, ("Goal", "Result", "Feedback"), "action", type_name)

@@ -45,3 +45,17 @@ def test_only_actions(wrong: Any) -> None:
     """Anything else is told what to pass."""
     with pytest.raises(TypeError, match="Expected an action class"):
         action_types(wrong)
+
+
+def test_an_action_has_what_carries_it() -> None:
+    """`Impl` has ROS 2's names; it is made once."""
+    types = action_types(Fibonacci)
+    impl = Fibonacci.Impl
+    assert impl is Fibonacci.Impl
+    assert (impl.SendGoalService, impl.GetResultService, impl.FeedbackMessage) == (
+        types.send_goal,
+        types.get_result,
+        types.feedback_message,
+    )
+    assert type_name(impl.CancelGoalService) == "action_msgs/srv/CancelGoal"
+    assert type_name(impl.GoalStatusMessage) == "action_msgs/msg/GoalStatusArray"

@@ -8,8 +8,9 @@ import importlib.machinery
 import pickle
 import sys
 import types as python_types
-from typing import Any, ClassVar, cast
+from typing import Annotated, Any, ClassVar, cast
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -155,3 +156,32 @@ def test_a_service_needs_both_parts() -> None:
         class Half(Service):
             class Request(Message):
                 pass
+
+
+def test_a_class_tells_its_fields() -> None:
+    """With ROS 2's texts for their types; the dict is the caller's."""
+
+    class Every(Message, type_name="lab/msg/Every"):
+        name: Annotated[str, types.AtMost(10)] = ""
+        names: Annotated[list[Annotated[str, types.AtMost(5)]], types.AtMost(3)] = msgspec.field(
+            default_factory=list
+        )
+        flags: list[bool] = msgspec.field(default_factory=list)
+        raw: types.ByteSequence = b""
+        letters: types.CharSequence = b""
+        ranges: types.Float32Sequence = msgspec.field(default_factory=types.Float32Array)
+        rotation: Annotated[types.Float64Sequence, types.Length(9)] = types.Float64Array([0.0] * 9)
+        header: Header = Header()
+
+    assert list(Every.get_fields_and_field_types().items()) == [
+        ("name", "string<10>"),
+        ("names", "sequence<string<5>, 3>"),
+        ("flags", "sequence<boolean>"),
+        ("raw", "sequence<octet>"),
+        ("letters", "sequence<uint8>"),
+        ("ranges", "sequence<float>"),
+        ("rotation", "double[9]"),
+        ("header", "std_msgs/Header"),
+    ]
+    Every().get_fields_and_field_types().clear()
+    assert len(Every.get_fields_and_field_types()) == 8
