@@ -152,7 +152,7 @@ class Service:
 class _ActionImpl:
     """Gives an action's `Impl` on first use."""
 
-    def __get__(self, instance: object, owner: type[Action]) -> ActionImpl:
+    def __get__(self, instance: object, owner: Any) -> ActionImpl:
         from actors.interfaces.action import action_impl  # noqa: PLC0415 - circular, and seldom needed
 
         return action_impl(owner)

@@ -12,6 +12,7 @@ from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
+from actors.ros.values import rosidl_values
 
 if TYPE_CHECKING:
     from actors.endpoints.client.client import Client as NativeClient
@@ -59,7 +60,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         """
         self._check(request)
         response: ResponseT = self.context.wait(lambda: self._call(request), timeout_sec)
-        return response
+        return rosidl_values(response)
 
     async def _call(self, request: Any) -> Any:
         """Wait for a server, and call it; in the loop."""
@@ -113,7 +114,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         future.set_executor(self.executor)
         error = reply.exception()
         if error is None:
-            future.set_result(reply.result())
+            future.set_result(rosidl_values(reply.result()))
         else:
             future.set_exception(error)
 

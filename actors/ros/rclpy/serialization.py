@@ -6,6 +6,7 @@ from typing import TypeVar
 
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message
+from actors.ros.values import rosidl_values
 
 MsgT = TypeVar("MsgT", bound=Message)
 
@@ -25,4 +26,4 @@ def deserialize_message(serialized_message: bytes, message_type: type[MsgT]) -> 
     Raises:
         InvalidMessageError: They are no such message.
     """
-    return codec_for(message_type).decode(serialized_message)
+    return rosidl_values(codec_for(message_type).decode(serialized_message))

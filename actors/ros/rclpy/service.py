@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
+from actors.ros.values import rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,5 +37,5 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
 
     async def _handle(self, request: RequestT) -> ResponseT:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        response: ResponseT = await self.run(self.callback, request, self.srv_type.Response())
+        response: ResponseT = await self.run(self.callback, rosidl_values(request), self.srv_type.Response())
         return response

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy.entity import Entity
+from actors.ros.values import rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,9 +116,10 @@ class Subscription(Entity, Generic[MsgT]):
             return None
         if taken is None:
             return None
+        message = rosidl_values(taken[0])
         if self._callback_type is Subscription.CallbackType.MessageOnly:
-            return partial(self._callback, taken[0])
-        return partial(self._callback, taken[0], _info(taken[1]))
+            return partial(self._callback, message)
+        return partial(self._callback, message, _info(taken[1]))
 
     def destroy(self) -> None:
         """Take the subscription out of service."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
+from actors.ros.values import rosidl_values
 
 FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
@@ -72,7 +73,7 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
 
     async def _result(self) -> GetResultResponse:
         outcome = await self._native.result()
-        return GetResultResponse(outcome.status, outcome.result)
+        return GetResultResponse(outcome.status, rosidl_values(outcome.result))
 
 
 class ActionClient(QueuedCalls):
@@ -158,7 +159,7 @@ class ActionClient(QueuedCalls):
         return ClientGoalHandle(self, await self._native.send_goal(goal, feedback, goal_uuid))
 
     def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
-        self._feedback.add(partial(callback, message))
+        self._feedback.add(partial(callback, rosidl_values(message)))
 
     def server_is_ready(self) -> bool:
         """Return whether there is a server."""

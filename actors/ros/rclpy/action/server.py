@@ -8,6 +8,7 @@ from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
+from actors.ros.values import rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -132,7 +133,7 @@ class ActionServer(QueuedCalls):
         return self._thread.call(work)
 
     async def _decide(self, request: Any) -> GoalResponse:
-        answer = await self.run(self._goal_callback, request)
+        answer = await self.run(self._goal_callback, rosidl_values(request))
         return answer if isinstance(answer, GoalResponse) else GoalResponse.REJECT
 
     async def _cancel(self, native: NativeHandle[Any, Any, Any]) -> CancelResponse:

@@ -1,0 +1,109 @@
+"""Values of received messages as programs for ROS 2 expect them.
+
+callboard's messages have bytes for `uint8[]`, which are not copied, and need no NumPy. ROS 2's have an
+`array.array` that can be changed, a list for `byte[]`, and NumPy arrays for fixed arrays of numbers. Messages
+that such a program gets are converted after they have been decoded; the classes are the same.
+"""
+
+from __future__ import annotations
+
+from array import array
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+from actors.interfaces.arrays import ARRAY_BY_ELEMENT
+from actors.interfaces.fields import fields_of, nested_classes
+from actors.interfaces.message import is_message_type
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import ModuleType
+
+    from actors.interfaces.fields import FieldType
+    from actors.interfaces.naming import MessageType
+
+T = TypeVar("T")
+_BYTES: Final = (memoryview, bytes)
+"""What a decoded message has for `uint8[]`, `char[]` and `byte[]`; nothing else is converted again."""
+
+
+def rosidl_values(message: T) -> T:
+    """Convert the values of a received message in place, once for all who get it.
+
+    Args:
+        message: The message, or anything else, which is left alone.
+
+    Returns:
+        The same message.
+    """
+    for name, convert in _conversions(cast("Any", type(message))):
+        setattr(message, name, convert(getattr(message, name)))
+    return message
+
+
+@cache
+def _has_conversions(cls: MessageType) -> bool:
+    return is_message_type(cls) and any(
+        _conversion(field.type) for each in nested_classes(cls) for field in fields_of(each)
+    )
+
+
+@cache
+def _conversions(cls: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+    """Return the fields of a class that are converted, and how; none if it is no message class."""
+    if not _has_conversions(cls):
+        return ()
+    found: list[tuple[str, Callable[[Any], Any]]] = []
+    for field in fields_of(cls):
+        nested, convert = field.type.message, _conversion(field.type)
+        if nested is not None and _has_conversions(nested):
+            convert = _each if field.type.is_array else rosidl_values
+        if convert is not None:
+            found.append((field.name, convert))
+    return tuple(found)
+
+
+def _each(messages: list[Any]) -> list[Any]:
+    return [rosidl_values(message) for message in messages]
+
+
+def _conversion(kind: FieldType) -> Callable[[Any], Any] | None:
+    """Return what converts a sequence of a type; None if it has the right values, or is no sequence."""
+    if not kind.is_array or kind.message is not None:
+        return None
+    if kind.base == "byte":
+        return _bytes_list
+    binary = kind.base in {"uint8", "char"}
+    numpy: Any = _numpy() if kind.is_fixed and (binary or kind.base in ARRAY_BY_ELEMENT) else None
+    if numpy is not None:
+        return partial(_numpy_array, numpy, numpy.dtype("uint8" if binary else kind.base))
+    return _byte_array if binary else None
+
+
+def _byte_array(value: Any) -> Any:
+    if not isinstance(value, _BYTES):
+        return value
+    made = array("B")
+    made.frombytes(cast("bytes", value))
+    return made
+
+
+def _bytes_list(value: Any) -> Any:
+    return [bytes([each]) for each in cast("bytes", value)] if isinstance(value, _BYTES) else value
+
+
+def _numpy_array(numpy: Any, dtype: Any, value: Any) -> Any:
+    if isinstance(value, numpy.ndarray):
+        return value
+    # Bytes are copied, because they are read-only; arrays share their memory.
+    made = numpy.frombuffer(value, dtype)
+    return made.copy() if isinstance(value, _BYTES) else made
+
+
+@cache
+def _numpy() -> ModuleType | None:
+    try:
+        import numpy as np  # noqa: PLC0415 - an extra, and slow to import
+    except ImportError:
+        return None
+    return np

@@ -1,0 +1,116 @@
+"""The values of messages that programs for ROS 2 receive."""
+
+from __future__ import annotations
+
+import builtins
+from array import array
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+
+from actors.interfaces.codec import codec_for
+from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
+from actors.interfaces.message import Message
+from actors.interfaces.sensor_msgs.msg import Image, LaserScan
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.test_msgs.msg import Arrays, UnboundedSequences
+from actors.ros import values
+from actors.ros.rclpy.executors import SingleThreadedExecutor
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.task import Future
+from actors.ros.values import rosidl_values
+
+if TYPE_CHECKING:
+    import pytest
+
+    from actors.ros.rclpy.context import Context
+
+
+class Pair(Message):
+    images: list[Image] = msgspec.field(default_factory=list)
+
+
+def received(message: Message) -> Any:
+    """Return a message as callboard decodes it."""
+    codec = codec_for(type(message))
+    return codec.decode(codec.encode(message))
+
+
+def test_sequences_are_rosidls() -> None:
+    """Arrays of uint8 that can be changed, lists of bytes; other sequences are arrays already."""
+    sent = UnboundedSequences(uint8_values=b"\1\2", byte_values=b"ab", char_values=b"c", float32_values=[0.5])
+    message = rosidl_values(received(sent))
+    assert message.uint8_values == array("B", [1, 2])
+    message.uint8_values.append(3)
+    assert message.byte_values == [b"a", b"b"]
+    assert message.char_values == array("B", b"c")
+    assert isinstance(message.float32_values, array)
+    assert "byte_values=[b'a', b'b']," in repr(message)
+
+
+def test_fixed_arrays_are_numpys() -> None:
+    """At any depth, of the element's type, and to be changed."""
+    message = rosidl_values(received(PoseWithCovarianceStamped()))
+    covariance = message.pose.covariance
+    assert covariance.reshape(6, 6).dtype == np.float64
+    covariance[0] = 1.0
+    assert received(message).pose.covariance[0] == 1.0
+    arrays = rosidl_values(received(Arrays()))
+    assert arrays.uint8_values.dtype == np.uint8
+    arrays.uint8_values[2] = 9
+    assert arrays.int16_values.dtype == np.int16
+    assert [type(each) for each in arrays.bool_values] == [bool] * 3
+
+
+def test_converted_messages_travel() -> None:
+    """They equal what they were made of, and a second conversion changes nothing."""
+    sent = Arrays(uint8_values=b"\1\2\3", byte_values=b"abc")
+    message = rosidl_values(rosidl_values(received(sent)))
+    assert message == sent
+    assert received(message) == sent
+
+
+def test_messages_in_sequences_are_converted() -> None:
+    """Each of them."""
+    message = rosidl_values(received(Pair(images=[Image(data=b"\1"), Image(data=b"\2")])))
+    assert [image.data for image in message.images] == [array("B", [1]), array("B", [2])]
+
+
+def test_other_values_are_left_alone() -> None:
+    """Bytes of a raw subscription, and messages that have nothing to convert."""
+    for each in (b"raw", String(data="x"), LaserScan(ranges=[1.0])):
+        assert rosidl_values(each) is each
+
+
+def test_numpy_is_not_required(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it fixed arrays of numbers stay what they were."""
+    importing = builtins.__import__
+
+    def without_numpy(name: str, *args: Any, **kwargs: Any) -> Any:
+        if name == "numpy":
+            raise ImportError(name)
+        return importing(name, *args, **kwargs)
+
+    for cached in (values._numpy, values._has_conversions, values._conversions):
+        cached.cache_clear()
+    monkeypatch.setattr(builtins, "__import__", without_numpy)
+    message = rosidl_values(received(Arrays(uint8_values=b"\1\2\3")))
+    monkeypatch.undo()
+    for cached in (values._numpy, values._has_conversions, values._conversions):
+        cached.cache_clear()
+    assert type(message.float64_values) is type(received(message).float64_values)
+    assert message.uint8_values == array("B", [1, 2, 3])
+
+
+def test_a_subscription_gets_them(context: Context) -> None:
+    """Whichever node published the message."""
+    with Node("camera", context=context) as node, SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(node)
+        future = Future[Any]()
+        node.create_subscription(Image, "image", future.set_result, 1)
+        publisher = node.create_publisher(Image, "image", 1)
+        node.create_timer(0.01, lambda: publisher.publish(Image(data=b"\1\2")))
+        executor.spin_until_future_complete(future, 20)
+    image: Any = future.result()
+    assert image.data == array("B", [1, 2])
