@@ -12,6 +12,8 @@
     CALLBOARD_KEY        PEM file with its private key
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
+    ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
+    AMENT_PREFIX_PATH    folders where such programs find interface packages, in share
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 
@@ -143,6 +145,16 @@ def log_level(environ: Mapping[str, str] | None = None) -> str | None:
     if value is not None and value.upper() not in LOG_LEVELS:
         raise InvalidEnvironmentError("CALLBOARD_LOG_LEVEL", value, f"one of {', '.join(LOG_LEVELS)}")
     return value
+
+
+def checks_fields(environ: Mapping[str, str] | None = None) -> bool:
+    """Return whether ROS_PYTHON_CHECK_FIELDS is 1."""
+    return _get("ROS_PYTHON_CHECK_FIELDS", environ) == "1"
+
+
+def ament_prefixes(environ: Mapping[str, str] | None = None) -> list[str]:
+    """Return the folders in AMENT_PREFIX_PATH in order."""
+    return [each for each in (_get("AMENT_PREFIX_PATH", environ) or "").split(os.pathsep) if each]
 
 
 def color_wish(environ: Mapping[str, str] | None = None) -> bool | None:

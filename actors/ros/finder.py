@@ -11,14 +11,18 @@ import pkgutil
 import sys
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
+
+from actors.config.environment import checks_fields
+from actors.ros.interface_packages import find_in_folders
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-LIBRARIES: Final = {"rclpy": "actors.ros.rclpy"}
+LIBRARIES: Final = {
+    "rclpy": "actors.ros.rclpy",
+}
 """Top-level names of ROS 2's libraries, and what stands for them."""
 INTERFACES: Final = "actors.interfaces"
 
@@ -67,22 +71,33 @@ class RosFinder(MetaPathFinder):
     def __init__(self, *, force: bool = False) -> None:
         self._force = force
         self._targets: dict[str, str | None] = {}
+        self._found: dict[str, ModuleSpec] = {}
+        """The specs of modules under callboard's names, for the loaders that import them next."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of an alias; None if the name is not one of ROS 2's, or is installed."""
-        del path, target
+        """Return the spec of an alias, or of a package of interface files.
+
+        Returns:
+            None if the name is neither, or is installed.
+        """
+        del target
+        if fullname in self._found:
+            return self._found.pop(fullname)
         top, dot, rest = fullname.partition(".")
         if top not in self._targets:
             self._targets[top] = self._target(top)
         found = self._targets[top]
         if found is None:
-            return None
+            spec = find_in_folders(fullname, path)
+            return None if spec is not None and path is None and is_installed(top) else spec
         name = found + dot + rest
-        spec = find_spec(name)
+        spec = PathFinder.find_spec(name, path or importlib.import_module(name.rpartition(".")[0]).__path__)
         if spec is None:
             return None
+        if name not in sys.modules:
+            self._found[name] = spec
         return ModuleSpec(fullname, AliasLoader(name), is_package=spec.submodule_search_locations is not None)
 
     def _target(self, top: str) -> str | None:
@@ -98,6 +113,10 @@ def _known() -> dict[str, str]:
     if _names is None:
         _names = {}  # what `targets` imports comes here, too
         _names = targets()
+        if checks_fields():
+            from actors.interfaces.checking import check_assignments  # noqa: PLC0415 - seldom needed
+
+            check_assignments()
     return _names
 
 

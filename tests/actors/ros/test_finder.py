@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from importlib.machinery import PathFinder
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.interfaces.checking import check_assignments
 from actors.interfaces.std_msgs import msg as std_msgs_msg
 from actors.ros import finder
 
@@ -122,3 +125,44 @@ def test_a_finder_is_installed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     finder.install()
     assert [type(each).__name__ for each in sys.meta_path].index("RosFinder") == 0
     assert sum(isinstance(each, finder.RosFinder) for each in sys.meta_path) == 1
+
+
+def test_a_module_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loader imports the module by the spec that the finder has found."""
+    found = finder.RosFinder()
+    monkeypatch.setattr(sys, "meta_path", [found, *sys.meta_path])
+    monkeypatch.delitem(sys.modules, "actors.interfaces.shape_msgs.msg", raising=False)
+    importlib.import_module("actors.interfaces.shape_msgs")
+    spec = found.find_spec("shape_msgs.msg", importlib.import_module("shape_msgs").__path__)
+    looked_up = PathFinder.find_spec
+    names: list[str] = []
+
+    def counted(name: str, *args: Any) -> Any:
+        names.append(name)
+        return looked_up(name, *args)
+
+    monkeypatch.setattr(PathFinder, "find_spec", counted)
+    assert spec is not None
+    assert spec.loader is not None
+    assert spec.loader.create_module(spec) is sys.modules["actors.interfaces.shape_msgs.msg"]
+    assert names == []
+
+
+def test_fields_are_checked_if_the_environment_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With ROS 2's variable, from the first import on; else a message takes what it gets."""
+    code = """install()
+import std_msgs.msg
+try:
+    print(std_msgs.msg.String(data=5))
+except AssertionError as error:
+    print(error)"""
+    assert python(code) == "std_msgs.msg.String(data=5)"
+    monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "1")
+    assert python(code) == "The 'data' field must be of type 'str'"
+    monkeypatch.setattr(finder, "_names", None)
+    assert finder.RosFinder().find_spec("std_msgs", None) is not None
+    try:
+        with pytest.raises(AssertionError):
+            std_msgs_msg.String(data=5)  # type: ignore[arg-type]
+    finally:
+        check_assignments(enabled=False)
