@@ -11,6 +11,8 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Final
 
 from broker.configuration import SETTINGS
+from broker.errors import ConfigurationError
+from broker.idleness import Idleness
 from broker.private_file import write_private
 from broker.server import Broker
 from proto.aio import process
@@ -58,7 +60,14 @@ class Daemon:
         self._broker = Broker(configuration.broker_options, node_log_level=logging.INFO)
 
     async def serve(self) -> None:
-        """Serve until SIGINT or SIGTERM cancels it; SIGHUP reloads the configuration."""
+        """Serve until SIGINT or SIGTERM cancels it, or it has been idle; SIGHUP reloads the configuration.
+
+        Raises:
+            ConfigurationError: It is to end when idle, but has a page beside it, which is always a client.
+            As `Broker.__aenter__`.
+        """
+        if self._beside is not None and self._options.exit_when_idle is not None:
+            raise ConfigurationError("exit_when_idle cannot be used with --http: the page stays connected")
         task = asyncio.current_task()
         assert task is not None
         loop = asyncio.get_running_loop()
@@ -78,12 +87,25 @@ class Daemon:
                     self._manager.notify_ready(self._status)
                     try:
                         async with nullcontext() if self._beside is None else self._beside(broker):
-                            await broker.serve_forever()
+                            await self._serve(broker)
                     finally:
                         self._status = ""
                         self._manager.notify_stopping(broker.options.drain_timeout_sec + STOP_RESERVE_SEC)
         finally:
             await cancel_and_wait(watchdog)
+
+    async def _serve(self, broker: Broker) -> None:
+        """Wait until cancelled, or until no client has been connected for as long as the options say."""
+        limit = self._options.exit_when_idle
+        if limit is None:
+            await broker.serve_forever()
+            return
+        idleness = Idleness(limit, broker.stats())
+        while True:
+            await asyncio.sleep(idleness.period_sec)
+            if idleness.is_over(broker.stats()):
+                logger.info("No client has been connected for %g s: the broker ends", limit)
+                return
 
     def _reload(self) -> None:
         """Apply the configuration anew. If it is wrong, everything remains as it was."""

@@ -209,13 +209,7 @@ class BrokerOptions:
     max_message_bytes: int = _option(limits.MAX_MESSAGE_BYTES, "size of one message", 1024, limits.MAX_U32)
 
     def __post_init__(self) -> None:
-        for option in fields(self):
-            value = getattr(self, option.name)
-            if "least" not in option.metadata:
-                continue
-            least, most = option.metadata["least"], option.metadata["most"]
-            if not isinstance(value, int | float) or not least <= value <= most:
-                raise InvalidOptionError(f"{option.name} must be from {least} to {most}, got {value!r}")
+        _check_ranges(self)
         if self.mesh_name is not None and not re.fullmatch(BROKER_NAME, self.mesh_name):
             text = "mesh_name must have 1 to 63 letters, digits and -_. and begin with a letter or digit"
             raise InvalidOptionError(f"{text}, got {self.mesh_name!r}")
@@ -236,8 +230,33 @@ class BrokerOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DaemonOptions:
-    """The options that only the daemon has: its log, and the file with its URL."""
+    """The options that only the daemon has: its log, the file with its URL, and its end.
+
+    Raises:
+        InvalidOptionError: A value is out of range.
+    """
 
     url_file: Path | None = _option(None, "write the URL it listens on to this file")
     log_level: str = _option("info", "what is logged", reloads=True, choices=LEVELS)
     json_logs: bool = _option(False, "log one JSON object per line")
+    exit_when_idle: float | None = _option(
+        None,
+        "end with 0 when no client has been connected for so many seconds, also at the start; other brokers"
+        " of the mesh are no clients, and the page of --http would always be one",
+        0.1,
+        86_400,
+    )
+
+    def __post_init__(self) -> None:
+        _check_ranges(self)
+
+
+def _check_ranges(options: BrokerOptions | DaemonOptions) -> None:
+    """Raise InvalidOptionError if a value is out of its range. One that need not be set may be None."""
+    for option in fields(options):
+        value = getattr(options, option.name)
+        if "least" not in option.metadata or (value is None and option.default is None):
+            continue
+        least, most = option.metadata["least"], option.metadata["most"]
+        if not isinstance(value, int | float) or not least <= value <= most:
+            raise InvalidOptionError(f"{option.name} must be from {least} to {most}, got {value!r}")

@@ -74,6 +74,7 @@ def test_every_option_of_the_broker_can_be_configured(tmp_path: Path) -> None:
         ("log_level = 1", 'log_level must be one of "debug", "info", "warning", "error", not 1'),
         ('unix = ""', 'unix must be a string with a path, not ""'),
         ('host = ["a"]', "host must be a string, not ['a']"),
+        ("exit_when_idle = 0", "exit_when_idle must be a number from 0.1 to 86400, not 0"),
     ],
 )
 def test_a_wrong_file_is_one_line_with_file_key_and_what_is_allowed(

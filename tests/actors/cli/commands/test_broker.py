@@ -77,6 +77,14 @@ def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> No
     assert captured.err == f"--http: cannot listen on {address}: Address already in use\n"
 
 
+def test_a_broker_with_the_page_is_never_idle(capsys: pytest.CaptureFixture[str]) -> None:
+    """It does not start with an option that would do nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+    assert main(["broker", "--port", "0", "--http", address, "--exit-when-idle", "10"]) == 1
+    assert capsys.readouterr().err == "exit_when_idle cannot be used with --http: the page stays connected\n"
+
+
 def test_the_page_needs_a_name_that_is_known(capsys: pytest.CaptureFixture[str]) -> None:
     """The error is that of the resolver."""
     assert main(["broker", "--port", "0", "--http", "robot..local:7412"]) == 2
