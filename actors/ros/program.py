@@ -1,39 +1,64 @@
-"""Runs a program of a script or of an installed package in this process."""
+"""Runs a program of a script, a module or an installed package in this process."""
 
 from __future__ import annotations
 
 import runpy
 import sys
+from functools import partial
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 class NoProgramError(Exception):
-    """There is no such script, package or console script."""
+    """There is no such script, module, package or console script."""
 
 
-def run_program(name: str, arguments: list[str]) -> None:
-    """Run a program as Python does, with its own `sys.argv`.
+def find_program(name: str, arguments: list[str], *, module: bool = False) -> Callable[[], object]:
+    """Prepare this process for a program, as Python does: its `sys.argv` and `sys.path`.
 
     Args:
-        name: A file, or a package whose console script is the first of the arguments.
+        name: A file, a folder with a `__main__.py`, or a package whose console script is the first of the
+            arguments.
         arguments: Its arguments.
+        module: `name` is that of a module, as for `python -m`.
+
+    Returns:
+        What runs the program. It raises SystemExit if the program ends so.
 
     Raises:
         NoProgramError: There is no such program.
-        SystemExit: The program has ended so.
     """
+    if module:
+        return _module(name, arguments)
     path = Path(name)
-    if path.is_file():
+    is_folder = (path / "__main__.py").is_file()
+    if path.is_file() or is_folder:
         sys.argv = [name, *arguments]
-        sys.path.insert(0, str(path.resolve().parent))
-        runpy.run_path(name, run_name="__main__")
-        return
+        if not is_folder:  # runpy adds a folder itself
+            sys.path.insert(0, str(path.resolve().parent))
+        return partial(runpy.run_path, name, run_name="__main__")
     if path.suffix == ".py" or not arguments:
         raise NoProgramError(f"No script '{name}'")
     sys.argv = arguments
-    _run(_entry_point(name, arguments[0]))
+    return partial(_run, _entry_point(name, arguments[0]))
+
+
+def _module(name: str, arguments: list[str]) -> Callable[[], object]:
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.insert(0, str(Path.cwd()))
+    try:
+        found = find_spec(name)
+    except ModuleNotFoundError:
+        found = None
+    if found is None:
+        raise NoProgramError(f"No module '{name}'")
+    sys.argv = [name, *arguments]
+    return partial(runpy.run_module, name, run_name="__main__", alter_sys=True)
 
 
 def _entry_point(package: str, executable: str) -> EntryPoint:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.integration.conftest import ROOT
+from tests.integration.processes import pids_in, wait_until_dead
 
 if TYPE_CHECKING:
     from tests.integration.conftest import Program, System
@@ -50,6 +52,36 @@ async def test_arguments_are_ros_arguments(system: System) -> None:
     shown = await system.python("-m", "actors", "topic", "list")
     assert await shown.wait_for_exit() == 0
     assert "/news" in shown.output
+
+
+async def test_two_programs_start_one_broker(system: System, tmp_path: Path) -> None:
+    """Whichever is first says so; the broker outlives it, also if the terminal's group gets Ctrl-C."""
+    system.variables["XDG_STATE_HOME"] = str(tmp_path)
+    talker, listener = [
+        await start(system, "module", f"minimal_{name}") for name in ("publisher", "subscriber")
+    ]
+    await listener.wait_for_line('I heard: "Hi Automatic Addison: ')
+    said = [line for each in (talker, listener) for line in each.lines if "Started a broker at" in line]
+    assert len(said) == 1
+    (pid, *_) = pids_in(said[0].partition("(")[2])
+    try:
+        for program in (talker, listener):
+            program.send_signal(signal.SIGINT)
+            assert await program.wait_for_exit() == 0
+        shown = await system.python("-m", "actors", "node", "list")
+        assert await shown.wait_for_exit() == 0
+    finally:
+        os.kill(pid, signal.SIGTERM)
+    await wait_until_dead(pid)
+
+
+async def test_no_broker_is_started_if_it_is_refused(system: System) -> None:
+    """The node says that it finds none, as any node does."""
+    program = await system.python(
+        "-m", "actors", "run", "--ros", "--no-broker", str(PROGRAMS / "minimal_publisher.py")
+    )
+    await program.wait_for_line("No broker at")
+    assert "Started" not in program.output
 
 
 async def test_what_cannot_be_run_is_named(system: System) -> None:

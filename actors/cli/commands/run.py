@@ -44,6 +44,9 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--force", action="store_true", help="with --ros: even if ROS 2's own rclpy is installed"
     )
+    parser.add_argument(
+        "--no-broker", action="store_true", help="with --ros: start no broker, even if none answers"
+    )
     parser.add_argument("program", metavar="SCRIPT", help="a Python file; or a package with console scripts")
     # argparse takes everything from the first positional on, options and `--` included.
     rest = parser.add_argument(
@@ -58,10 +61,12 @@ def run(options: Options) -> int:
     prefix = _prefix(options.prefix)
     path = Path(options.program)
     if options.ros:
-        force = ["--force"] if options.force else []
+        flags = ["--force"] * options.force + ["--no-broker"] * options.no_broker
         _become(
-            *prefix, sys.executable, "-u", "-m", "actors.ros", *force, options.program, *options.arguments
+            *prefix, sys.executable, "-u", "-m", "actors.ros", *flags, options.program, *options.arguments
         )
+    if options.force or options.no_broker:
+        raise CommandError(f"--{'force' if options.force else 'no-broker'} needs --ros", USAGE)
     if path.is_file() or (path / "__main__.py").is_file():
         _become(*prefix, sys.executable, "-u", str(path), *options.arguments)
     if path.suffix == ".py" or os.sep in options.program:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.ros import __main__ as main_module
 from actors.ros import program
 from actors.ros.__main__ import main
 
@@ -21,6 +22,7 @@ def _own_interpreter_state(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys, "argv", [])
+    monkeypatch.setenv("CALLBOARD_URL", "callboard://192.0.2.1:7411")  # elsewhere: no broker is started
 
 
 def test_a_script_runs_with_its_arguments(
@@ -38,6 +40,49 @@ def test_a_script_runs_with_its_arguments(
     assert capsys.readouterr().out == "__main__ ['--ros-args', '-r', 'a:=b'] beside 1000000000\n"
 
 
+def test_a_folder_and_a_module_run_as_with_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A folder's `__main__.py`; `-m` finds modules in the folder where it was started."""
+    (tmp_path / "beside_it.py").write_text("import sys\nprint(__name__, sys.argv[1:])\n")
+    (tmp_path / "__main__.py").write_text("import beside_it\nprint(__name__)\n")
+    monkeypatch.setattr(sys, "argv", ["ros", str(tmp_path)])
+    main()
+    assert capsys.readouterr().out == "beside_it []\n__main__\n"
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["ros", "-m", "beside_it", "-x"])
+    main()
+    assert capsys.readouterr().out == "__main__ ['-x']\n"
+
+
+def test_a_broker_is_started_unless_it_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line on stderr says so; if it cannot be started, the program does not run, and the code is 1."""
+    (tmp_path / "script.py").write_text("print('runs')\n")
+    asked: list[object] = []
+
+    def ensure(target: object) -> str:
+        asked.append(target)
+        return "Started"
+
+    monkeypatch.setattr(main_module, "ensure_local_broker", ensure)
+    for flags, said in ((["--no-broker"], ""), ([], "Started\n")):
+        monkeypatch.setattr(sys, "argv", ["ros", *flags, str(tmp_path / "script.py")])
+        main()
+        assert capsys.readouterr() == ("runs\n", said)
+    assert len(asked) == 1
+    monkeypatch.undo()
+    monkeypatch.setenv("CALLBOARD_URL", f"callboard+unix://{tmp_path}/none/s")
+    monkeypatch.setattr(sys, "argv", ["ros", str(tmp_path / "script.py")])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("Cannot start a broker at callboard+unix://")
+
+
 class Distribution:
     """What the tests need of an installed package."""
 
@@ -50,13 +95,13 @@ def test_a_console_script_of_a_package_runs(monkeypatch: pytest.MonkeyPatch) -> 
     vars(script).update(dist=Distribution())
     monkeypatch.setattr(program, "entry_points", lambda **group: [script])
     with pytest.raises(SystemExit) as ended:
-        program.run_program("py_pubsub", ["talker", "x"])
+        program.find_program("py_pubsub", ["talker", "x"])()
     assert str(ended.value.code).startswith("3.")
     assert sys.argv == ["talker", "x"]
     with pytest.raises(
         program.NoProgramError, match="No program 'none' in package 'py_pubsub'; there is: talker"
     ):
-        program.run_program("py_pubsub", ["none"])
+        program.find_program("py_pubsub", ["none"])
 
 
 @pytest.mark.parametrize(
@@ -65,6 +110,8 @@ def test_a_console_script_of_a_package_runs(monkeypatch: pytest.MonkeyPatch) -> 
         (["none.py"], "No script 'none.py'"),
         (["none"], "No script 'none'"),
         (["no_such_package", "talker"], "No installed package 'no_such_package'"),
+        (["-m", "none"], "No module 'none'"),
+        (["-m", "none.below"], "No module 'none.below'"),
     ],
 )
 def test_a_mistake_is_one_line(

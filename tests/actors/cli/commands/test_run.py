@@ -70,6 +70,16 @@ def test_an_installed_program_is_started_as_its_script_would() -> None:
     assert "from actors.cli.main import main; sys.argv[0] = 'callboard'; sys.exit(main())" in code
 
 
+def test_a_program_for_ros_is_run_by_its_module(capsys: pytest.CaptureFixture[str]) -> None:
+    """The options of --ros are passed on; without it they are an error."""
+    assert became("--ros", "talker.py", "-x") == ["-u", "-m", "actors.ros", "talker.py", "-x"]
+    flags = ["--force", "--no-broker"]
+    assert became("--ros", *flags, "a", "b") == ["-u", "-m", "actors.ros", *flags, "a", "b"]
+    for flag in flags:
+        assert main(["run", flag, "a.py"]) == 2
+        assert capsys.readouterr().err == f"{flag} needs --ros\n"
+
+
 def test_a_prefix_starts_the_program(tmp_path: Path) -> None:
     """It is split as a shell would, and Python with the script follows."""
     script = tmp_path / "node.py"

@@ -1,0 +1,179 @@
+"""A broker on this machine for programs that expect to find one: started if none answers.
+
+    started = ensure_local_broker(find_broker_target())
+    if started is not None:
+        print(started, file=sys.stderr)
+
+It is a process of its own, which outlives its starter, and ends when it has been idle. Several programs may
+do this at the same moment: one broker listens, and all use it.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Final, NamedTuple
+
+from actors.config import environment
+from actors.errors import BrokerUnreachable
+from actors.graph.inspector import inspector_for
+from proto.addresses import is_loopback
+from proto.errors import CallboardError, ProtocolError, escape
+from proto.url import LOOPBACK_HOSTS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from actors.config.contexts import BrokerTarget
+    from proto.url import BrokerUrl
+
+IDLE_SEC: Final = 10
+"""The broker ends when no client has been connected for so long."""
+ANSWER_TIMEOUT_SEC: Final = 2.0
+"""How long a broker that listens may take to answer."""
+START_TIMEOUT_SEC: Final = 20.0
+"""How long a new broker may take to listen."""
+STOP_TIMEOUT_SEC: Final = 2.0
+"""How long one that has not listened in time may take to end, before it is killed."""
+MAX_LOG_BYTES: Final = 1024 * 1024
+"""A longer log is emptied at the next start."""
+MAX_QUOTED_BYTES: Final = 4096
+"""Of the log of a broker that has not started."""
+_SERVICE_VARIABLES: Final = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "LISTEN_FDS", "LISTEN_PID")
+"""What a service manager tells the program that starts the broker, and not the broker."""
+
+
+class BrokerStartError(CallboardError):
+    """A broker was to be started, and it does not listen; the text has its output."""
+
+
+class LocalBroker(NamedTuple):
+    """A broker that was started.
+
+    Attributes:
+        url: Where it listens.
+        pid: Its process.
+        log: Its log file; "" if it could not be opened.
+    """
+
+    url: str
+    pid: int
+    log: str
+
+    def __str__(self) -> str:
+        log = f", log {self.log}" if self.log else ""
+        return f"Started a broker at {self.url} (pid {self.pid}{log}), which ends when idle for {IDLE_SEC} s"
+
+
+def ensure_local_broker(
+    target: BrokerTarget, *, start_timeout_sec: float = START_TIMEOUT_SEC
+) -> LocalBroker | None:
+    """Start a broker if none answers and one can be started there.
+
+    None is started for another machine, for TLS, which needs a certificate, or where something else listens:
+    the error of a node that connects says so.
+
+    Args:
+        target: The broker that nodes are to use.
+        start_timeout_sec: How long it may take to listen, in seconds.
+
+    Returns:
+        The broker; None if none was started, or another process has started one meanwhile.
+
+    Raises:
+        BrokerStartError: The broker does not listen.
+    """
+    if not all(_is_local(url) for url in target.urls) or _is_answered(target):
+        return None
+    url = target.urls[0]
+    with _open_log(url) as log:
+        before = log.seek(0, os.SEEK_END)
+        process = _start(_command(url), log)
+        if _listens(process, start_timeout_sec):
+            return LocalBroker(str(url), process.pid, log.name if isinstance(log.name, str) else "")
+        if _is_answered(target):
+            return None  # another was faster
+        log.seek(before)
+        said = escape(log.read(MAX_QUOTED_BYTES).decode(errors="replace").strip().replace("\n", "; "))
+    raise BrokerStartError(
+        f"Cannot start a broker at {url}: {said or f'it has not listened within {start_timeout_sec:g} s'}"
+    )
+
+
+def _is_local(url: BrokerUrl) -> bool:
+    """Return whether a broker without a certificate can be started at a URL, by this process."""
+    return not url.tls and bool(url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
+
+
+def _is_answered(target: BrokerTarget) -> bool:
+    """Return whether something listens: a broker, also one that refuses, or another program."""
+    inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
+    try:
+        with inspector:
+            return True
+    except ProtocolError:
+        return True
+    except BrokerUnreachable:
+        return inspector.listening is not None
+
+
+def _command(url: BrokerUrl) -> tuple[str, ...]:
+    place = ("--unix", url.path) if url.path else ("--host", url.host, "--port", str(url.port))
+    # -P: a folder "broker" where the program was started is not this one.
+    return (sys.executable, "-P", "-m", "broker", *place, "--exit-when-idle", str(IDLE_SEC))
+
+
+def _open_log(url: BrokerUrl) -> IO[bytes]:
+    """Open the log of brokers at a URL; a file without a name if there can be none."""
+    folder = Path(environment.state_folder(), "brokers")
+    name = "".join(char if char.isalnum() else "-" for char in str(url).partition("//")[2].strip("/"))
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        log = (folder / f"{name[-200:]}.log").open("a+b")
+    except OSError:
+        return tempfile.TemporaryFile()
+    if log.seek(0, os.SEEK_END) > MAX_LOG_BYTES:
+        log.truncate(0)
+    return log
+
+
+def _start(command: Sequence[str], log: IO[bytes]) -> subprocess.Popen[bytes]:
+    """Start a process that no terminal and no signal of this process's group reaches."""
+    return subprocess.Popen(  # noqa: S603 - this interpreter, and an address
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=log,
+        env={name: value for name, value in os.environ.items() if name not in _SERVICE_VARIABLES},
+        start_new_session=True,
+    )
+
+
+def _listens(process: subprocess.Popen[bytes], timeout_sec: float) -> bool:
+    """Wait for the line in which a broker says that it listens; return whether it came. If not, end it."""
+    lines: list[bytes] = []
+    assert process.stdout is not None
+    with process.stdout as stream:
+        reader = threading.Thread(target=lambda: lines.append(stream.readline()), daemon=True)
+        reader.start()
+        reader.join(timeout_sec)
+        listens = lines not in ([], [b""])
+        if not listens:
+            _end(process)
+        reader.join()
+    if listens:
+        process.returncode = 0  # Nobody waits for it: without this a warning says that it still runs.
+    return listens
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    try:
+        process.wait(STOP_TIMEOUT_SEC)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -1,0 +1,137 @@
+"""A broker that is started where none answers: once, in a process of its own, and with a clear error."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.config.contexts import find_broker_target
+from actors.graph.inspector import inspector_for
+from actors.processes import local_broker
+from actors.processes.local_broker import BrokerStartError, LocalBroker, ensure_local_broker
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from actors.config.contexts import BrokerTarget
+
+DEADLINE_SEC = 30
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> BrokerTarget:
+    """A broker's address where nobody listens."""
+    return find_broker_target(f"callboard+unix://{tmp_path}/s")
+
+
+@pytest.fixture
+def started(target: BrokerTarget, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[LocalBroker]]:
+    """Brokers that a test has started; they are stopped."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(Path(target.urls[0].path).parent))
+    brokers: list[LocalBroker] = []
+    yield brokers
+    for each in brokers:
+        os.kill(each.pid, signal.SIGTERM)
+        assert os.waitpid(each.pid, 0) == (each.pid, 0)
+
+
+def test_it_is_started_only_where_none_answers(target: BrokerTarget, started: list[LocalBroker]) -> None:
+    """It listens when the call returns, has a session of its own, and a log; the second call starts none."""
+    found = ensure_local_broker(target)
+    assert found is not None
+    started.append(found)
+    with inspector_for(target, DEADLINE_SEC):
+        assert ensure_local_broker(target) is None
+    assert os.getsid(found.pid) == found.pid
+    assert Path(found.log).is_file()
+    assert str(found) == (
+        f"Started a broker at {target.url} (pid {found.pid}, log {found.log}), which ends when idle for 10 s"
+    )
+
+
+def test_of_several_starters_one_starts_it(target: BrokerTarget, started: list[LocalBroker]) -> None:
+    """All return at the moment when a broker answers, whoever has started it."""
+    ready = threading.Barrier(3)
+
+    def start(_number: int) -> LocalBroker | None:
+        ready.wait(DEADLINE_SEC)
+        return ensure_local_broker(target)
+
+    with ThreadPoolExecutor(3) as pool:
+        started += [each for each in pool.map(start, range(3)) if each is not None]
+    assert len(started) == 1
+    with inspector_for(target, DEADLINE_SEC):
+        pass
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["callboard://192.0.2.1:7411", "callboards://localhost:1", "callboard://localhost:1,callboard://x:1"],
+)
+def test_none_is_started_for_other_machines_or_tls(url: str) -> None:
+    """Nothing is asked there: a node that connects gets the error, or the broker."""
+    assert ensure_local_broker(find_broker_target(url), start_timeout_sec=0) is None
+
+
+def test_none_is_started_where_another_program_listens(target: BrokerTarget) -> None:
+    """It could not listen."""
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(target.urls[0].path)
+        server.listen()
+        with ThreadPoolExecutor(1) as pool:
+            accepted = pool.submit(server.accept)
+            accepted.add_done_callback(lambda done: done.result()[0].close())
+            assert ensure_local_broker(target, start_timeout_sec=0) is None
+
+
+def test_the_error_has_what_the_broker_said(tmp_path: Path, started: list[LocalBroker]) -> None:
+    """A socket file in a folder that does not exist."""
+    assert not started
+    with pytest.raises(
+        BrokerStartError, match=r"^Cannot start a broker at .*/none/s: Cannot listen on .*No such"
+    ):
+        ensure_local_broker(find_broker_target(f"callboard+unix://{tmp_path}/none/s"))
+
+
+def test_a_broker_that_is_too_slow_is_ended(target: BrokerTarget, started: list[LocalBroker]) -> None:
+    """The error says how long it had, and nobody listens later."""
+    assert not started
+    with pytest.raises(BrokerStartError, match="has not listened within 0 s"):
+        ensure_local_broker(target, start_timeout_sec=0)
+
+
+def test_the_log_has_a_limit(
+    target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that has become long is emptied when the next broker starts."""
+    monkeypatch.setattr(local_broker, "MAX_LOG_BYTES", 10)
+    first = ensure_local_broker(target)
+    assert first is not None
+    os.kill(first.pid, signal.SIGTERM)
+    os.waitpid(first.pid, 0)
+    Path(first.log).write_text("a line that is long\n")
+    found = ensure_local_broker(target)
+    assert found is not None
+    started.append(found)
+    assert found.log == first.log
+    assert "a line" not in Path(found.log).read_text()
+
+
+def test_it_starts_without_a_log(
+    target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """On a machine where the user may write nowhere."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    found = ensure_local_broker(target)
+    assert found is not None
+    started.append(found)
+    assert found.log == ""
+    assert ", log" not in str(found)
