@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.integration.conftest import ROOT
+from tests.integration.guides import Environment, builds_packages
 from tests.integration.processes import pids_in, wait_until_dead
 
 if TYPE_CHECKING:
@@ -52,6 +54,63 @@ async def test_arguments_are_ros_arguments(system: System) -> None:
     shown = await system.python("-m", "actors", "topic", "list")
     assert await shown.wait_for_exit() == 0
     assert "/news" in shown.output
+
+
+PACKAGE = """
+from setuptools import setup
+
+setup(
+    name="course", version="0.0.0", py_modules=["talker", "listener"],
+    entry_points={"console_scripts": ["talker = talker:main", "listener = listener:main"]},
+)
+"""
+
+
+@builds_packages
+async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path) -> None:
+    """With packaging/callboard-ros in the environment: a script, console scripts, and pytest's process."""
+    environment = Environment(tmp_path / "environment")
+    hook, package = tmp_path / "hook", tmp_path / "package"
+    shutil.copytree(ROOT / "packaging" / "callboard-ros", hook)  # building writes there
+    package.mkdir()
+    (package / "setup.py").write_text(PACKAGE)
+    for module, name in (("talker", "minimal_publisher"), ("listener", "minimal_subscriber")):
+        shutil.copy(PROGRAMS / f"{name}.py", package / f"{module}.py")
+
+    async def run(program: str, *args: str) -> Program:
+        command = str(environment.programs / program)
+        return await system.program(command, *args, folder=tmp_path, environ=environment.variables)
+
+    for folder in (hook, package):
+        installed = await run("pip", "install", str(folder))
+        assert await installed.wait_for_exit() == 0, installed.output
+    await system.broker()
+    programs = [
+        await run("talker"),
+        await run("listener"),
+        await run("python", str(PROGRAMS / "publishing_subscriber.py")),
+    ]
+    await programs[0].wait_for_line('Publishing: "Hi Automatic Addison: 1"')
+    await programs[1].wait_for_line('I heard: "Hi Automatic Addison: ')
+    await programs[2].wait_for_line("I heard Hi Automatic Addison: ")
+    for program in programs:
+        program.send_signal(signal.SIGINT)
+        assert await program.wait_for_exit() == 0, program.output
+    (tmp_path / "test_names.py").write_text(
+        "def test_name():\n    from rclpy.node import Node\n    assert Node\n"
+    )
+    tested = await run(
+        "python",
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:randomly",
+        "-p",
+        "no:cacheprovider",
+        str(tmp_path / "test_names.py"),
+    )
+    assert await tested.wait_for_exit() == 0, tested.output
 
 
 async def test_two_programs_start_one_broker(system: System, tmp_path: Path) -> None:
