@@ -4,5 +4,5 @@ Nothing else in `actors` imports it: programs run so by `callboard run --ros` or
 after `actors.ros.finder.install()`. `rclpy/` has the modules that they import; one thread of the process runs
 the nodes (`process_thread.py`), and callbacks run in the threads that spin.
 
-Imports `runtime/`, `threads/` and the packages below them.
+Imports `processes/`, `threads/`, `runtime/` and the packages below them.
 """
