@@ -60,8 +60,10 @@ from actors.launch.description.event_handlers import (
 from actors.launch.description.library_substitutions import (
     AnonName as AnonName,
     Command as Command,
+    ExecutableInPackage as ExecutableInPackage,
     FileContent as FileContent,
     FindExecutable as FindExecutable,
+    FindPackagePrefix as FindPackagePrefix,
     FindPackageShare as FindPackageShare,
 )
 from actors.launch.description.lifecycle import (
@@ -69,6 +71,7 @@ from actors.launch.description.lifecycle import (
     LifecycleNode as LifecycleNode,
     LifecycleTransition as LifecycleTransition,
     matches_action as matches_action,
+    matches_node_name as matches_node_name,
 )
 from actors.launch.description.logic import (
     AllSubstitution as AllSubstitution,
@@ -82,10 +85,21 @@ from actors.launch.description.logic import (
     OrSubstitution as OrSubstitution,
 )
 from actors.launch.description.python_expression import PythonExpression as PythonExpression
+from actors.launch.description.scope_settings import (
+    PopEnvironment as PopEnvironment,
+    PopLaunchConfigurations as PopLaunchConfigurations,
+    PushEnvironment as PushEnvironment,
+    PushLaunchConfigurations as PushLaunchConfigurations,
+    ResetEnvironment as ResetEnvironment,
+    ResetLaunchConfigurations as ResetLaunchConfigurations,
+    SetParametersFromFile as SetParametersFromFile,
+    UnsetLaunchConfiguration as UnsetLaunchConfiguration,
+)
 from actors.launch.description.substitutions import (
     EnvironmentVariable as EnvironmentVariable,
     LaunchConfiguration as LaunchConfiguration,
     LaunchContext as LaunchContext,
+    LocalSubstitution as LocalSubstitution,
     PathJoinSubstitution as PathJoinSubstitution,
     TextSubstitution as TextSubstitution,
     ThisLaunchFile as ThisLaunchFile,

@@ -116,10 +116,11 @@ class Node(Launched):
 
     Attributes:
         package: The package, with `executable`.
-        executable: One of its console scripts.
+        executable: One of its console scripts; without a package, a program by its path or along PATH.
         script: A Python file instead; a relative path starts at the folder of the launch file.
         node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
             launch's own process, so it must not block, and shares its working folder.
+        exec_name: For the label of its lines; None: the node's name, or else the program's.
         name: The node's name; None: as the program sets it.
         namespace: The node's namespace, within the one that has been pushed.
         parameters: Mappings of parameters, and paths of YAML files, relative to the folder of the launch
@@ -155,6 +156,7 @@ class Node(Launched):
     executable: Text | None = None
     script: Text | None = None
     node: Factory | str | None = None
+    exec_name: Text | None = None
     name: Text | None = None
     namespace: Text | None = None
     parameters: Sequence[Parameters] = ()
@@ -239,6 +241,7 @@ class GroupAction(Action):
     Attributes:
         actions: The actions.
         scoped: False: what they set applies after the group, too.
+        forwarding: Whether they see the arguments that are set outside.
         launch_configurations: Values to set first, by name.
         condition: When to carry it out; None: always.
     """
@@ -246,6 +249,7 @@ class GroupAction(Action):
     actions: Sequence[Action]
     _: KW_ONLY
     scoped: bool = True
+    forwarding: bool = True
     launch_configurations: Mapping[str, Text] = field(default_factory=dict[str, Text])
 
 
@@ -374,18 +378,20 @@ class SetRemap(Setting):
 class IncludeLaunchDescription(Action):
     """Another launch file, in a scope of its own.
 
-    It gets the arguments and variables that are set here. What it sets does not apply after it.
+    It gets the arguments and variables that are set here.
 
     Attributes:
         launch_description_source: The file, or a `PythonLaunchDescriptionSource` of it; a relative path
             starts at the folder of this launch file.
         launch_arguments: Arguments for it, as a mapping or as pairs.
+        scoped: False: what it sets, and its arguments, apply after it, too.
         condition: When to carry it out; None: always.
     """
 
     launch_description_source: Text
     _: KW_ONLY
     launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = ()
+    scoped: bool = True
 
     @property
     def given(self) -> Iterable[tuple[str, Text]]:

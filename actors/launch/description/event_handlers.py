@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
 
 Actions: TypeAlias = "Action | Sequence[Action]"
+Target: TypeAlias = "Launched | str | Callable[[Launched], bool] | None"
 Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 
 
@@ -52,12 +53,12 @@ class ProcessHandler(EventHandler):
     """React to what happens to a process.
 
     Attributes:
-        target_action: The action that started the process, or its name: the label without the number; None:
-            any process.
+        target_action: The action that started the process, or its name: the label without the number, or a
+            function that is called with an action and returns whether it is meant; None: any process.
         handle_once: Whether to react only the first time.
     """
 
-    target_action: Launched | str | None = None
+    target_action: Target = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +68,8 @@ class OnProcessStart(ProcessHandler):
     Attributes:
         on_start: An action, a list of actions, or a function that is called with the event and the
             `LaunchContext`.
-        target_action: The action that started the process, or its name: the label without the number; None:
-            any process.
+        target_action: The action that started the process, or its name: the label without the number, or a
+            function that is called with an action and returns whether it is meant; None: any process.
         handle_once: Whether to react only the first time.
     """
 
@@ -82,8 +83,8 @@ class OnProcessExit(ProcessHandler):
     Attributes:
         on_exit: An action, a list of actions, or a function that is called with the event and the
             `LaunchContext`.
-        target_action: The action that started the process, or its name: the label without the number; None:
-            any process.
+        target_action: The action that started the process, or its name: the label without the number, or a
+            function that is called with an action and returns whether it is meant; None: any process.
         handle_once: Whether to react only the first time.
     """
 
@@ -99,8 +100,8 @@ class OnProcessIO(ProcessHandler):
             `LaunchContext`. For stdout and stderr.
         on_stdout: The same for stdout only.
         on_stderr: The same for stderr only.
-        target_action: The action that started the process, or its name: the label without the number; None:
-            any process.
+        target_action: The action that started the process, or its name: the label without the number, or a
+            function that is called with an action and returns whether it is meant; None: any process.
         handle_once: Whether to react only the first time.
     """
 

@@ -26,6 +26,18 @@ class Library(Protocol):
         """Return the command for a program of a package."""
         ...
 
+    def python_program(self, command: Sequence[str]) -> Sequence[str]:
+        """Return a command, changed if it runs a Python program that needs something of the launch."""
+        ...
+
+    def prefix(self, package: str) -> str:
+        """Return the folder of the environment that a package is installed in."""
+        ...
+
+    def installed_program(self, package: str, executable: str) -> str:
+        """Return the path of a program that was installed with a package."""
+        ...
+
     def script(self, path: str) -> Sequence[str]:
         """Return the command for a Python file."""
         ...

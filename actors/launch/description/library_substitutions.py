@@ -67,6 +67,37 @@ class FindPackageShare(Substitution):
 
 
 @dataclass(frozen=True)
+class FindPackagePrefix(Substitution):
+    """The folder of the environment that a package is installed in, such as /usr or a virtual environment.
+
+    Attributes:
+        package: The package's name.
+    """
+
+    package: Text
+
+    def perform(self, scope: Scope) -> str:
+        return scope.library.prefix(resolve(self.package, scope))
+
+
+@dataclass(frozen=True)
+class ExecutableInPackage(Substitution):
+    """The path of a program that was installed with a package.
+
+    Attributes:
+        executable: The program's name.
+        package: The package's name.
+    """
+
+    executable: Text
+    package: Text
+
+    def perform(self, scope: Scope) -> str:
+        package, executable = resolve(self.package, scope), resolve(self.executable, scope)
+        return scope.library.installed_program(package, executable)
+
+
+@dataclass(frozen=True)
 class FileContent(Substitution):
     """What a text file holds.
 

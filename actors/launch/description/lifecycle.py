@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
-from actors.launch.description.actions import Action, Node
+from actors.launch.description.actions import Action, Launched, Node
 from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.description.substitutions import Text
+
+Matcher: TypeAlias = "Callable[..., bool] | matches_node_name"
 
 TRANSITION_TIMEOUT_SEC: Final = 60.0
 """A callback may start hardware."""
@@ -27,10 +29,11 @@ class LifecycleNode(Node):
         transition_timeout: Seconds within which each transition must be done, including the time until the
             node is there.
         package: The package, with `executable`.
-        executable: One of its console scripts.
+        executable: One of its console scripts; without a package, a program by its path or along PATH.
         script: A Python file instead; a relative path starts at the folder of the launch file.
         node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
             launch's own process, so it must not block, and shares its working folder.
+        exec_name: For the label of its lines; None: the node's name.
         namespace: The node's namespace, within the one that has been pushed.
         parameters: Mappings of parameters, and paths of YAML files, relative to the folder of the launch
             file. The last value of a parameter counts.
@@ -68,7 +71,7 @@ class LifecycleNode(Node):
 
 @dataclass(frozen=True)
 class matches_action(Part):  # noqa: N801 - the name in ROS 2
-    """Chooses the node that an action has started.
+    """Chooses the process that an action has started.
 
     Attributes:
         action: The action.
@@ -76,9 +79,9 @@ class matches_action(Part):  # noqa: N801 - the name in ROS 2
 
     noun: ClassVar[str] = "matcher"
 
-    action: LifecycleNode
+    action: Launched
 
-    def __call__(self, action: LifecycleNode) -> bool:
+    def __call__(self, action: Launched) -> bool:
         """Return whether an action is this one.
 
         Args:
@@ -90,6 +93,19 @@ class matches_action(Part):  # noqa: N801 - the name in ROS 2
         return action is self.action
 
 
+@dataclass(frozen=True)
+class matches_node_name(Part):  # noqa: N801 - the name in ROS 2
+    """Chooses the lifecycle node of a name.
+
+    Attributes:
+        node_name: The node's full name, or one relative to the current namespace.
+    """
+
+    noun: ClassVar[str] = "matcher"
+
+    node_name: Text
+
+
 @dataclass(frozen=True, kw_only=True)
 class ChangeState(Part):
     """Request a transition of lifecycle nodes: `EmitEvent(event=ChangeState(…))`.
@@ -98,15 +114,15 @@ class ChangeState(Part):
     requested before. A transition that fails is logged.
 
     Attributes:
-        lifecycle_node_matcher: Chooses the nodes: `matches_action(node)`, or a function that is called with
-            a `LifecycleNode` action and returns whether it is meant.
+        lifecycle_node_matcher: Chooses the nodes: `matches_action(node)`, `matches_node_name("/talker")`, or
+            a function that is called with a `LifecycleNode` action and returns whether it is meant.
         transition_id: A constant of `lifecycle_msgs.msg.Transition`, such as `TRANSITION_CONFIGURE`, or a
             label such as "configure". The label "shutdown" is possible in each state but finalized.
     """
 
     noun: ClassVar[str] = "event"
 
-    lifecycle_node_matcher: Callable[..., bool]
+    lifecycle_node_matcher: Matcher
     transition_id: int | Text
 
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from actors.launch.description.validation import MAX_DEPTH, Part, excerpt
 from actors.launch.errors import LaunchError
+from proto.errors import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from actors.launch.description.library import Library
 
@@ -36,6 +37,11 @@ class Scope:
         file: The launch file; None: the description comes from none.
         parameters: What has been set for all nodes here: values as YAML, by name.
         remappings: What has been set for all nodes here: pairs of a name and the one to use instead.
+        parameter_files: Files of parameters for all nodes here.
+        saved_configurations: What `PushLaunchConfigurations` has saved, the last one last.
+        saved_environments: What `PushEnvironment` has saved.
+        first_environment: The environment at the beginning of the launch.
+        event: The event that is being reacted to, if any.
         used: All names that have been looked up, in this scope and those around and within it.
         anonymous: The names that `AnonName` has given, the same in all scopes of a launch.
     """
@@ -48,6 +54,11 @@ class Scope:
     file: str | None = None
     parameters: dict[str, str] = field(default_factory=dict[str, str])
     remappings: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    parameter_files: list[str] = field(default_factory=list[str])
+    saved_configurations: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
+    saved_environments: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
+    first_environment: Mapping[str, str] = field(default_factory=dict[str, str])
+    event: object = None
     used: set[str] = field(default_factory=set[str])
     anonymous: dict[str, str] = field(default_factory=dict[str, str])
 
@@ -59,7 +70,20 @@ class Scope:
             environment=dict(self.environment),
             parameters=dict(self.parameters),
             remappings=list(self.remappings),
+            parameter_files=list(self.parameter_files),
+            saved_configurations=[],
+            saved_environments=[],
         )
+
+    def take(self, inner: Scope) -> None:
+        """Set here what is set in a scope within it.
+
+        Args:
+            inner: That scope. It is not used after this.
+        """
+        self.configurations, self.environment = inner.configurations, inner.environment
+        self.parameters, self.parameter_files = inner.parameters, inner.parameter_files
+        self.remappings, self.namespace = inner.remappings, inner.namespace
 
     @property
     def launch_configurations(self) -> dict[str, str]:
@@ -161,6 +185,45 @@ class EnvironmentVariable(Substitution):
         if self.default_value is None:
             raise LaunchError(f"Environment variable '{name}' is not set")
         return resolve(self.default_value, scope)
+
+
+class NoEventError(LaunchError):
+    """A text depends on an event, and none has happened yet."""
+
+
+@dataclass(frozen=True)
+class LocalSubstitution(Substitution):
+    """A fact about the event that is being reacted to, such as `LocalSubstitution("event.reason")`.
+
+    Attributes:
+        expression: "event", and the names of attributes behind dots.
+        description: A text for people.
+    """
+
+    expression: str
+    description: str = ""
+
+    def perform(self, scope: Scope) -> str:
+        """Return the text.
+
+        Args:
+            scope: What is set at the place of the description where it is used.
+
+        Raises:
+            NoEventError: No event is being reacted to.
+            LaunchError: It has no such attribute.
+        """
+        first, *names = self.expression.split(".")
+        if first != "event" or not all(each.isidentifier() and each[0] != "_" for each in names):
+            raise LaunchError(f"LocalSubstitution has 'event.NAME', not '{escape(self.expression)}'")
+        if scope.event is None:
+            raise NoEventError(f"'{self.expression}' is known in event handlers only")
+        value = scope.event
+        for each in names:
+            if not hasattr(value, each):
+                raise LaunchError(f"LocalSubstitution: {type(value).__name__} has no '{each}'")
+            value = getattr(value, each)
+        return str(value)
 
 
 @dataclass(frozen=True)

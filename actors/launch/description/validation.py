@@ -8,7 +8,7 @@ its fields say what to check: `ARGUMENT_TYPES` has a check for each, and a text 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, Field, dataclass, fields
 from pathlib import PurePath
 from typing import Any, ClassVar, Final, cast
 
@@ -33,7 +33,7 @@ class Part:
     place: Callable[[], str] | None = None
 
     def __post_init__(self) -> None:
-        """Check the arguments.
+        """Check the arguments. None for one that has a default is the default, as in ROS 2's launch files.
 
         Raises:
             LaunchError: An argument has the wrong type.
@@ -45,6 +45,9 @@ class Part:
                 value = tuple(cast("Iterator[object]", value))
                 object.__setattr__(self, each.name, value)
             expected = ARGUMENT_TYPES.get(str(each.type))
+            if value is None and expected is not None and not expected.fits(value):
+                value = _default(each)
+                object.__setattr__(self, each.name, value)
             if expected is not None and not expected.fits(value):
                 raise LaunchError(
                     f"{type(self).__name__}: {each.name} must be {expected.wanted}, not {excerpt(value)}"
@@ -62,6 +65,13 @@ class ArgumentType:
 
     wanted: str
     fits: Callable[[Any], bool]
+
+
+def _default(argument: Field[Any]) -> object:
+    """Return the value of an argument that is not given; None if it must be."""
+    if argument.default_factory is not MISSING:
+        return argument.default_factory()
+    return None if argument.default is MISSING else argument.default
 
 
 def excerpt(value: object) -> str:
@@ -118,6 +128,10 @@ def _is_process(value: object) -> bool:
 
 def _is_lifecycle_node(value: object) -> bool:
     return _is_action(value) and hasattr(value, "autostart")
+
+
+def _is_target(value: object) -> bool:
+    return value is None or isinstance(value, str) or _is_process(value) or callable(value)
 
 
 def _is_reaction(value: object) -> bool:
@@ -195,7 +209,10 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str)
     ),
     "Callable[..., Any]": ArgumentType("a function", callable),
-    "Callable[..., bool]": ArgumentType("matches_action(…) or a function", callable),
+    "Matcher": ArgumentType(
+        "matches_action(…), matches_node_name(…) or a function",
+        lambda value: is_part(value, "matcher") or callable(value),
+    ),
     "Condition | None": ArgumentType(
         "a condition, such as IfCondition('true'), or None",
         lambda value: value is None or is_part(value, "condition"),
@@ -207,7 +224,6 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "Shutdown() or ChangeState(…)",
         lambda value: is_part(value, "event") or (_is_action(value) and hasattr(value, "reason")),
     ),
-    "LifecycleNode": ArgumentType("a LifecycleNode", _is_lifecycle_node),
     "LifecycleNode | str | None": ArgumentType(
         "a LifecycleNode, the name of one, or None",
         lambda value: value is None or isinstance(value, str) or _is_lifecycle_node(value),
@@ -224,10 +240,8 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "a Node, a text such as 'topic chatter', or a list of these",
         lambda value: _is_dependency(value) or _is_list(value, _is_dependency),
     ),
-    "Launched | str | None": ArgumentType(
-        "a Node, an ExecuteProcess, the name of one, or None",
-        lambda value: value is None or isinstance(value, str) or _is_process(value),
-    ),
+    "Launched": ArgumentType("a Node or an ExecuteProcess", _is_process),
+    "Target": ArgumentType("a Node, an ExecuteProcess, the name of one, a function, or None", _is_target),
     "Text | Node": ArgumentType("a text or a Node", _is_dependency),
 }
 """What each annotation wants. Others are not looked at here."""

@@ -33,6 +33,11 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
+from actors.launch.description.scope_settings import (
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetParametersFromFile,
+)
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
     FLAG,
@@ -160,6 +165,7 @@ _PROGRAM: Final = (
     _key("exec executable", TEXT, "A program of the package.", "executable"),
     _key("script", TEXT, "A Python file, seen from this file's folder."),
     _key("class", PLAIN_NAME, "module:Class of a node that runs in the launch's own process.", "node"),
+    _key("exec_name", TEXT, "For the label of its lines."),
     _key("namespace", TEXT, "The node's namespace, within the one that has been pushed."),
     _key("parameters", ParametersKind(), "Parameters by name, files of them, or a list of both."),
     _key("param", RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters"),
@@ -281,6 +287,7 @@ ELEMENTS: Final = (
         GroupAction,
         _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
         _key("scoped", SWITCH, "Whether what is set in it ends with it."),
+        _key("forwarding", SWITCH, "Whether it sees the arguments that are set outside."),
         _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
         listed="children",
     ),
@@ -296,6 +303,7 @@ ELEMENTS: Final = (
             required=True,
         ),
         _key("arg let arguments", Named("name", "value"), "Arguments for it.", "launch_arguments"),
+        _key("scoped", SWITCH, "Whether what is set in it ends with it."),
     ),
     _element(
         "push_ros_namespace push-ros-namespace push_namespace",
@@ -339,6 +347,19 @@ ELEMENTS: Final = (
         _key("name", TEXT, "The parameter.", required=True),
         _key("value", ParameterKind(), "Its value, unless a node is given one of its own.", required=True),
     ),
+    _element(
+        "set_parameters_from_file",
+        "From here on, to the end of the group or file, nodes have the parameters of this file.",
+        SetParametersFromFile,
+        _key("filename", TEXT, "A YAML file of parameters.", required=True),
+    ),
+    _element(
+        "reset",
+        "From here on, to the end of the group or file, there are no arguments but these.",
+        ResetLaunchConfigurations,
+        _key("keep", Named("name", "value"), "Arguments.", "launch_configurations"),
+    ),
+    _element("reset_env", "Programs get the environment of the launch's beginning.", ResetEnvironment),
     _element(
         "set_remap",
         "From here on, to the end of the group or file, nodes use another name.",

@@ -19,8 +19,10 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from actors.launch.description.library_substitutions import (
     AnonName,
     Command,
+    ExecutableInPackage,
     FileContent,
     FindExecutable,
+    FindPackagePrefix,
     FindPackageShare,
 )
 from actors.launch.description.logic import (
@@ -218,6 +220,8 @@ _CALLS: Final = {
     "file-content": _Call("$(file-content PATH)", FileContent),
     "filename": _Call("$(filename)", ThisLaunchFile, 0, 0),
     "find-exec": _Call("$(find-exec NAME)", FindExecutable),
+    "exec-in-pkg": _Call("$(exec-in-pkg PROGRAM PACKAGE)", ExecutableInPackage, 2, 2),
+    "find-pkg-prefix": _Call("$(find-pkg-prefix PACKAGE)", FindPackagePrefix),
     "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", FindPackageShare),
     "if": _Call("$(if CONDITION THEN) or $(if CONDITION THEN ELSE)", IfElseSubstitution, 2, 3),
     "not": _Call("$(not VALUE)", NotSubstitution),

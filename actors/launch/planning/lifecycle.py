@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.launch.description.lifecycle import matches_action
+from actors.launch.description.lifecycle import matches_action, matches_node_name
 from actors.launch.description.substitutions import resolve
 from actors.launch.description.summaries import function_name, in_short
 from actors.launch.errors import LaunchError
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from actors.launch.description.event_handlers import OnStateTransition
-    from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
+    from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, Matcher
     from actors.launch.description.substitutions import Scope, Text
     from actors.launch.planning.events import StateTransition
     from actors.launch.planning.steps import ProcessSpec, Step
@@ -32,13 +32,16 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
     Raises:
         LaunchError: There is no such transition.
     """
-    matcher: Callable[..., bool] = event.lifecycle_node_matcher
+    matcher: Matcher = event.lifecycle_node_matcher
     transitions = (_transition(event.transition_id, scope),)
     if isinstance(matcher, matches_action):
         action = matcher.action
         return ChangeStates(
             what=in_short(action), matches=lambda spec: spec.origin is action, transitions=transitions
         )
+    if isinstance(matcher, matches_node_name):
+        node = presence(PresenceKind.NODE, resolve(matcher.node_name, scope), scope.namespace).name
+        return ChangeStates(what=node, matches=_has_name(node), transitions=transitions)
 
     def matches(spec: ProcessSpec) -> bool:
         try:

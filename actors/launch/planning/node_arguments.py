@@ -52,6 +52,8 @@ def _each(node: Node, scope: Scope) -> Iterator[str]:
     if namespace is not None:
         yield from ("-r", f"__ns:={namespace}")
     # Of two values for a parameter the last one counts, of two rules for a name the first one.
+    for path in scope.parameter_files:
+        yield from ("--params-file", path)
     for name, value in scope.parameters.items():
         yield from ("-p", f"{name}:={value}")
     for entry in cast("Sequence[Any]", node.parameters):

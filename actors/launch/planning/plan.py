@@ -8,6 +8,7 @@ in timers and event handlers return, which run later.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from actors.launch.description.actions import (
@@ -34,7 +35,7 @@ from actors.launch.description.event_handlers import (
     known_actions,
 )
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
-from actors.launch.description.substitutions import Scope, resolve
+from actors.launch.description.substitutions import NoEventError, Scope, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
@@ -85,6 +86,7 @@ def make_plan(
         library=library,
         configurations=dict(arguments),
         environment=dict(environment),
+        first_environment=environment,
         folder=folder,
         file=description.file,
     )
@@ -136,6 +138,8 @@ class _Planner:
         for action in actions:
             try:
                 steps += self._each(action, scope)
+            except NoEventError:
+                raise
             except CallboardError as error:
                 if isinstance(error, LaunchError) and error.placed:
                     raise
@@ -223,8 +227,10 @@ class _Planner:
 
     def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
         inner = scope.inner() if action.scoped else scope
-        for name, value in action.launch_configurations.items():
-            inner.configurations[name] = resolve(value, inner)
+        given = {name: resolve(value, inner) for name, value in action.launch_configurations.items()}
+        if not action.forwarding:
+            inner.configurations.clear()
+        inner.configurations.update(given)
         return self.plan(action.actions, inner)
 
     def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
@@ -235,6 +241,8 @@ class _Planner:
         self._includes += 1
         steps = self.plan(self._library.description(path).actions, inner)
         self._includes -= 1
+        if not action.scoped:
+            scope.take(inner)
         return steps
 
     def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
@@ -268,11 +276,14 @@ class _Planner:
             self.partial = True
 
             def react(event: Event) -> list[Step]:
-                inner = scope.inner()  # a new one each time: what is set in it would pile up
+                inner = replace(scope.inner(), event=event)  # a new one: what is set in it would pile up
                 return self._replan(call_reaction(reaction, event, inner), inner)
 
             return replace(step, steps=react, calls=True)
-        steps = self._deferring(known_actions(reaction), scope)
+        try:
+            steps = self._deferring(known_actions(reaction), scope)
+        except NoEventError:  # a text in it is known when it happens
+            return self._reaction(step, partial(_given, known_actions(reaction)), scope)
 
         def give(_event: Event) -> list[Step]:
             return steps
@@ -302,3 +313,7 @@ class _Planner:
         """Plan what a function has returned while the launch runs."""
         self._left, self._running = MAX_PROCESSES, True
         return self.plan(actions, scope)
+
+
+def _given(actions: Sequence[Action], _event: Event) -> Sequence[Action]:
+    return actions

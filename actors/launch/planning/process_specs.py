@@ -66,8 +66,8 @@ def make_spec(
         own = None if action.namespace is None else resolve(action.namespace, scope)
         namespace = prefix_namespace(scope.namespace, own)
     else:
-        program = _process(action, scope)
-    name = _name(program.name if action.name is None else resolve(action.name, scope))
+        program = _process(action, scope, library)
+    name = _name(action, program, scope)
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
@@ -99,7 +99,11 @@ def make_spec(
     )
 
 
-def _name(name: str) -> str:
+def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str:
+    given = action.name
+    if isinstance(action, Node) and action.exec_name is not None:
+        given = action.exec_name
+    name = program.name if given is None else resolve(given, scope)
     if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
         limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
         raise LaunchError(f"A process cannot have the name '{escape(name)}': {limit}")
@@ -137,7 +141,7 @@ def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> fl
 
 def _node(action: Node, scope: Scope, library: Library) -> _Program:
     programs = [each for each in (action.executable, action.script, action.node) if each is not None]
-    if len(programs) != 1 or (action.package is None) is not (action.executable is None):
+    if len(programs) != 1 or (action.package is not None and action.executable is None):
         raise LaunchError("A Node needs package= and executable=, or script=, or node=")
     arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
     if action.node is not None:
@@ -146,8 +150,12 @@ def _node(action: Node, scope: Scope, library: Library) -> _Program:
         path = str(PurePath(scope.folder, resolve(action.script, scope)))
         name, typed, command = PurePath(path).stem, [path], library.script(path)
         sources = library.sources(script=path)
+    elif action.package is None:
+        path = resolve(cast("Any", action.executable), scope)
+        command = [*library.python_program((path,)), *arguments]
+        return _Program(PurePath(path).name, command, [path, *arguments])
     else:
-        package = resolve(cast("Any", action.package), scope)
+        package = resolve(action.package, scope)
         name = resolve(cast("Any", action.executable), scope)
         typed, command = [package, name], library.program(package, name)
         sources = library.sources(package=package)
@@ -168,7 +176,7 @@ def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: L
     )
 
 
-def _process(action: ExecuteProcess, scope: Scope) -> _Program:
+def _process(action: ExecuteProcess, scope: Scope, library: Library) -> _Program:
     command = [resolve(each, scope) for each in action.cmd]
     if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
@@ -179,7 +187,8 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
         word = PurePath(next(iter(line.split()), "")).name
         # Nobody has chosen this name: what cannot be one is the shell's business.
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
-    return _Program(name, command, command)
+        return _Program(name, command, command)
+    return _Program(name, library.python_program(command), command)
 
 
 def _output(action: Launched, scope: Scope) -> OutputMode:

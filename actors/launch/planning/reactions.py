@@ -20,6 +20,7 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.substitutions import resolve
+from actors.launch.description.summaries import function_name
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import presence
@@ -42,7 +43,7 @@ from actors.launch.planning.steps import React
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from actors.launch.description.event_handlers import Reaction
+    from actors.launch.description.event_handlers import Reaction, Target
     from actors.launch.description.substitutions import Scope, Text
     from actors.launch.planning.dependencies import KnownNodes
 
@@ -148,7 +149,7 @@ def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **
 
 
 def _of_process(
-    target: Launched | str | None,
+    target: Target,
     verb: str,
     kind: type[ProcessEvent],
     reaction: Reaction,
@@ -161,6 +162,8 @@ def _of_process(
         process = event.process
         if isinstance(target, str):
             return target in {process.name, process.label}
+        if callable(target):
+            return process.origin is not None and bool(target(process.origin))
         return target is None or process.origin is target
 
     who = "a process" if target is None else _who(target)
@@ -205,8 +208,10 @@ def _awaited(kind: PresenceKind, name: Text, scope: Scope) -> Presence:
     return presence(kind, resolve(name, scope), scope.namespace)
 
 
-def _who(target: Launched | str) -> str:
+def _who(target: Launched | str | Callable[..., bool]) -> str:
     if isinstance(target, str):
         return target
+    if callable(target):
+        return f"a process that {function_name(target)} chooses"
     name = getattr(target, "name", None)
     return name if isinstance(name, str) else f"that {type(target).__name__}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from actors.launch.description.actions import (
@@ -14,6 +15,16 @@ from actors.launch.description.actions import (
     UnsetEnvironmentVariable,
 )
 from actors.launch.description.conditions import truth
+from actors.launch.description.scope_settings import (
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetParametersFromFile,
+    UnsetLaunchConfiguration,
+)
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
@@ -51,8 +62,43 @@ def apply_setting(action: Setting, scope: Scope) -> None:
             scope.parameters.update(parameter_texts({action.name: action.value}, scope))
         case SetRemap():
             scope.remappings.append((resolve(action.src, scope), resolve(action.dst, scope)))
+        case SetParametersFromFile():
+            path = str(PurePath(scope.folder, resolve(action.filename, scope)))
+            scope.parameter_files.append(scope.library.parameter_file(path))
+        case _:
+            _save_or_restore(action, scope)
+
+
+def _save_or_restore(action: Setting, scope: Scope) -> None:
+    match action:
+        case PushLaunchConfigurations():
+            scope.saved_configurations.append(dict(scope.configurations))
+        case PopLaunchConfigurations():
+            _replace(scope.configurations, _last(action, scope.saved_configurations))
+        case ResetLaunchConfigurations():
+            given = {name: resolve(value, scope) for name, value in action.launch_configurations.items()}
+            _replace(scope.configurations, given)
+        case UnsetLaunchConfiguration():
+            scope.configurations.pop(resolve(action.name, scope), None)
+        case PushEnvironment():
+            scope.saved_environments.append(dict(scope.environment))
+        case PopEnvironment():
+            _replace(scope.environment, _last(action, scope.saved_environments))
+        case ResetEnvironment():
+            _replace(scope.environment, scope.first_environment)
         case _:
             raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+
+
+def _last(action: Setting, saved: list[dict[str, str]]) -> dict[str, str]:
+    if not saved:
+        raise LaunchError(f"{type(action).__name__}: nothing has been pushed in this group or file")
+    return saved.pop()
+
+
+def _replace(values: dict[str, str], by: Mapping[str, str]) -> None:
+    values.clear()
+    values.update(by)
 
 
 def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:

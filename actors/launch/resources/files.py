@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import shutil
 import sys
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from actors.runtime.programs import Factory
-    from actors.tools.executables import Package
+    from actors.tools.executables import Executable, Package
 
 FUNCTION: Final = "generate_launch_description"
 DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml")
@@ -38,6 +38,10 @@ MAX_REMEMBERED: Final = 1024
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
 
+MAX_SHEBANG: Final = 512
+"""Bytes of a script's first line that are looked at."""
+
+_PYTHON: Final = re.compile(r"python(3(\.\d+)?)?")
 _ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
 """Packages that launch files import in ROS 2."""
 
@@ -45,11 +49,15 @@ _ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
 class Files:
     """The library of this machine: its files, and the packages that are installed here.
 
+    Args:
+        runner: A command that runs a SCRIPT, or PACKAGE EXECUTABLE, in place of Python itself.
+
     Attributes:
         launch_files: The paths of those that have been read.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, runner: Sequence[str] = ()) -> None:
+        self._runner = tuple(runner)
         self.launch_files: list[str] = []
         # A launch may have the same program a thousand times, and looking a package up reads files.
         self._package = lru_cache(MAX_REMEMBERED)(_package)
@@ -80,7 +88,7 @@ class Files:
             raise _failed(path, error) from error
         if not isinstance(made, LaunchDescription):
             raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
-        return replace(made, file=path)
+        return LaunchDescription(made.actions, file=path)
 
     def factory(self, name: str) -> Factory:
         """Return what makes a node: "package.module:Class". Its module is imported.
@@ -96,7 +104,38 @@ class Files:
         Raises:
             LaunchError: There is none.
         """
-        return (sys.executable, "-u", "-P", "-c", self._command(package, executable))
+        code = self._command(package, executable)
+        if self._runner:
+            return (*self._runner, package, executable)
+        return (sys.executable, "-u", "-P", "-c", code)
+
+    def python_program(self, command: Sequence[str]) -> Sequence[str]:
+        """Return a command; if there is a runner and it runs a Python file, by that."""
+        if not self._runner:
+            return command
+        words = command[1:] if _PYTHON.fullmatch(Path(command[0]).name) else command
+        if words and (words[0].endswith(".py") if words is not command else _is_python_file(words[0])):
+            return (*self._runner, *words)
+        return command
+
+    def prefix(self, package: str) -> str:
+        """Return the folder of the environment that a package is installed in.
+
+        Raises:
+            LaunchError: There is no such package.
+        """
+        return str(self._package(package).prefix())
+
+    def installed_program(self, package: str, executable: str) -> str:
+        """Return the path of a program that was installed with a package.
+
+        Raises:
+            LaunchError: There is none.
+        """
+        path = self._program(package, executable).path
+        if path is None:
+            raise LaunchError(f"Program '{executable}' of package '{package}' has no file")
+        return str(path)
 
     def script(self, path: str) -> Sequence[str]:
         """Return the command for a Python file.
@@ -106,7 +145,7 @@ class Files:
         """
         if not Path(path).is_file():
             raise LaunchError(f"No script '{path}'")
-        return (sys.executable, "-u", path)
+        return (*(self._runner or (sys.executable, "-u")), path)
 
     def parameter_file(self, path: str) -> str:
         """Return the path of a YAML file of parameters that a node can read.
@@ -191,6 +230,9 @@ class Files:
         return self._package(package).modules()
 
     def _look_up(self, package: str, executable: str) -> str:
+        return self._program(package, executable).command()
+
+    def _program(self, package: str, executable: str) -> Executable:
         found = self._package(package)
         program = found.executable(executable)
         if program is None:
@@ -198,7 +240,7 @@ class Files:
             raise LaunchError(
                 f"No program '{executable}' in package '{package}'; there is: {listed or 'none'}"
             )
-        return program.command()
+        return program
 
 
 def _package(name: str) -> Package:
@@ -206,6 +248,16 @@ def _package(name: str) -> Package:
     if found is None:
         raise LaunchError(f"No installed package '{escape(name)}'")
     return found
+
+
+def _is_python_file(path: str) -> bool:
+    """Return whether a path is of a file that Python runs: by its name, or its first line."""
+    try:
+        with Path(path).open("rb") as file:
+            first = file.readline(MAX_SHEBANG)
+    except OSError:
+        return False
+    return path.endswith(".py") or (first.startswith(b"#!") and b"python" in first)
 
 
 def _source(path: str) -> bytes:

@@ -31,6 +31,15 @@ class Shelf:
     def program(self, package: str, executable: str) -> Sequence[str]:
         return (f"{package}:{executable}",)
 
+    def python_program(self, command: Sequence[str]) -> Sequence[str]:
+        return command
+
+    def prefix(self, package: str) -> str:
+        return f"/prefix/{package}"
+
+    def installed_program(self, package: str, executable: str) -> str:
+        return f"/prefix/lib/{package}/{executable}"
+
     def script(self, path: str) -> Sequence[str]:
         return ("python", path)
 

@@ -32,7 +32,15 @@ if TYPE_CHECKING:
 
 FREE = {"Factory | str | None", "ParameterEntry", "tuple[Truth, ...]"}
 """What is looked at when it is used."""
-MODULES = ("actions", "conditions", "event_handlers", "library_substitutions", "lifecycle", "logic")
+MODULES = (
+    "actions",
+    "conditions",
+    "event_handlers",
+    "library_substitutions",
+    "lifecycle",
+    "logic",
+    "scope_settings",
+)
 
 
 def parts() -> Iterator[type]:
@@ -61,7 +69,7 @@ def test_each_argument_of_each_part_is_checked() -> None:
         ),
         (ExecuteProcess, {"cmd": LaunchConfiguration("a")}, "cmd must be a list"),
         (EmitEvent, {"event": LogInfo(msg="a")}, "event must be Shutdown() or ChangeState(…), not"),
-        (matches_action, {"action": Node(script="a.py")}, "action must be a LifecycleNode, not"),
+        (matches_action, {"action": LogInfo(msg="a")}, "action must be a Node or an ExecuteProcess, not"),
         (
             OnStateTransition,
             {"entities": (), "target_lifecycle_node": Node(script="a.py")},
@@ -75,14 +83,14 @@ def test_each_argument_of_each_part_is_checked() -> None:
         (
             ChangeState,
             {"lifecycle_node_matcher": "a", "transition_id": 1},
-            "lifecycle_node_matcher must be matches_action(…) or a function, not 'a'",
+            "lifecycle_node_matcher must be matches_action(…), matches_node_name(…) or a function, not 'a'",
         ),
         (ExecuteProcess, {"cmd": [None]}, "cmd must be a list"),
         (ExecuteProcess, {"cmd": None}, "cmd must be a list"),
         (Node, {"arguments": "--x"}, "arguments must be a list of texts"),
         (Node, {"parameters": {"a": 1}}, "parameters must be a list of mappings"),
         (Node, {"parameters": "p.yaml"}, "parameters must be a list of mappings"),
-        (Node, {"parameters": None}, "parameters must be a list of mappings"),
+        (Node, {"parameters": [None]}, "parameters must be a list of mappings"),
         (
             Node,
             {"remappings": {"a": "b"}},
@@ -137,6 +145,12 @@ def test_what_is_wrong_is_reported_with_what_is_wanted(
         wrong = {"launch_description_source": "a", **wrong}
     with pytest.raises(LaunchError, match=re.escape(f"{part.__name__}: {wanted}")):
         part(**wrong)
+
+
+def test_none_is_the_default_of_an_argument_that_has_one() -> None:
+    """As in ROS 2's launch files."""
+    node = Node(script="a.py", parameters=None, prefix=None, additional_env=None)  # type: ignore[arg-type]
+    assert node == Node(script="a.py")
 
 
 def test_a_text_that_contains_itself_is_none() -> None:

@@ -42,6 +42,11 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
+from actors.launch.description.scope_settings import (
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetParametersFromFile,
+)
 from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
 from actors.launch.documents.reading import read_document
 from actors.launch.documents.table import ELEMENTS
@@ -100,6 +105,14 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
         "group: {scoped: false, launch_configurations: {a: b}, children: [{log: {message: bye}}], if: $(var x)}",
         GroupAction((BYE,), scoped=False, launch_configurations={"a": "b"}, condition=IfCondition(VAR)),
     ),
+    ("group: {forwarding: false, children: []}", GroupAction((), forwarding=False)),
+    ("set_parameters_from_file: {filename: p.yaml}", SetParametersFromFile("p.yaml")),
+    ("reset: {keep: [{name: x, value: $(var x)}]}", ResetLaunchConfigurations({"x": VAR})),
+    ("reset_env: ", ResetEnvironment()),
+    (
+        "node: {pkg: p, exec: e, exec_name: other}",
+        Node(package="p", executable="e", exec_name="other"),
+    ),
     ("include: {file: b.launch.py}", IncludeLaunchDescription("b.launch.py")),
     (
         "include: {file: $(dirname)/b.toml, arg: [{name: a, value: 1}, {name: b, value: $(var x)}], unless: true}",
@@ -109,6 +122,7 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
             condition=UnlessCondition("true"),
         ),
     ),
+    ("include: {file: b, scoped: false}", IncludeLaunchDescription("b", scoped=False)),
     ("include: {file: b, arguments: {a: 1}}", IncludeLaunchDescription("b", launch_arguments={"a": "1"})),
     ("executable: {cmd: ls -l '$(var x) y'}", ExecuteProcess(cmd=("ls", "-l", (VAR, " y")))),
     ("execute_process: {cmd: [ls, a b], name: l}", ExecuteProcess(cmd=("ls", "a b"), name="l")),

@@ -19,7 +19,11 @@ PYTHON_ONLY = {"EmitEvent", "OpaqueFunction", "env"}
 def concrete(base: type, module: Any) -> set[type]:
     """Return the classes of a module that are of a kind, and have no kinds of their own."""
     found = [each for each in vars(module).values() if isinstance(each, type) and issubclass(each, base)]
-    return {each for each in found if not each.__subclasses__()}
+    return {
+        each
+        for each in found
+        if not any(other.__module__ == each.__module__ for other in each.__subclasses__())
+    }
 
 
 def test_every_action_has_an_element() -> None:

@@ -50,6 +50,8 @@ def said(text: str) -> str:
         ("$(dirname)/a", "/files/a"),
         ("$(filename)", "/files/a.launch.yaml"),
         ("$(find-pkg-share my_package)/x", "/share/my_package/x"),
+        ("$(find-pkg-prefix my_package)/x", "/prefix/my_package/x"),
+        ("$(exec-in-pkg talker my_package)", "/prefix/lib/my_package/talker"),
         ("$(find-exec ls)", "/bin/ls"),
         ("$(command 'xacro $(dirname)/a b')", "xacro /files/a b said"),
         ("$(anon talker)", "talker_unique_1"),

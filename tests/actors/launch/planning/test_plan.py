@@ -298,7 +298,7 @@ def test_numbers_may_be_texts() -> None:
     [
         (Node(), "A Node needs package= and executable=, or script="),
         (Node(package="p", script="s"), "A Node needs"),
-        (Node(executable="e"), "A Node needs"),
+        (Node(package="e"), "A Node needs"),
         (ExecuteProcess(cmd=[]), "ExecuteProcess needs a program"),
         (
             ExecuteProcess(cmd=["a"], output="paper"),
