@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import warnings
 import weakref
 from concurrent.futures import CancelledError
 from inspect import ismethod
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
+from actors.ros.rclpy.utilities import forget_default_context
 from actors.runtime.run import set_up_logging
 
 if TYPE_CHECKING:
@@ -42,12 +44,13 @@ class Context:
         self.arguments = RosArguments()
         self.domain_id: int | None = None
         self._lock = threading.RLock()
-        self._initialized = self._ok = self._ended = False
+        self._initialized = self._ok = self._ended = self._forked = False
         self._callbacks: list[weakref.WeakMethod[Any] | Callable[[], object]] = []
         self._nodes: tuple[weakref.ref[Node], ...] = ()
         self._executors: tuple[weakref.ref[Executor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
         self._waits: tuple[Reply[Any], ...] = ()
+        _contexts.add(self)
 
     @property
     def handle(self) -> Self | None:
@@ -57,7 +60,7 @@ class Context:
     @property
     def thread(self) -> NodeThread:
         """The thread in which the nodes live; raise NotInitializedException unless the context is ok."""
-        if not self._ok:
+        if not self.ok():
             raise NotInitializedException
         return process_thread()
 
@@ -92,8 +95,22 @@ class Context:
             self._initialized = self._ok = True
 
     def ok(self) -> bool:
-        """Return whether it is initialized and not shut down."""
+        """Return whether it is initialized and not shut down.
+
+        Raises:
+            RuntimeError: The process was forked since; the nodes are its parent's.
+        """
+        if self._forked:
+            raise RuntimeError(
+                "The process was forked after rclpy.init(), and its nodes stay the parent's:"
+                " call rclpy.init() and make nodes in the child"
+            )
         return self._ok
+
+    def forked(self) -> None:
+        """Be of no use in a forked child."""
+        self._ended = self._forked = self._initialized
+        self._ok = False
 
     def track_node(self, node: Node) -> None:
         """Destroy a node when the context is shut down."""
@@ -221,6 +238,19 @@ class Context:
         exc_tb: TracebackType | None,
     ) -> None:
         self.try_shutdown()
+
+
+_contexts: Final[weakref.WeakSet[Context]] = weakref.WeakSet()
+
+
+def _after_fork_in_child() -> None:
+    for context in tuple(_contexts):
+        context.forked()
+    forget_default_context()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)
 
 
 def _call(callback: Any) -> None:

@@ -80,7 +80,12 @@ class Executor:
     # Nodes and tasks
 
     def add_node(self, node: Node) -> bool:
-        """Run a node's callbacks from now on; return False if the executor does that already."""
+        """Run a node's callbacks from now on; return False if the executor does that already.
+
+        Raises:
+            RuntimeError: The process was forked after the node was made.
+        """
+        node.context.ok()  # raises that
         with self._nodes_lock:
             if node in self._nodes:
                 return False

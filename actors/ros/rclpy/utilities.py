@@ -28,6 +28,12 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
     return context
 
 
+def forget_default_context() -> None:
+    """Let the next call make a new one, as in a forked child; it takes no lock."""
+    global _default  # noqa: PLW0603 - see above
+    _default = None
+
+
 def ok(*, context: Context | None = None) -> bool:
     """Return whether a context has been initialized and not shut down; None: the default one."""
     return (context or get_default_context()).ok()
