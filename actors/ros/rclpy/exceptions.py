@@ -36,7 +36,7 @@ class NoTypeSupportImportedException(Exception):
     """rclpy raises this without type support; callboard never does."""
 
 
-class InvalidHandle(Exception):
+class InvalidHandle(RuntimeError):
     """What is used has been destroyed."""
 
 

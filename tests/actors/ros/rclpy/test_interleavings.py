@@ -1,0 +1,229 @@
+"""Executors, threads and entities in random orders: what must hold in all of them."""
+
+from __future__ import annotations
+
+import random
+import threading
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces.std_msgs.msg import Int64
+from actors.ros.rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from actors.ros.rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+)
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile
+from actors.ros.rclpy.task import Future
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.executors import Executor
+
+DEADLINE_SEC = 30.0
+KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)
+SEEDS = range(8)
+
+
+class Exclusive:
+    """A callback group whose callbacks note when two run at once."""
+
+    def __init__(self) -> None:
+        self.group = MutuallyExclusiveCallbackGroup()
+        self.overlaps = 0
+        self._running = threading.Lock()
+
+    @contextmanager
+    def running(self) -> Generator[None]:
+        """Note that a callback runs."""
+        alone = self._running.acquire(blocking=False)
+        self.overlaps += not alone
+        try:
+            yield
+        finally:
+            if alone:
+                self._running.release()
+
+
+class Talk:
+    """A topic whose messages are published in one thread, and counted where they arrive."""
+
+    def __init__(self, node: Node, name: str, exclusive: Exclusive | None = None) -> None:
+        self.seen: list[int] = []
+        self._exclusive = exclusive or Exclusive()
+        node.create_subscription(Int64, name, self._take, KEEP_ALL, callback_group=self._exclusive.group)
+        self.publisher = node.create_publisher(Int64, name, KEEP_ALL)
+
+    def publish(self, count: int) -> None:
+        """Publish so many numbers."""
+        for number in range(count):
+            self.publisher.publish(Int64(data=number))
+
+    def _take(self, msg: Int64) -> None:
+        with self._exclusive.running():
+            self.seen.append(msg.data)
+
+
+def executor_of(chance: random.Random, context: Context) -> Executor:
+    """Return an executor of a random kind."""
+    if chance.random() < 0.4:
+        return SingleThreadedExecutor(context=context)
+    return MultiThreadedExecutor(chance.randint(2, 4), context=context)
+
+
+def spin(executor: Executor) -> threading.Thread:
+    """Spin in a thread until the executor or the context is shut down."""
+
+    def run() -> None:
+        with suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread
+
+
+def run_all(*works: Callable[[], object]) -> None:
+    """Run functions at the same time, each in a thread; raise what they raise."""
+    errors: list[BaseException] = []
+
+    def guarded(work: Callable[[], object]) -> None:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001 - raised below
+            errors.append(error)
+
+    threads = [threading.Thread(target=guarded, args=(work,)) for work in works]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(DEADLINE_SEC)
+        assert not thread.is_alive()
+    if errors:
+        raise errors[0]
+
+
+def ignore(msg: Int64) -> None:
+    """Take a message."""
+
+
+def create_and_destroy(node: Node) -> None:
+    """Make entities of topics in use, and destroy them."""
+    for number in range(15):
+        timer = node.create_timer(0.0001, lambda: None, ReentrantCallbackGroup())
+        subscription = node.create_subscription(Int64, f"exclusive{number % 2}", ignore, 1)
+        assert node.destroy_timer(timer)
+        assert node.destroy_subscription(subscription)
+
+
+def until_it_ends(work: Callable[[], object]) -> None:
+    """Call a function until the context is shut down: rclpy's errors are RuntimeErrors."""
+    with suppress(RuntimeError):
+        while True:
+            work()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_nothing_is_lost_or_out_of_order(context: Context, seed: int) -> None:
+    """Threads publish, trigger, and make and destroy entities while an executor of any kind spins.
+
+    All messages come once and in order, tasks run once, a trigger is followed by a call, and callbacks of an
+    exclusive group never overlap.
+    """
+    chance = random.Random(seed)
+    node, other = Node("node", context=context), Node("other", context=context)
+    exclusive = Exclusive()
+    talks = [Talk(node, f"exclusive{n}", exclusive) for n in range(2)]
+    talks.append(Talk(other, "alone"))
+    calls, tasks = list[int](), list[int]()
+    triggered = threading.Semaphore(0)
+
+    def guarded() -> None:
+        with exclusive.running():
+            calls.append(1)
+            triggered.release()
+
+    guard = node.create_guard_condition(guarded, exclusive.group)
+    executor = executor_of(chance, context)
+    executor.add_node(node)
+    spinning = spin(executor)
+    counts = [chance.randint(50, 300) for _ in talks]
+
+    def trigger() -> None:
+        for _ in range(20):
+            guard.trigger()
+            assert triggered.acquire(timeout=DEADLINE_SEC)
+
+    def create_tasks() -> None:
+        for number in range(100):
+            executor.create_task(tasks.append, number)
+
+    works: list[Callable[[], object]] = [
+        partial(talk.publish, count) for talk, count in zip(talks, counts, strict=True)
+    ]
+    works += [trigger, create_tasks, partial(create_and_destroy, node), partial(executor.add_node, other)]
+    chance.shuffle(works)
+    run_all(*works)
+    done = Future[None](executor=executor)
+    ended = threading.Event()
+    done.when_done(ended.set)
+
+    def check() -> None:
+        if [len(talk.seen) for talk in talks] == counts and len(tasks) == 100 and not done.done():
+            done.set_result(None)
+
+    node.create_timer(0.01, check)
+    assert ended.wait(DEADLINE_SEC), ([len(talk.seen) for talk in talks], counts, len(tasks))
+    executor.shutdown()
+    spinning.join(DEADLINE_SEC)
+    assert not spinning.is_alive()
+    assert exclusive.overlaps == 0
+    assert [talk.seen for talk in talks] == [list(range(count)) for count in counts]
+    assert sorted(tasks) == list(range(100))
+    assert 20 <= len(calls) <= 21
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_shutdown_at_any_moment_ends_everything(context: Context, seed: int) -> None:
+    """Threads that spin, publish and make entities end, with rclpy's errors only."""
+    chance = random.Random(seed)
+    nodes = [Node(f"node{n}", context=context) for n in range(2)]
+    executors = [executor_of(chance, context) for _ in nodes]
+    moment = chance.randint(1, 400)
+    reached = threading.Event()
+    seen = list[int]()
+
+    def take(msg: Int64) -> None:
+        seen.append(msg.data)
+        if len(seen) == moment:
+            reached.set()
+
+    for node, executor in zip(nodes, executors, strict=True):
+        node.create_subscription(Int64, "t", take, 10)
+        node.create_timer(0.001, lambda: None)
+        executor.add_node(node)
+    publisher = nodes[0].create_publisher(Int64, "t", 10)
+    threads = [spin(executor) for executor in executors]
+
+    def create() -> None:
+        nodes[1].destroy_timer(nodes[1].create_timer(0.1, lambda: None))
+        nodes[1].destroy_publisher(nodes[1].create_publisher(Int64, "u", 1))
+
+    def end() -> None:
+        assert reached.wait(DEADLINE_SEC)
+        context.shutdown()
+
+    message = Int64(data=1)
+    run_all(partial(until_it_ends, partial(publisher.publish, message)), partial(until_it_ends, create), end)
+    for thread in threads:
+        thread.join(DEADLINE_SEC)
+        assert not thread.is_alive()
+    for executor in executors:
+        assert executor.shutdown(DEADLINE_SEC)
