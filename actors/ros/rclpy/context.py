@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.utilities import forget_default_context
@@ -147,7 +148,11 @@ class Context:
         if not self._initialized:
             raise RuntimeError("Context must be initialized before it can be shutdown")
         if not self._clean_up():
-            raise RuntimeError("Context has already been shut down")
+            raise RCLError("Context has already been shut down")
+
+    def destroy(self) -> None:
+        """Shut down, unless that has been done."""
+        self.try_shutdown()
 
     def try_shutdown(self) -> None:
         """Shut down, unless that has been done or the context has never been initialized."""

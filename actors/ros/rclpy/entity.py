@@ -37,6 +37,9 @@ class Entity(Destroyable):
         self.callback_group.add_entity(self)
         self.notify()
 
+    def detach(self) -> None:
+        """Do nothing when it is removed: what it has begun is finished in the executor."""
+
     @property
     def node(self) -> Node | None:
         """The node."""

@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 
 
 class GuardCondition(Entity):
-    """Runs a callback in the executor after `trigger`. Made by `Node.create_guard_condition`."""
+    """Runs a callback in the executor after `trigger`. Made by `Node.create_guard_condition`.
+
+    Attributes:
+        callback: The callback.
+        watcher: The waitable that waits for it instead of a node.
+    """
 
     def __init__(
         self,
@@ -24,6 +29,7 @@ class GuardCondition(Entity):
     ) -> None:
         super().__init__(callback_group)
         self.callback = callback
+        self.watcher: Entity | None = None
         self._triggered = False
 
     def trigger(self) -> None:
@@ -31,14 +37,25 @@ class GuardCondition(Entity):
         self._triggered = True
         self.notify()
 
+    def notify(self) -> None:
+        """Tell the executor, that of the watcher if there is one, that it was triggered."""
+        if self.watcher is None:
+            super().notify()
+        else:
+            self.watcher.notify()
+
     def has_work(self) -> bool:
         """Return whether it was triggered."""
         return self._triggered
 
     def take(self) -> Callable[[], Any] | None:
         """Return the callback if it was triggered."""
+        return self.callback if self.take_trigger() else None
+
+    def take_trigger(self) -> bool:
+        """Return whether it was triggered since the last time."""
         triggered, self._triggered = self._triggered, False
-        return self.callback if triggered else None
+        return triggered
 
     def destroy(self) -> None:
         """Run the callback no more."""

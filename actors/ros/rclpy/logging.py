@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+import logging as standard
+
+from actors.logging.logger import ROOT_NAME, severity_from_name
 from actors.logging.logger import Logger as RcutilsLogger
 from actors.logging.logger import LoggingSeverity as LoggingSeverity
 from actors.logging.logger import get_logger as get_logger
-from actors.logging.logger import severity_from_name
 
 __all__ = ["RcutilsLogger"]
 
 
-def set_logger_level(name: str, level: LoggingSeverity | int, detailed_error: bool = False) -> bool:
-    """Set the lowest level at which a logger logs; return True."""
+def initialize() -> None:
+    """Do nothing: callboard's logging needs no preparation."""
+
+
+def shutdown() -> None:
+    """Do nothing: callboard's logging needs no end."""
+
+
+def clear_config() -> None:
+    """Give all loggers their first levels again: INFO for all."""
+    for name in tuple(standard.Logger.manager.loggerDict):
+        if name.startswith(f"{ROOT_NAME}."):
+            standard.getLogger(name).setLevel(standard.NOTSET)
+    standard.getLogger(ROOT_NAME).setLevel(standard.INFO)
+
+
+def set_logger_level(name: str, level: LoggingSeverity | int, detailed_error: bool = False) -> None:
+    """Set the lowest level at which a logger logs."""
     del detailed_error
     get_logger(name).set_level(LoggingSeverity(level))
-    return True
+
+
+def get_logger_level(name: str) -> LoggingSeverity:
+    """Return the level that a logger has itself; UNSET if it has none."""
+    level = standard.getLogger(f"{ROOT_NAME}.{name}").level
+    return next((each for each in LoggingSeverity if each >= level), LoggingSeverity.FATAL)
 
 
 def get_logger_effective_level(name: str) -> LoggingSeverity:

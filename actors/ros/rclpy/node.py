@@ -242,8 +242,9 @@ class Node(NodeParameters, NodeGraph):
         self._add(waitable)
 
     def remove_waitable(self, waitable: Entity) -> None:
-        """Run it no more; it has been destroyed."""
+        """Run it no more."""
         self._entities[type(waitable)].remove(waitable)
+        waitable.detach()
 
     def _overridden(
         self,

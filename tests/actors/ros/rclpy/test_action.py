@@ -9,11 +9,19 @@ import pytest
 
 from actors.interfaces.action_msgs.msg import GoalStatus
 from actors.interfaces.example_interfaces.action import Fibonacci
-from actors.ros.rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from actors.ros.rclpy.action import (
+    ActionClient,
+    ActionServer,
+    CancelResponse,
+    GoalResponse,
+    get_action_client_names_and_types_by_node,
+    get_action_names_and_types,
+    get_action_server_names_and_types_by_node,
+)
 from actors.ros.rclpy.action.client import FEEDBACK_DEPTH
 from actors.ros.rclpy.callback_groups import ReentrantCallbackGroup
 from actors.ros.rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
-from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.node import Node, NodeNameNonExistentError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -168,3 +176,16 @@ def test_clients_and_servers_are_destroyed(node: Node, executor: SingleThreadedE
         spun(executor, result)
     client.destroy()
     assert not [name for name, _ in node.get_topic_names_and_types() if "count" in name]
+
+
+def test_actions_are_in_the_graph(node: Node) -> None:
+    """The actions of all nodes, and those of one node, are found with their types."""
+    ActionServer(node, Fibonacci, "count", succeed)
+    other = Node("other", context=node.context)
+    ActionClient(other, Fibonacci, "count")
+    found = [("/count", ["example_interfaces/action/Fibonacci"])]
+    assert get_action_names_and_types(node) == found
+    assert get_action_server_names_and_types_by_node(other, node.get_name(), node.get_namespace()) == found
+    assert get_action_client_names_and_types_by_node(node, "other", "/") == found
+    with pytest.raises(NodeNameNonExistentError):
+        get_action_client_names_and_types_by_node(node, "nobody", "/")

@@ -12,6 +12,7 @@ from actors.logging.logger import LoggingSeverity
 from actors.ros import rclpy
 from actors.ros.rclpy import context as context_module
 from actors.ros.rclpy import logging, signals, utilities
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.context import Context
 from actors.ros.rclpy.executors import MultiThreadedExecutor, TimeoutObject
 from actors.ros.rclpy.signals import SignalHandlerOptions
@@ -66,8 +67,9 @@ def test_a_with_block_shuts_down() -> None:
         own.init([], domain_id=-1)
     with rclpy.init(args=[], context=own):
         assert signals.get_current_signal_handlers_options() is SignalHandlerOptions.NO
-    with pytest.raises(RuntimeError, match="already been shut down"):
+    with pytest.raises(RCLError, match="already been shut down"):
         own.shutdown()
+    own.destroy()
     seen = list[int]()
     own.on_shutdown(lambda: seen.append(1))
     assert seen == [1]
@@ -114,6 +116,6 @@ def test_helpers_are_rclpys() -> None:
     assert utilities.remove_ros_args(["p", "--ros-args", "-r", "a:=b", "--", "x"]) == ["p", "x"]
     assert [utilities.timeout_sec_to_nsec(each) for each in (None, -1, 1.5)] == [-1, -1, 1_500_000_000]
     logger = logging.get_logger("levels_of_rclpy")
-    assert logging.set_logger_level(logger.name, LoggingSeverity.ERROR)
+    logging.set_logger_level(logger.name, LoggingSeverity.ERROR)
     assert logging.get_logger_effective_level(logger.name) is LoggingSeverity.ERROR
     assert logging.get_logging_severity_from_string("warn") is LoggingSeverity.WARN

@@ -1,0 +1,1 @@
+"""Of rclpy's internals, what programs import."""

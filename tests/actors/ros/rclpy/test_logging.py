@@ -1,0 +1,45 @@
+"""Loggers by name, and their levels."""
+
+from __future__ import annotations
+
+import logging as standard
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.ros.rclpy import logging
+from actors.ros.rclpy.logging import LoggingSeverity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@pytest.fixture(autouse=True)
+def _levels() -> Iterator[None]:
+    """Restore the level of all loggers."""
+    top = standard.getLogger("callboard")
+    level = top.level
+    yield
+    logging.clear_config()
+    top.setLevel(level)
+
+
+def test_levels_are_own_or_inherited() -> None:
+    """A logger has its own level or UNSET, and an effective one; clearing gives all the first one again."""
+    logging.initialize()
+    standard.getLogger("callboard").setLevel(standard.INFO)
+    logging.set_logger_level("arm", LoggingSeverity.DEBUG)
+    assert logging.get_logger_level("arm") is LoggingSeverity.DEBUG
+    assert logging.get_logger_level("arm.joint") is LoggingSeverity.UNSET
+    assert logging.get_logger_effective_level("arm.joint") is LoggingSeverity.DEBUG
+    logging.clear_config()
+    logging.shutdown()
+    assert logging.get_logger_level("arm") is LoggingSeverity.UNSET
+    assert logging.get_logger_effective_level("arm.joint") is LoggingSeverity.INFO
+
+
+def test_severities_have_names() -> None:
+    """A severity is found by its name in any case."""
+    assert logging.get_logging_severity_from_string("warn") is LoggingSeverity.WARN
+    with pytest.raises(ValueError, match="not a log level"):
+        logging.get_logging_severity_from_string("loud")

@@ -1,0 +1,59 @@
+"""Checks of classes, names and hashes."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy.exceptions import InvalidParameterException, NoTypeSupportImportedException
+from actors.ros.rclpy.impl import logging_severity, rcutils_logger
+from actors.ros.rclpy.logging import LoggingSeverity, get_logger
+from actors.ros.rclpy.type_hash import TypeHash
+from actors.ros.rclpy.type_support import (
+    check_for_type_support,
+    check_is_valid_msg_type,
+    check_is_valid_srv_type,
+)
+from actors.ros.rclpy.validate_parameter_name import validate_parameter_name
+
+
+def test_classes_are_checked() -> None:
+    """Messages, services and actions have type support, and are told from each other."""
+    for each in (String, AddTwoInts, Fibonacci):
+        check_for_type_support(each)
+    with pytest.raises(NoTypeSupportImportedException):
+        check_for_type_support(int)
+    check_is_valid_msg_type(String)
+    check_is_valid_srv_type(AddTwoInts)
+    with pytest.raises(RuntimeError, match="no message class"):
+        check_is_valid_msg_type(AddTwoInts)
+    with pytest.raises(RuntimeError, match="no service class"):
+        check_is_valid_srv_type(String)
+
+
+def test_hashes_are_texts_and_bytes() -> None:
+    """A hash is read from callboard's text and written back; any other text is an invalid hash."""
+    text = "RIHS01_" + "0f" * 32
+    assert TypeHash.from_text(text) == TypeHash(1, b"\x0f" * 32)
+    assert str(TypeHash.from_text(text)) == text
+    assert TypeHash.from_text("") == TypeHash()
+    assert str(TypeHash(1, b"short")) == str(TypeHash()) == "INVALID"
+
+
+def test_parameters_have_names() -> None:
+    """The empty name is no parameter's."""
+    assert validate_parameter_name("a.b")
+    with pytest.raises(InvalidParameterException):
+        validate_parameter_name("")
+
+
+def test_internals_are_offered_as_far_as_they_make_sense() -> None:
+    """The classes of loggers are there; the C library is not, and the error says what to use instead."""
+    assert isinstance(get_logger("x"), rcutils_logger.RcutilsLogger)
+    assert logging_severity.LoggingSeverity is LoggingSeverity
+    with pytest.raises(ImportError, match=r"use the classes of rclpy\.node"):
+        importlib.import_module("actors.ros.rclpy.impl.implementation_singleton")
