@@ -8,6 +8,7 @@ import threading
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.errors import CallboardError
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
@@ -96,11 +97,19 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             if future not in self._pending:
                 return
             if self._native.service_is_ready():
-                reply: asyncio.Future[Any] = self._native.call_async(request, math.inf)
+                reply = self._call_now(request)
             else:
                 reply = asyncio.ensure_future(self._call(request))
             self._pending[future] = reply
         reply.add_done_callback(partial(self._call_ended, future))
+
+    def _call_now(self, request: RequestT) -> asyncio.Future[Any]:
+        try:
+            return self._native.call_async(request, math.inf)
+        except CallboardError as error:  # such as a request with a value of a wrong type
+            failed: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+            failed.set_exception(error)
+            return failed
 
     def _call_ended(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
         if reply.cancelled():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.errors import RemoteError
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
 from actors.interfaces.rcl_interfaces.srv import SetParameters
@@ -457,3 +458,14 @@ def test_entities_are_destroyed_by_hand_and_by_with(node: Node) -> None:
         rate.sleep()
     with pytest.raises(ValueError, match="frequency"):
         node.create_rate(0)
+
+
+def test_a_request_that_cannot_be_sent_ends_the_call(node: Node, executor: SingleThreadedExecutor) -> None:
+    """A value of a wrong type in the request ends the call with an error that names the field."""
+    node.create_service(AddTwoInts, "add", add)
+    client = node.create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    future = client.call_async(AddTwoInts.Request(a="one"))  # type: ignore[arg-type]
+    executor.spin_until_future_complete(future, DEADLINE_SEC)
+    with pytest.raises(InvalidMessageError, match=r"AddTwoInts_Request\.a: Expected int"):
+        future.result()
