@@ -8,12 +8,12 @@ import threading
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from actors.errors import CallboardError
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
 from actors.ros.values import rosidl_values
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from actors.endpoints.client.client import Client as NativeClient

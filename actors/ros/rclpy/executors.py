@@ -34,6 +34,12 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.work_queue import Work
 
 
+async def await_or_execute(callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any) -> Any:
+    """Call a function, `def` or `async def`, and return its result."""
+    result = callback(*args) if callable(callback) else callback
+    return await result if inspect.isawaitable(result) else result
+
+
 class TimeoutObject:
     """A timeout that changes while an executor waits.
 

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 JUMP_DEPTH: Final = 10
 """Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
 
+HIDDEN_NODE_PREFIX = "_"
 MsgT = TypeVar("MsgT", bound=Message)
 
 
@@ -232,6 +233,12 @@ class Node(NodeParameters, NodeGraph):
     def guards(self) -> Iterator[GuardCondition]:
         """Its guard conditions."""
         yield from self._entities[GuardCondition]
+
+    @property
+    def waitables(self) -> Iterator[Entity]:
+        """What else has callbacks, such as action servers."""
+        kinds = (Subscription, Client, Service, Timer, GuardCondition)
+        yield from (each for each in self.entities() if not isinstance(each, kinds))
 
     def _add(self, entity: Entity) -> None:
         self._entities.setdefault(type(entity), []).append(entity)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from proto.names import is_hidden
 
+HIDDEN_TOPIC_PREFIX = "_"
+
 
 def topic_or_service_is_hidden(name: str) -> bool:
     """Return whether a part of the name begins with an underscore."""

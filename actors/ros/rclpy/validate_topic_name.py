@@ -6,6 +6,8 @@ from typing import Literal
 
 from proto import names
 
+TOPIC_SEPARATOR_STRING = "/"
+
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> Literal[True]:
     """Return True if it is valid; raise the error that says what is wrong if not."""

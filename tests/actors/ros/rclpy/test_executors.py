@@ -16,6 +16,7 @@ from actors.ros.rclpy.executors import (
     MultiThreadedExecutor,
     SingleThreadedExecutor,
     TimeoutException,
+    await_or_execute,
 )
 from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.task import Future
@@ -249,3 +250,14 @@ def test_a_node_moves_between_executors(
         other.spin_once(0)
         assert seen == ["ran"]
         assert (executor.get_nodes(), other.get_nodes()) == ([], [node])
+
+
+async def test_plain_functions_and_coroutines_are_called_alike() -> None:
+    """`await_or_execute` returns the result of either."""
+
+    async def twice(number: int) -> int:
+        return 2 * number
+
+    assert await await_or_execute(twice, 2) == 4
+    assert await await_or_execute(abs, -1) == 1
+    assert await await_or_execute(twice(3)) == 6

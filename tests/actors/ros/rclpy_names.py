@@ -1,0 +1,66 @@
+"""The reference of `rclpy` as Markdown, from the table beside this module.
+
+python -m tests.actors.ros.rclpy_names > docs/reference/rclpy.md
+
+The table, `rclpy_names.yaml`, has for each module of rclpy the names that are the same here, those that
+differ or are absent, each with what differs or why, and `own`: what only callboard's has. An absent class
+includes its methods. A module without names is callboard's own, and nothing for programs.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final, cast
+
+from actors.interfaces.yaml_reader import load_yaml
+
+TABLE: Final = Path(__file__).with_suffix(".yaml")
+STATUSES: Final = ("same", "differs", "absent", "own")
+
+_HEAD: Final = """\
+# rclpy
+
+What programs written for ROS 2 ([the guide](../how-to/ros-programs.md)) can use: the public names of
+rclpy 8.0, by module.
+
+- **same**: is there, and no difference is known.
+- **differs**: is there, with the difference that the table says.
+- **absent**: using it raises `AttributeError`, or `ImportError` for a module.
+- **own**: callboard's addition, for its other modules; ROS 2's rclpy does not have it.
+"""
+
+
+def table() -> dict[str, dict[str, dict[str, str]]]:
+    """Return by module and status the names, each with what differs, or why."""
+    document = cast("dict[str, dict[str, list[str] | dict[str, str]]]", load_yaml(TABLE.read_bytes()))
+    return {
+        module: {
+            status: names if isinstance(names, dict) else dict.fromkeys(names, "")
+            for status, names in statuses.items()
+        }
+        for module, statuses in document.items()
+    }
+
+
+def reference() -> str:
+    """Return the reference as Markdown."""
+    modules = table()
+    total = {status: sum(len(each.get(status, ())) for each in modules.values()) for status in STATUSES}
+    numbers = ", ".join(f"{total[status]} {status}" for status in STATUSES[:3])
+    parts = [_HEAD, f"Of rclpy's names: {numbers}.\n"]
+    for module, statuses in modules.items():
+        if not statuses:
+            continue
+        parts.append(f"## {module}\n")
+        for status in STATUSES:
+            names = statuses.get(status, {})
+            if status in {"same", "own"} and names:
+                parts.append(f"{status}: {', '.join(f'`{name}`' for name in names)}\n")
+            elif names:
+                rows = [f"| `{name}` | {why} |" for name, why in names.items()]
+                parts.append("\n".join([f"| {status} | |", "|---|---|", *rows]) + "\n")
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    print(reference(), end="")  # noqa: T201 - its purpose
