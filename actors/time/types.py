@@ -94,6 +94,14 @@ class Duration:
             return NotImplemented
         return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
 
+    def __mul__(self, factor: float) -> Duration:
+        if _is_no(int, factor) and _is_no(float, factor):
+            return NotImplemented
+        product = self._nanoseconds * factor
+        return INFINITE if product == math.inf else Duration(nanoseconds=product)
+
+    __rmul__ = __mul__
+
     def __neg__(self) -> Duration:
         return Duration(nanoseconds=-self._nanoseconds)
 

@@ -271,3 +271,15 @@ def test_cancelling_a_sleep_leaves_nothing() -> None:
         assert not clock._sleepers  # pyright: ignore[reportPrivateUsage]
 
     assert run_virtually(main()) == pytest.approx(1.0)
+
+
+def test_durations_are_multiplied() -> None:
+    """Whole factors are exact, fractions are rounded, and infinity gives the infinite duration."""
+    duration = Duration(nanoseconds=(1 << 60) + 1)
+    assert (duration * 2).nanoseconds == (1 << 61) + 2
+    assert 0.5 * Duration(seconds=3) == Duration(seconds=1.5)
+    assert Duration(seconds=1) * float("inf") == INFINITE
+    with pytest.raises(ValueError, match="finite"):
+        Duration(seconds=1) * float("nan")
+    with pytest.raises(TypeError):
+        Duration(seconds=1) * "2"  # type: ignore[operator]
