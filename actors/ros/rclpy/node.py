@@ -125,6 +125,7 @@ class Node(NodeParameters, NodeGraph):
         self._clock = self._thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
         self._thread.enter(self.native)
         self._parameters_lock = threading.RLock()
+        self._allow_undeclared = allow_undeclared_parameters
         self._store = ParameterStore(
             overrides={each.name: each.value for each in parameter_overrides or ()},
             argument_overrides=self.native.argument_overrides,

@@ -7,6 +7,7 @@ in the thread that spins.
 from __future__ import annotations
 
 import dataclasses
+import operator
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.rcl_interfaces.msg import ListParametersResult, SetParametersResult
@@ -15,7 +16,7 @@ from actors.parameters.types import Parameter, ParameterDescriptor, ParameterTyp
 
 if TYPE_CHECKING:
     import threading
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from actors.parameters.store import ParameterStore
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 class NodeParameters:
     """rclpy's parameter methods; the store does the work."""
 
+    _allow_undeclared: bool
     _parameters_lock: threading.RLock
     _store: ParameterStore
 
@@ -106,13 +108,17 @@ class NodeParameters:
 
     def list_parameters(self, prefixes: list[str], depth: int) -> ListParametersResult:
         """Return the names below prefixes, down to a number of levels; zero for all."""
-        if depth < 0:
+        if isinstance(prefixes, str):
+            raise TypeError(f"prefixes must be a list of names, not {prefixes!r}")
+        if operator.index(depth) < 0:
             raise ValueError("The depth must be greater than or equal to zero")
         listed = self._store.list_names(prefixes, depth)
         return ListParametersResult(names=listed.names, prefixes=listed.prefixes)
 
     def describe_parameter(self, name: str) -> DescriptorMessage:
-        """Return the descriptor of a parameter."""
+        """Return the descriptor of a parameter; an empty one if an undeclared one is allowed."""
+        if self._allow_undeclared and not self._store.has(name):
+            return DescriptorMessage()
         return self._store.describe(name).to_msg()
 
     def describe_parameters(self, names: list[str]) -> list[DescriptorMessage]:
@@ -122,13 +128,15 @@ class NodeParameters:
     # Setting
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one by one."""
+        """Set parameters one by one, until one is not declared."""
+        _require_parameters(parameter_list)
         with self._parameters_lock:
-            results = self._store.set(parameter_list)
+            results = [self._store.set_atomically([each]) for each in parameter_list]
         return [SetParametersResult(successful=each.successful, reason=each.reason) for each in results]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all parameters, or none."""
+        _require_parameters(parameter_list)
         with self._parameters_lock:
             result = self._store.set_atomically(parameter_list)
         return SetParametersResult(successful=result.successful, reason=result.reason)
@@ -169,3 +177,9 @@ class NodeParameters:
 def _descriptor(message: DescriptorMessage | None) -> ParameterDescriptor | None:
     """Return a descriptor; its range, if any, is checked with the value."""
     return None if message is None else dataclasses.replace(ParameterDescriptor.from_msg(message), name="")
+
+
+def _require_parameters(parameters: Iterable[object]) -> None:
+    for each in parameters:
+        if not isinstance(each, Parameter):
+            raise TypeError(f"{each!r} is no rclpy.parameter.Parameter")

@@ -469,3 +469,27 @@ def test_a_request_that_cannot_be_sent_ends_the_call(node: Node, executor: Singl
     executor.spin_until_future_complete(future, DEADLINE_SEC)
     with pytest.raises(InvalidMessageError, match=r"AddTwoInts_Request\.a: Expected int"):
         future.result()
+
+
+def test_parameters_are_set_until_one_is_unknown(context: Context) -> None:
+    """What precedes an undeclared parameter is set; what is no parameter changes nothing."""
+    node = Node("node", context=context)
+    node.declare_parameter("a", 1)
+    with pytest.raises(ParameterNotDeclaredException):
+        node.set_parameters([Parameter("a", value=2), Parameter("b", value=2)])
+    assert node.get_parameter("a").value == 2
+    with pytest.raises(TypeError, match="42 is no rclpy"):
+        node.set_parameters([Parameter("a", value=3), 42])  # type: ignore[list-item]
+    with pytest.raises(TypeError, match="42 is no rclpy"):
+        node.set_parameters_atomically([42])  # type: ignore[list-item]
+    assert node.get_parameter("a").value == 2
+
+
+def test_parameters_are_listed_and_described(context: Context) -> None:
+    """A text as prefixes and a fraction as a depth are refused; what may be undeclared is described."""
+    node = Node("node", context=context, allow_undeclared_parameters=True)
+    with pytest.raises(TypeError, match="must be a list of names, not 'a'"):
+        node.list_parameters("a", 0)  # type: ignore[arg-type]
+    with pytest.raises(TypeError):
+        node.list_parameters([], 1.5)  # type: ignore[arg-type]
+    assert node.describe_parameters(["unknown"]) == [ParameterDescriptor()]
