@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 LIBRARIES: Final = {
     "rclpy": "actors.ros.rclpy",
+    "rosidl_parser": "actors.ros.rosidl_parser",
+    "rosidl_runtime_py": "actors.ros.rosidl_runtime_py",
+    "rpyutils": "actors.ros.rpyutils",
+    "sensor_msgs_py": "actors.ros.sensor_msgs_py",
 }
 """Top-level names of ROS 2's libraries, and what stands for them."""
 INTERFACES: Final = "actors.interfaces"
