@@ -15,7 +15,8 @@ The type name of a class in a script begins with the script's name: the same cla
 is two types, which do not match. Put it in a module that both import, or give both classes the same type
 name: `class Reading(actors.Message, type_name="lab/msg/Reading")`.
 
-Fields are checked when a message is sent and when it is received, not when they are assigned.
+Fields are checked when a message is sent and when it is received, not when they are assigned, unless
+`checking.check_assignments` is called.
 """
 
 from __future__ import annotations
