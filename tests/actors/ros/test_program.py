@@ -66,13 +66,13 @@ def test_a_broker_is_started_unless_it_is_refused(
         asked.append(target)
         return "Started"
 
-    monkeypatch.setattr(main_module, "ensure_local_broker", ensure)
-    for flags, said in ((["--no-broker"], ""), ([], "Started\n")):
-        monkeypatch.setattr(sys, "argv", ["ros", *flags, str(tmp_path / "script.py")])
-        main()
-        assert capsys.readouterr() == ("runs\n", said)
+    with monkeypatch.context() as patch:
+        patch.setattr(main_module, "ensure_local_broker", ensure)
+        for flags, said in ((["--no-broker"], ""), ([], "Started\n")):
+            patch.setattr(sys, "argv", ["ros", *flags, str(tmp_path / "script.py")])
+            main()
+            assert capsys.readouterr() == ("runs\n", said)
     assert len(asked) == 1
-    monkeypatch.undo()
     monkeypatch.setenv("CALLBOARD_URL", f"callboard+unix://{tmp_path}/none/s")
     monkeypatch.setattr(sys, "argv", ["ros", str(tmp_path / "script.py")])
     with pytest.raises(SystemExit) as ended:
