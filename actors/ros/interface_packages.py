@@ -12,13 +12,15 @@ from functools import cache
 from importlib.abc import InspectLoader
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.config.environment import ament_prefixes
-from actors.interfaces.catalog import KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+_KINDS: Final = ("msg", "srv", "action")
+"""As in `actors.interfaces.catalog`, whose import takes some milliseconds: the finder needs them at once."""
 
 
 class InterfaceLoader(InspectLoader):
@@ -59,7 +61,7 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
     package, *rest = fullname.split(".")
     if not rest:
         return _find_in_prefixes(package)
-    if rest[0] not in KINDS:
+    if rest[0] not in _KINDS:
         return None
     # The parent of "robot_interfaces.msg._wheel" has its own folder there.
     folders = [Path(each).parent if len(rest) > 1 else Path(each) for each in path or ()]
@@ -74,7 +76,7 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
 
 def _find_in_prefixes(package: str) -> ModuleSpec | None:
     shares = [Path(prefix) / "share" / package for prefix in ament_prefixes()]
-    folders = [str(each) for each in shares if any(_has_files(each, kind) for kind in KINDS)]
+    folders = [str(each) for each in shares if any(_has_files(each, kind) for kind in _KINDS)]
     if not folders:
         return None
     spec = ModuleSpec(package, None, is_package=True)  # a namespace: nothing is to be executed
