@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak mesh-soak mesh-crowd fuzz hostile clean
+.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak mesh-soak mesh-crowd fuzz hostile upstream clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -44,6 +44,10 @@ contracts: $(READY)
 check: $(READY)
 	@$(MAKE) --no-print-directory --jobs=4 --output-sync lint types contracts
 	@$(MAKE) --no-print-directory test
+
+# Programs written for ROS 2, in checkouts of https://github.com/ros2/examples and demos below the folder UPSTREAM.
+upstream: $(READY)
+	@$(BIN)/python -m tests.upstream "$(or $(UPSTREAM),$(error make upstream UPSTREAM=folder with checkouts))" $(UPSTREAM_FLAGS)
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

@@ -45,6 +45,11 @@ class Program:
         """All output so far."""
         return "\n".join(self.lines)
 
+    @property
+    def ended(self) -> bool:
+        """Whether there will be no more output."""
+        return self._ended
+
     async def _read(self) -> None:
         stream = self.process.stdout
         assert stream is not None

@@ -1,0 +1,60 @@
+"""What a program of upstream must show, side by side with others.
+
+A pattern is a regular expression of ours for the essential part of a line; all of a program's patterns must
+match in their order. Nothing of upstream is here but names and a few words of output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+CALLBOARD: Final = "callboard"
+"""Stands for a package: the run is a command of callboard, repeated until it succeeds."""
+OURS: Final = "ours"
+"""Stands for a package: the run is a program of this folder, in place of one that upstream has in C++."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One process of a scenario.
+
+    Attributes:
+        package: The package, CALLBOARD or OURS.
+        executable: Its console script, or what stands for it.
+        args: Its arguments.
+        shows: The patterns that must match, in this order.
+        after: A pattern that the first run of the scenario must show before this one begins.
+        ends: Whether it ends by itself; otherwise SIGINT ends it.
+        codes: The exit codes that count as good.
+        quiet: Whether a traceback counts as wrong.
+    """
+
+    package: str
+    executable: str
+    args: tuple[str, ...] = ()
+    shows: tuple[str, ...] = ()
+    after: str = ""
+    ends: bool = False
+    codes: tuple[int, ...] = (0,)
+    quiet: bool = True
+
+    @property
+    def name(self) -> str:
+        """The name of the program."""
+        return f"{self.package} {self.executable}"
+
+
+def example(package: str, executable: str, *shows: str, **options: object) -> Run:
+    """Return a run of a program of the collection of examples."""
+    return Run(f"examples_rclpy_{package}", executable, shows=shows, **options)  # type: ignore[arg-type]
+
+
+def demo(package: str, executable: str, *shows: str, **options: object) -> Run:
+    """Return a run of a program of the collection of demos."""
+    return Run(package, executable, shows=shows, **options)  # type: ignore[arg-type]
+
+
+def command(line: str, *shows: str, after: str = "") -> Run:
+    """Return a run of a command of callboard."""
+    return Run(CALLBOARD, line, shows=shows, ends=True, after=after)
