@@ -63,7 +63,8 @@ def run(options: Options) -> int:
     if options.ros:
         flags = ["--force"] * options.force + ["--no-broker"] * options.no_broker
         _become(
-            *prefix, sys.executable, "-u", "-m", "actors.ros", *flags, options.program, *options.arguments
+            *(*prefix, sys.executable, "-u", "-P", "-m", "actors.ros", *flags),
+            *(options.program, *options.arguments),
         )
     if options.force or options.no_broker:
         raise CommandError(f"--{'force' if options.force else 'no-broker'} needs --ros", USAGE)

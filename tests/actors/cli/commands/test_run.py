@@ -71,10 +71,11 @@ def test_an_installed_program_is_started_as_its_script_would() -> None:
 
 
 def test_a_program_for_ros_is_run_by_its_module(capsys: pytest.CaptureFixture[str]) -> None:
-    """The options of --ros are passed on; without it they are an error."""
-    assert became("--ros", "talker.py", "-x") == ["-u", "-m", "actors.ros", "talker.py", "-x"]
+    """A folder "actors" here is not taken for it. The options of --ros are passed on, and need it."""
+    module = ["-u", "-P", "-m", "actors.ros"]
+    assert became("--ros", "talker.py", "-x") == [*module, "talker.py", "-x"]
     flags = ["--force", "--no-broker"]
-    assert became("--ros", *flags, "a", "b") == ["-u", "-m", "actors.ros", *flags, "a", "b"]
+    assert became("--ros", *flags, "a", "b") == [*module, *flags, "a", "b"]
     for flag in flags:
         assert main(["run", flag, "a.py"]) == 2
         assert capsys.readouterr().err == f"{flag} needs --ros\n"
