@@ -28,7 +28,7 @@ SCENARIOS: Final = (
     ),
     (
         example("pointcloud_publisher", "pointcloud_publisher"),
-        command("topic echo --once --no-arr /test_cloud", r"height: 1\b", r"name: x", r"point_step: 12"),
+        command("topic echo --once --no-arr /test_cloud", r"height: 1\b", r"point_step: 16"),
     ),
     (
         example("minimal_service", "service", r"Incoming request\s+a: 41 b: 1"),
