@@ -10,6 +10,7 @@
     CALLBOARD_CA         PEM file with the authorities to trust for TLS; those of the system if unset
     CALLBOARD_CERT       PEM file with this client's certificate, for brokers that ask for one
     CALLBOARD_KEY        PEM file with its private key
+    AMENT_PREFIX_PATH    folders that packages of ROS 2 are installed in
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
     ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
@@ -123,6 +124,11 @@ def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
 def foreign_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return all variables except callboard's own, for programs of a test."""
     return {name: value for name, value in _source(environ).items() if name not in VARIABLES}
+
+
+def ament_prefixes(environ: Mapping[str, str] | None = None) -> list[str]:
+    """Return the folders of `AMENT_PREFIX_PATH`."""
+    return [each for each in (_get("AMENT_PREFIX_PATH", environ) or "").split(os.pathsep) if each]
 
 
 def config_folder(environ: Mapping[str, str] | None = None) -> str:

@@ -11,6 +11,7 @@ import pkgutil
 import sys
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
 
 from actors.config.environment import checks_fields
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 LIBRARIES: Final = {
+    "ament_index_python": "actors.ros.ament_index_python",
+    "launch": "actors.ros.launch",
+    "launch_ros": "actors.ros.launch_ros",
+    "launch_xml": "actors.ros.launch_xml",
+    "launch_yaml": "actors.ros.launch_yaml",
     "rclpy": "actors.ros.rclpy",
     "rosidl_parser": "actors.ros.rosidl_parser",
     "rosidl_runtime_py": "actors.ros.rosidl_runtime_py",
@@ -98,6 +104,9 @@ class RosFinder(MetaPathFinder):
             return None if spec is not None and path is None and is_installed(top) else spec
         name = found + dot + rest
         spec = PathFinder.find_spec(name, path or importlib.import_module(name.rpartition(".")[0]).__path__)
+        if spec is None and _has_class(name):
+            name = name.rpartition(".")[0]
+            spec = find_spec(name)
         if spec is None:
             return None
         if name not in sys.modules:
@@ -110,6 +119,14 @@ class RosFinder(MetaPathFinder):
         if not self._force and is_installed(top):
             return None
         return _known()[top]
+
+
+def _has_class(name: str) -> bool:
+    """Return whether the last name is that of the module in which ROS 2 has a class of the package before."""
+    package, _, module = name.rpartition(".")
+    word = module.replace("_", "")
+    classes = {each.lower() for each in dir(sys.modules.get(package)) if not each.islower()}
+    return not classes.isdisjoint((word, word.removesuffix("action")))
 
 
 def _known() -> dict[str, str]:

@@ -10,6 +10,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from actors.tools.executables import find_package
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -45,6 +47,9 @@ def find_program(name: str, arguments: list[str], *, module: bool = False) -> Ca
     if path.suffix == ".py" or not arguments:
         raise NoProgramError(f"No script '{name}'")
     sys.argv = arguments
+    script = _script(name, arguments[0])
+    if script is not None:
+        return partial(runpy.run_path, script, run_name="__main__")
     return partial(_run, _entry_point(name, arguments[0]))
 
 
@@ -59,6 +64,13 @@ def _module(name: str, arguments: list[str]) -> Callable[[], object]:
         raise NoProgramError(f"No module '{name}'")
     sys.argv = [name, *arguments]
     return partial(runpy.run_module, name, run_name="__main__", alter_sys=True)
+
+
+def _script(package: str, executable: str) -> str | None:
+    """Return the path of a program in a package's `lib` folder that is no console script."""
+    installed = find_package(package)
+    found = None if installed is None else installed.executable(executable)
+    return None if found is None or found.module else str(found.path)
 
 
 def _entry_point(package: str, executable: str) -> EntryPoint:

@@ -1,6 +1,7 @@
 """Installed packages and their programs.
 
-A package is an installed distribution, an editable one included; its executables are its console scripts.
+A package is an installed distribution, an editable one included, or a package of ROS 2 (`prefixes.py`). Its
+executables are its console scripts, and the Python programs in `lib/PACKAGE`.
 
     from actors.tools.executables import find_package, packages
 
@@ -22,6 +23,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.tools.prefixes import INDEX, PACKAGES, package_prefix, prefixes, python_programs
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from importlib.machinery import ModuleSpec
@@ -38,7 +41,7 @@ class Executable(NamedTuple):
     Attributes:
         package: The package's name.
         name: The program's name.
-        module: The module of its function.
+        module: The module of its function; empty: it is the file.
         function: The function's path in the module: "main", or "Talker.main".
         path: The file that the installer wrote for it; None if there is none.
     """
@@ -51,6 +54,9 @@ class Executable(NamedTuple):
 
     def command(self) -> str:
         """Return the code with which `python -c` runs the program."""
+        if not self.module:
+            path = str(self.path)
+            return f"import runpy, sys; sys.argv[0] = {path!r}; runpy.run_path({path!r}, run_name='__main__')"
         top = self.function.partition(".")[0]
         return (
             f"import sys; from {self.module} import {top}; "
@@ -91,10 +97,12 @@ class Package:
     def executables(self) -> list[Executable]:
         """Return its programs, sorted by name."""
         scripts = {each.name: each for each in self._installed.entry_points.select(group="console_scripts")}
-        return [
-            Executable(self.name, name, scripts[name].module, scripts[name].attr, self._script(name))
-            for name in sorted(scripts)
-        ]
+        found = {
+            name: Executable(self.name, name, each.module, each.attr, self._script(name))
+            for name, each in scripts.items()
+        }
+        found = {**_programs(self.prefix(), self.name), **found}
+        return [found[name] for name in sorted(found)]
 
     def executable(self, name: str) -> Executable | None:
         """Return one of its programs; None if it has none of this name.
@@ -114,8 +122,20 @@ class Package:
         return site
 
     def share(self) -> Path | None:
-        """Return the folder with its modules and data, such as `launch`; None if it has none."""
+        """Return the folder with its data, such as `launch`; None if it has none.
+
+        Of a package of ROS 2 it is `share/PACKAGE`, of others the folder with its modules.
+        """
+        shared = self.ros_share()
+        if shared is not None:
+            return shared
         return next((folder for module in self._modules() for folder in _folders(module)), None)
+
+    def ros_share(self) -> Path | None:
+        """Return `share/PACKAGE` of a package of ROS 2; None if it is another one."""
+        folders = (self.prefix(), package_prefix(self.name))
+        shares = (each / "share" / self.name for each in folders if each is not None)
+        return next((each for each in shares if (each / "package.xml").is_file()), None)
 
     def modules(self) -> list[Path]:
         """Return the folders and files of its modules, also of an editable installation."""
@@ -145,11 +165,64 @@ class Package:
         return Path(str(self._installed.locate_file(path))).resolve()
 
 
+class DataPackage(Package):
+    """A package of ROS 2 that is no distribution: data, and programs in `lib/PACKAGE`.
+
+    Args:
+        prefix: The folder that it is installed in.
+        name: Its name.
+    """
+
+    def __init__(self, prefix: Path, name: str) -> None:
+        self.name = name
+        self._prefix = prefix
+
+    @property
+    def version(self) -> str:
+        """Its version, as `package.xml` says it; empty if it does not."""
+        try:
+            text = (self._prefix / "share" / self.name / "package.xml").read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return ""
+        found = re.search(r"<version[^>]*>\s*([^<\s]*)", text)
+        return found[1] if found else ""
+
+    @property
+    def uses_callboard(self) -> bool:
+        """False: its metadata is ROS 2's."""
+        return False
+
+    def executables(self) -> list[Executable]:
+        """Return its programs, sorted by name."""
+        return list(_programs(self._prefix, self.name).values())
+
+    def prefix(self) -> Path:
+        """Return the folder that it is installed in."""
+        return self._prefix
+
+    def share(self) -> Path | None:
+        """Return the folder with its data; None if it has none."""
+        return self.ros_share()
+
+    def modules(self) -> list[Path]:
+        """Return nothing: it has no modules."""
+        return []
+
+
+def _programs(prefix: Path, package: str) -> dict[str, Executable]:
+    found = python_programs(prefix, package)
+    return {name: Executable(package, name, "", "", path) for name, path in found.items()}
+
+
 def packages() -> list[Package]:
     """Return all installed packages, sorted by name; of two with one name, the one that Python imports."""
     found: dict[str, Package] = {}
     for package in _each():
         found.setdefault(normalized(package.name), package)
+    for prefix in prefixes():
+        index = prefix / INDEX / PACKAGES
+        for each in sorted(index.iterdir()) if index.is_dir() else ():
+            found.setdefault(normalized(each.name), DataPackage(prefix, each.name))
     return [found[name] for name in sorted(found)]
 
 
@@ -162,7 +235,8 @@ def find_package(name: str) -> Package | None:
     try:
         found = distribution(name)
     except (PackageNotFoundError, ValueError):
-        return None
+        prefix = package_prefix(name)
+        return None if prefix is None else DataPackage(prefix, name)
     return Package(found, _name(found) or name)
 
 

@@ -41,17 +41,20 @@ class ParameterValue:
 
     Attributes:
         value: The value.
-        value_type: `str`, `int`, `float` or `bool`; None: as YAML reads it.
+        value_type: `str`, `int`, `float` or `bool`, or a list of one, such as `list[str]`; None: as YAML
+            reads it.
     """
 
-    value: Scalar | Text
+    value: Scalar | Text | Sequence[Scalar]
     _: KW_ONLY
-    value_type: type[Scalar] | None = None
+    value_type: type[Scalar | list[Any]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Action(Part):
     """Something to do.
+
+    A class derived from it has `execute`, which is called with the `LaunchContext` as an `OpaqueFunction` is.
 
     Raises:
         LaunchError: An argument cannot be what it is meant to be.

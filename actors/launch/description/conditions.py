@@ -36,6 +36,20 @@ class Condition(Part, ABC):
             LaunchError: It has no value there.
         """
 
+    def evaluate(self, context: Scope) -> bool:
+        """Evaluate it, by ROS 2's name for that.
+
+        Args:
+            context: What functions of a description are called with.
+
+        Returns:
+            Whether it holds.
+
+        Raises:
+            LaunchError: It has no value there.
+        """
+        return self.holds(context)
+
 
 @dataclass(frozen=True)
 class IfCondition(Condition):

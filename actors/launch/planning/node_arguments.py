@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.description.actions import ParameterValue
 from actors.launch.description.conditions import truth
@@ -127,17 +127,27 @@ def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:
     kind, value = parameter.value_type, parameter.value
     if kind is None:
         return _yaml(name, value, scope)
+    if get_origin(kind) is list:
+        return _typed_list(name, value, get_args(kind)[0], scope)
     if kind not in (str, int, float, bool):
         raise LaunchError(
-            f"Parameter '{escape(name)}': value_type can be str, int, float or bool, not {kind!r}"
+            f"Parameter '{escape(name)}': value_type can be str, int, float or bool, or a list of one,"
+            f" not {kind!r}"
         )
-    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+    text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
     try:
         return _yaml(name, truth(text, scope) if kind is bool else kind(text), scope)
     except ValueError:
         raise LaunchError(
             f"Parameter '{escape(name)}' must be of type {kind.__name__}, not '{escape(text)}'"
         ) from None
+
+
+def _typed_list(name: str, value: Any, kind: Any, scope: Scope) -> str:
+    if isinstance(value, str | Substitution):  # what a substitution gives is a list as YAML has it
+        return resolve(value, scope)
+    items = (_typed(name, ParameterValue(each, value_type=kind), scope) for each in value)
+    return f"[{', '.join(items)}]"
 
 
 def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:

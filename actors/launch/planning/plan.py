@@ -205,6 +205,8 @@ class _Planner:
                 return lifecycle_transition(action, scope)
             case Shutdown():
                 return [End(reason=resolve(action.reason, scope))]
+            case _ if callable(execute := getattr(action, "execute", None)):
+                return self._opaque(OpaqueFunction(function=execute), scope)
             case _:
                 raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
         return []

@@ -21,6 +21,7 @@ from actors.launch.resources.factories import find_factory
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
 from actors.tools.executables import find_package
+from actors.tools.prefixes import is_python_program
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -37,9 +38,6 @@ MAX_REMEMBERED: Final = 1024
 """Packages, and programs, that are looked up once only."""
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
-
-MAX_SHEBANG: Final = 512
-"""Bytes of a script's first line that are looked at."""
 
 _PYTHON: Final = re.compile(r"python(3(\.\d+)?)?")
 _ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
@@ -113,8 +111,13 @@ class Files:
         """Return a command; if there is a runner and it runs a Python file, by that."""
         if not self._runner:
             return command
-        words = command[1:] if _PYTHON.fullmatch(Path(command[0]).name) else command
-        if words and (words[0].endswith(".py") if words is not command else _is_python_file(words[0])):
+        words = list(command)
+        if _PYTHON.fullmatch(Path(words[0]).name):
+            words = words[2:] if words[1:2] == ["-u"] else words[1:]
+            runs = bool(words) and words[0].endswith(".py")
+        else:
+            runs = is_python_program(Path(words[0]))
+        if runs:
             return (*self._runner, *words)
         return command
 
@@ -248,16 +251,6 @@ def _package(name: str) -> Package:
     if found is None:
         raise LaunchError(f"No installed package '{escape(name)}'")
     return found
-
-
-def _is_python_file(path: str) -> bool:
-    """Return whether a path is of a file that Python runs: by its name, or its first line."""
-    try:
-        with Path(path).open("rb") as file:
-            first = file.readline(MAX_SHEBANG)
-    except OSError:
-        return False
-    return path.endswith(".py") or (first.startswith(b"#!") and b"python" in first)
 
 
 def _source(path: str) -> bytes:

@@ -7,7 +7,7 @@ from typing import Final
 from actors.cli.commands.pkg import NONE_FOUND
 from actors.cli.parsing import Options, Parser, add_json_option
 
-EXAMPLES: Final = {"callboard pkg list": "the installed packages that depend on callboard"}
+EXAMPLES: Final = {"callboard pkg list": "the installed packages that depend on callboard, or are of ROS 2"}
 
 
 def add_arguments(parser: Parser) -> None:
@@ -21,7 +21,11 @@ def run(options: Options) -> int:
     from actors.cli.output import print_err, print_json, print_names
     from actors.tools.executables import packages
 
-    found = [each for each in packages() if each.uses_callboard or (options.all and each.executables())]
+    found = [
+        each
+        for each in packages()
+        if each.uses_callboard or each.ros_share() or (options.all and each.executables())
+    ]
     if options.json:
         print_json([{"name": each.name, "version": each.version} for each in found])
         return 0

@@ -1,0 +1,81 @@
+"""Resources of the index."""
+
+from __future__ import annotations
+
+from actors.tools.prefixes import INDEX, prefixes, resource
+
+
+class InvalidResourceTypeNameError(ValueError):
+    """A text cannot be the name of a type of resources."""
+
+
+class InvalidResourceNameError(ValueError):
+    """A text cannot be the name of a resource."""
+
+
+def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
+    """Return what a resource holds, and the folder that it is installed in.
+
+    Raises:
+        LookupError: There is none.
+        InvalidResourceTypeNameError: There can be no such type.
+        InvalidResourceNameError: There can be no such name.
+    """
+    _check(resource_type, resource_name)
+    prefix = resource(resource_type, resource_name)
+    if prefix is None:
+        raise LookupError(
+            f"No resource '{resource_name}' of type '{resource_type}' in any of: "
+            f"{', '.join(map(str, prefixes()))}"
+        )
+    path = prefix / INDEX / resource_type / resource_name
+    return path.read_text(encoding="utf-8"), str(prefix)
+
+
+def get_resources(resource_type: str) -> dict[str, str]:
+    """Return the names of the resources of a type, and the folders that they are installed in.
+
+    Raises:
+        InvalidResourceTypeNameError: There can be no such type.
+    """
+    _check_type(resource_type)
+    found: dict[str, str] = {}
+    for prefix in prefixes():
+        folder = prefix / INDEX / resource_type
+        for each in sorted(folder.iterdir()) if folder.is_dir() else ():
+            if each.is_file() and not each.name.startswith("."):
+                found.setdefault(each.name, str(prefix))
+    return found
+
+
+def get_resource_types() -> set[str]:
+    """Return the types of resources that there are."""
+    folders = [each / INDEX for each in prefixes() if (each / INDEX).is_dir()]
+    return {each.name for folder in folders for each in folder.iterdir() if each.is_dir()}
+
+
+def has_resource(resource_type: str, resource_name: str) -> str | bool:
+    """Return the folder that a resource is installed in; False if there is none.
+
+    Raises:
+        InvalidResourceTypeNameError: There can be no such type.
+        InvalidResourceNameError: There can be no such name.
+    """
+    _check(resource_type, resource_name)
+    found = resource(resource_type, resource_name)
+    return False if found is None else str(found)
+
+
+def _check(resource_type: str, resource_name: str) -> None:
+    _check_type(resource_type)
+    if not _is_name(resource_name):
+        raise InvalidResourceNameError(f"'{resource_name}' cannot be the name of a resource")
+
+
+def _check_type(name: str) -> None:
+    if not _is_name(name):
+        raise InvalidResourceTypeNameError(f"'{name}' cannot be a type of resources")
+
+
+def _is_name(text: str) -> bool:
+    return bool(text) and not {"/", "\\"} & set(text) and text not in {".", ".."}

@@ -1,0 +1,29 @@
+"""Conditions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.launch import (
+    IfCondition as IfCondition,
+    LaunchConfigurationEquals as LaunchConfigurationEquals,
+    LaunchConfigurationNotEquals as LaunchConfigurationNotEquals,
+    LaunchError,
+    UnlessCondition as UnlessCondition,
+)
+from actors.launch.description.conditions import truth
+
+if TYPE_CHECKING:
+    from actors.launch.description.substitutions import Scope, Text
+
+
+InvalidConditionExpressionError = LaunchError
+
+
+def evaluate_condition_expression(context: Scope, expression: Text) -> bool:
+    """Return whether a text means true.
+
+    Raises:
+        InvalidConditionExpressionError: It means neither true nor false.
+    """
+    return truth(expression, context)

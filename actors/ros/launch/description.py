@@ -1,0 +1,88 @@
+"""The description of a launch, and what programs derive from: actions and conditions of their own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from actors.launch import LaunchDescription as CallboardDescription
+from actors.launch.description.actions import Action as CallboardAction
+from actors.launch.description.conditions import Condition as CallboardCondition
+from actors.launch.description.description import declared, described
+from actors.launch.description.description_source import AnyLaunchDescriptionSource
+from actors.launch.description.substitutions import Text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from actors.launch import DeclareLaunchArgument, LaunchContext
+
+SomeSubstitutionsType = Text
+SomeEntitiesType = Any
+LaunchDescriptionSource = AnyLaunchDescriptionSource
+
+
+class Action(CallboardAction):
+    """Something to do; a subclass says what, in `execute`."""
+
+    def execute(self, context: LaunchContext) -> Sequence[CallboardAction] | None:
+        """Return further actions.
+
+        Args:
+            context: What is set at its place.
+        """
+
+
+class Condition(CallboardCondition):
+    """A condition made of a function.
+
+    Args:
+        predicate: Called with the context.
+    """
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool]) -> None:
+        self._predicate = predicate
+
+    def holds(self, scope: LaunchContext) -> bool:
+        """Call the function."""
+        return self._predicate(scope)
+
+
+class LaunchDescription(CallboardDescription):
+    """The actions of a launch, in order.
+
+    Args:
+        initial_entities: Actions, and descriptions, whose actions are taken.
+        deprecated_reason: Ignored.
+    """
+
+    def __init__(
+        self, initial_entities: Iterable[Any] | None = None, *, deprecated_reason: str | None = None
+    ) -> None:
+        super().__init__(())
+        for each in initial_entities or ():
+            self.add_entity(each)
+
+    def add_entity(self, entity: Any) -> None:
+        """Add an action, or the actions of a description."""
+        for each in entity.actions if isinstance(entity, CallboardDescription) else (entity,):
+            self.add_action(each)
+
+    @property
+    def entities(self) -> list[CallboardAction]:
+        """The actions."""
+        return list(self.actions)
+
+    def get_launch_arguments(self) -> list[DeclareLaunchArgument]:
+        """Return the arguments that are declared, except in included files."""
+        return declared(self.actions)
+
+
+LaunchDescriptionEntity = (CallboardAction, LaunchDescription)
+
+
+class LaunchIntrospector:
+    """Describes descriptions for people; the text is callboard's."""
+
+    def format_launch_description(self, launch_description: CallboardDescription) -> str:
+        """Return a description as text, an action a line."""
+        return "\n".join(described(launch_description.actions))

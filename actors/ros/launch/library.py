@@ -1,0 +1,20 @@
+"""The files of this machine, for descriptions whose programs import ROS 2's names."""
+
+from __future__ import annotations
+
+import sys
+from typing import Final
+
+from actors.launch.resources.files import Files
+
+RUNNER: Final = (sys.executable, "-u", "-m", "actors.ros")
+"""Runs a SCRIPT, or PACKAGE EXECUTABLE."""
+
+
+def ros_files(*, force: bool = False) -> Files:
+    """Return a library that runs Python programs with ROS 2's names.
+
+    Args:
+        force: Even if ROS 2's own rclpy is installed.
+    """
+    return Files(runner=(*RUNNER, "--force") if force else RUNNER)

@@ -1,0 +1,87 @@
+"""Substitutions. Where ROS 2's have other arguments than callboard's, they are subclasses."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, cast
+
+from actors.config import environment
+from actors.launch import (
+    AllSubstitution as AllSubstitution,
+    AndSubstitution as AndSubstitution,
+    AnonName as AnonName,
+    AnySubstitution as AnySubstitution,
+    BooleanSubstitution as BooleanSubstitution,
+    Command as CallboardCommand,
+    EnvironmentVariable as EnvironmentVariable,
+    EqualsSubstitution as EqualsSubstitution,
+    FileContent as FileContent,
+    FindExecutable as FindExecutable,
+    IfElseSubstitution as IfElseSubstitution,
+    LaunchConfiguration as CallboardConfiguration,
+    LaunchError,
+    LocalSubstitution as LocalSubstitution,
+    NotEqualsSubstitution as NotEqualsSubstitution,
+    NotSubstitution as NotSubstitution,
+    OrSubstitution as OrSubstitution,
+    PathJoinSubstitution as PathJoinSubstitution,
+    PythonExpression as CallboardExpression,
+    TextSubstitution as TextSubstitution,
+    ThisLaunchFile as ThisLaunchFile,
+    ThisLaunchFileDir as ThisLaunchFileDir,
+)
+from actors.launch.description.substitutions import Substitution
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.launch.description.substitutions import Scope, Text
+
+
+SubstitutionFailure = LaunchError
+
+
+class LaunchConfiguration(CallboardConfiguration):
+    """The value of an argument.
+
+    Args:
+        variable_name: The argument.
+        default: Its value if nobody has declared or given it; numbers and truth values become texts.
+    """
+
+    def __init__(self, variable_name: Text, *, default: Any = None) -> None:
+        if default is not None and not isinstance(default, str | PurePath | Substitution | list | tuple):
+            default = str(default)
+        super().__init__(variable_name, cast("Text | None", default))
+
+
+class Command(CallboardCommand):
+    """What a command writes to stdout.
+
+    Args:
+        command: The command.
+        on_stderr: Ignored: what it writes to stderr is shown if it fails.
+    """
+
+    def __init__(self, command: Text, *, on_stderr: Text = "fail") -> None:
+        super().__init__(command)
+
+
+class PythonExpression(CallboardExpression):
+    """The value of an expression in a small part of Python.
+
+    Args:
+        expression: The expression.
+        python_modules: Ignored: callboard evaluates expressions without modules.
+    """
+
+    def __init__(self, expression: Text, python_modules: Iterable[Text] = ()) -> None:
+        super().__init__(expression)
+
+
+class LaunchLogDir(Substitution):
+    """The folder with the log folders of launches."""
+
+    def perform(self, scope: Scope) -> str:
+        """Return its path."""
+        return str(Path(environment.state_folder(), "log"))

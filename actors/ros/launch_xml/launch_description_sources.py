@@ -1,0 +1,7 @@
+"""Launch files in XML."""
+
+from __future__ import annotations
+
+from actors.launch import AnyLaunchDescriptionSource
+
+XMLLaunchDescriptionSource = AnyLaunchDescriptionSource

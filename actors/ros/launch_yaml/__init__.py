@@ -1,0 +1,5 @@
+"""`launch_yaml` for launch files written for ROS 2."""
+
+from __future__ import annotations
+
+from actors.ros.launch_yaml import launch_description_sources as launch_description_sources

@@ -1,0 +1,7 @@
+"""Launch files in YAML."""
+
+from __future__ import annotations
+
+from actors.launch import AnyLaunchDescriptionSource
+
+YAMLLaunchDescriptionSource = AnyLaunchDescriptionSource

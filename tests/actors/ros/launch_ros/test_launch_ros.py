@@ -1,0 +1,136 @@
+"""ROS 2's names for launches of nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from actors.launch.errors import LaunchError
+from actors.launch.planning.plan import make_plan
+from actors.launch.planning.steps import ChangeStates, OutputMode, React, Start, Step
+from actors.ros import launch_ros
+from actors.ros.launch import LaunchDescription
+from actors.ros.launch.actions import EmitEvent, RegisterEventHandler
+from actors.ros.launch.substitutions import LaunchConfiguration
+from actors.ros.launch_ros import actions, descriptions, event_handlers, substitutions
+from actors.ros.launch_ros.events import lifecycle
+from actors.ros.launch_xml.launch_description_sources import XMLLaunchDescriptionSource
+from actors.ros.launch_yaml.launch_description_sources import YAMLLaunchDescriptionSource
+from tests.actors.launch.shelf import Shelf, scope
+
+
+def steps(*given: Any, **arguments: str) -> list[Step]:
+    """Return what actions come to."""
+    return make_plan(LaunchDescription(given), Shelf(), arguments=arguments, environment={}, folder="/files")
+
+
+def process(*given: Any, **arguments: str) -> Any:
+    """Return the process that actions come to."""
+    (step,) = steps(*given, **arguments)
+    assert isinstance(step, Start)
+    return step.process
+
+
+def test_a_node_is_labelled_by_its_program() -> None:
+    """Its name in the graph is another thing; its output goes to the log."""
+    found = process(actions.Node(package="p", executable="talker", name="n", parameters=None))
+    assert (found.label, found.node, found.output) == ("talker-1", "/n", OutputMode.LOG)
+    assert process(actions.Node(executable="/bin/talker", exec_name="t")).label == "t-1"
+
+
+def test_settings_are_for_all_nodes() -> None:
+    """Simulated time, parameters, files of them, names and namespaces."""
+    found = process(
+        actions.SetUseSimTime(True),
+        actions.SetParameter("speed", 1.5),
+        actions.SetParametersFromFile("p.yaml"),
+        actions.SetRemap("a", "b"),
+        actions.PushRosNamespace("ns"),
+        actions.SetROSLogDir("/log"),
+        actions.Node(package="p", executable="e"),
+    )
+    text = " ".join(found.command)
+    for each in ("use_sim_time:=true", "speed:=1.5", "--params-file /files/p.yaml", "a:=b", "__ns:=/ns"):
+        assert each in text
+    assert found.environment["ROS_LOG_DIR"] == "/log"
+
+
+def test_parameters_are_described() -> None:
+    """With types, also of lists."""
+    value = descriptions.ParameterValue(["1", "2"], value_type=list[int])
+    given = [
+        descriptions.Parameter("a", "7", value_type=str, description="an example"),
+        descriptions.Parameter(["b", "c"], [1.5]),
+        {"d": value, "e": descriptions.ParameterValue(LaunchConfiguration("x"), value_type=list[str])},
+    ]
+    found = process(actions.Node(package="p", executable="e", parameters=given), x="[u, v]")
+    assert [each for each in found.command if ":=" in each] == [
+        'a:="7"',
+        "bc:=[1.5]",
+        "d:=[1, 2]",
+        "e:=[u, v]",
+    ]
+
+
+def test_a_file_of_parameters_can_have_substitutions() -> None:
+    """Then a node gets another file, in which they have their values."""
+    (name,) = (each for each in _parameter_files("$(var x)", allow=True) if each)
+    assert Path(name).read_text(encoding="utf-8") == "text of /files/1"
+    Path(name).unlink()
+    assert _parameter_files("p.yaml", allow=False) == ["/files/p.yaml"]
+
+
+def _parameter_files(path: str, *, allow: bool) -> list[str]:
+    given = {"x": "1"} if allow else {}
+    entry = descriptions.ParameterFile(path, allow_substs=allow)
+    command = process(actions.Node(package="p", executable="e", parameters=[entry]), **given).command
+    return [command[at + 1] for at, each in enumerate(command) if each == "--params-file"]
+
+
+def test_a_lifecycle_node_changes_its_state() -> None:
+    """It is chosen by its action or its name, and its transitions are events."""
+    node = actions.LifecycleNode(package="p", executable="e", name="n", namespace="")
+    change = lifecycle.ChangeState(
+        lifecycle_node_matcher=launch_ros.events.matches_node_name("/n"), transition_id=1
+    )
+    handler = event_handlers.OnStateTransition(
+        target_lifecycle_node=node, goal_state="inactive", entities=[EmitEvent(event=change)]
+    )
+    start, react, now = steps(node, RegisterEventHandler(handler), EmitEvent(event=change))
+    assert isinstance(start, Start)
+    assert isinstance(react, React)
+    assert isinstance(now, ChangeStates)
+    assert now.matches(start.process)
+
+
+def test_packages_are_found_at_once() -> None:
+    """`find` needs no launch."""
+    share = substitutions.FindPackageShare("pytest").find("pytest")
+    assert Path(share).is_dir()
+    assert Path(substitutions.FindPackagePrefix("pytest").find("pytest")).is_dir()
+    with pytest.raises(LaunchError, match="No installed package 'none'"):
+        substitutions.FindPackageShare("none").find("none")
+
+
+def test_a_parameter_of_all_nodes_is_a_text() -> None:
+    """Or a default, or an error."""
+    here = scope(parameters={"a": '"b"'})
+    assert substitutions.Parameter("a").perform(here) == "b"
+    assert substitutions.Parameter("c", default="d").perform(here) == "d"
+    with pytest.raises(LaunchError, match="No parameter 'c'"):
+        substitutions.Parameter("c").perform(here)
+
+
+@pytest.mark.parametrize("make", [actions.ComposableNodeContainer, descriptions.ComposableNode])
+def test_components_are_absent(make: Any) -> None:
+    """With what to do instead."""
+    with pytest.raises(LaunchError, match="C\\+\\+ libraries; start each node with Node"):
+        make(package="p", plugin="x")
+
+
+def test_sources_are_files() -> None:
+    """Whatever their language."""
+    for kind in (XMLLaunchDescriptionSource, YAMLLaunchDescriptionSource):
+        assert kind(["a", ".launch"]).perform(scope()) == "a.launch"
