@@ -288,7 +288,7 @@ ELEMENTS: Final = (
         _key("children actions", _ELEMENTS, "What is in it.", "actions", required=True),
         _key("scoped", SWITCH, "Whether what is set in it ends with it."),
         _key("forwarding", SWITCH, "Whether it sees the arguments that are set outside."),
-        _key("launch_configurations", Named("name", "value"), "Arguments that are set first."),
+        _key("launch_configurations keep", Named("name", "value"), "Arguments that are set first."),
         listed="children",
     ),
     _element(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from actors.tools.executables import Executable, Package
 
 FUNCTION: Final = "generate_launch_description"
-DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml")
+DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml", ".xml", ".launch")
 SUFFIXES: Final = (".py", *DOCUMENT_SUFFIXES)
 """Of launch files."""
 MAX_REMEMBERED: Final = 1024
@@ -63,7 +63,7 @@ class Files:
         self._modules = lru_cache(MAX_REMEMBERED)(self._find_modules)
 
     def description(self, path: str) -> LaunchDescription:
-        """Return what a YAML or TOML file says, or a Python file's `generate_launch_description` returns.
+        """Return what a document says, or a Python file's `generate_launch_description` returns.
 
         Raises:
             LaunchFileError: It cannot be read, fails, or describes nothing.
@@ -287,7 +287,7 @@ def _failed(path: str, error: BaseException) -> LaunchFileError:
     where = f"{path}, line {line}" if line else path
     text = error.msg if isinstance(error, SyntaxError) else error_text(error)
     if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _ROS_2:
-        text += "; here it is: from actors.launch import Node, LaunchDescription, …"
+        text += "; here it is: from actors.launch import Node, LaunchDescription, … (or launch it with --ros)"
     elif isinstance(error, ImportError) and (error.name or "").startswith("actors.launch."):
         text += "; all names of launch files are in actors.launch"
     kind = "" if isinstance(error, LaunchError) else f"{type(error).__name__}: "

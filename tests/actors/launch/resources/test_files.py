@@ -130,6 +130,7 @@ def test_a_launch_files_name_says_its_language(tmp_path: Path) -> None:
         "def generate_launch_description(): return LaunchDescription([LogInfo(msg='hello')])",
         "a.launch.yaml": "launch: [{log: {message: hello}}]",
         "a.launch.yml": "launch:\n- log:\n    message: hello",
+        "a.launch.xml": "<launch><log message='hello'/></launch>",
         "a.launch.toml": "[[launch]]\nlog.message = 'hello'",
     }
     for name, source in sources.items():
@@ -139,7 +140,7 @@ def test_a_launch_files_name_says_its_language(tmp_path: Path) -> None:
         path.write_text("#" * (MAX_FILE_BYTES + 1))
         with pytest.raises(LaunchFileError, match=f"is larger than {MAX_FILE_BYTES} bytes"):
             FILES.description(str(path))
-    for name in ("a.launch.xml", "launch"):
+    for name in ("a.launch.json", "launch"):
         with pytest.raises(
             LaunchFileError, match=r"a launch file's name ends with one of \.py, \.yaml, \.yml, \.toml"
         ):

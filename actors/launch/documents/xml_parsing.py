@@ -1,0 +1,168 @@
+"""ROS 2's XML launch files, as the same plain data that YAML files give.
+
+    <launch>
+      <arg name="speed" default="1.5"/>
+      <node pkg="my_package" exec="talker"><param name="speed" value="$(var speed)"/></node>
+    </launch>
+
+Attributes are keys. An element within another is an entry of the key that it is named after, such as `param`,
+or else an action: an entry of `children` or `do`. Declarations of document types, with which a small file can
+become any size, are errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final, cast
+from xml.parsers import expat
+
+from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.kinds import SWITCH
+from actors.launch.documents.parameters import ParameterKind
+from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
+from actors.launch.documents.table import BY_NAME
+from proto.errors import escape
+
+_ROOT_ATTRIBUTES: Final = {"version", "deprecated"}
+"""Of ROS 2's files; they say nothing that is needed here."""
+
+
+@dataclass
+class _Node:
+    """An XML element."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[_Node] = field(default_factory=list["_Node"])
+
+
+class XmlDocument:
+    """An XML launch file.
+
+    Args:
+        source: Its bytes.
+
+    Raises:
+        DocumentError: It is no XML, or not as launch files are.
+
+    Attributes:
+        data: What a YAML file with the same contents gives.
+    """
+
+    def __init__(self, source: bytes) -> None:
+        self._lines: dict[tuple[str | int, ...], int] = {}
+        root = _parse(source)
+        if root.tag != "launch" or not root.attributes.keys() <= _ROOT_ATTRIBUTES:
+            raise DocumentError("a launch file begins with <launch>", Spot(), root.line)
+        self.data = {"launch": self._elements(root.children, ("launch",))}
+
+    def line(self, spot: Spot) -> int | None:
+        """Return the line, from 1, of a place in it; None if it has none."""
+        ends = range(len(spot.steps), 0, -1)
+        return next((self._lines[spot.steps[:end]] for end in ends if spot.steps[:end] in self._lines), None)
+
+    def _elements(self, nodes: list[_Node], steps: tuple[str | int, ...]) -> list[object]:
+        return [self._element(each, (*steps, at)) for at, each in enumerate(nodes)]
+
+    def _element(self, node: _Node, steps: tuple[str | int, ...]) -> dict[str, object]:
+        _rewrite(node)
+        steps = (*steps, node.tag)
+        self._lines[steps[:-1]] = self._lines[steps] = node.line
+        known = BY_NAME.get(node.tag)
+        keys = {name: key for key in known.keys for name in key.names} if known else {}
+        body: dict[str, object] = {}
+        for name, text in node.attributes.items():
+            kind = keys[name].kind if name in keys else None
+            body[name] = _switch(text) if kind is SWITCH else text
+            if isinstance(kind, ParameterKind):
+                body[name] = _parameter(text)
+        inner = next((name for name in ("children", "do") if name in keys), None)
+        if inner:
+            body.setdefault(inner, [])
+        for child in node.children:
+            key = child.tag if child.tag in keys or inner is None else inner
+            listed = body.setdefault(key, [])
+            if not isinstance(listed, list):
+                raise DocumentError(f"'{escape(key)}' is there twice", Spot(steps), child.line)
+            entries = cast("list[object]", listed)
+            within = (*steps, key, len(entries))
+            entries.append(self._element(child, within) if key == inner else self._record(child, within))
+        return {node.tag: body}
+
+    def _record(self, node: _Node, steps: tuple[str | int, ...]) -> dict[str, object]:
+        """Return an entry of a key, such as `param`, in which there may be others."""
+        self._lines[steps] = node.line
+        body: dict[str, object] = dict(node.attributes)
+        separator = body.pop("value-sep", None)
+        if node.tag == "param" and "value" in body and "type" not in body:
+            text = node.attributes["value"]
+            parts = text.split(str(separator)) if separator else None
+            body["value"] = [_parameter(each) for each in parts] if parts else _parameter(text)
+        if node.children:
+            tag = node.children[0].tag
+            body[tag] = [self._record(each, (*steps, tag, at)) for at, each in enumerate(node.children)]
+        return body
+
+
+def _rewrite(node: _Node) -> None:
+    """Replace an element that ROS 2 has for what another one can say."""
+    if node.tag == "ros_timer":
+        node.tag = "timer"
+    elif node.tag == "set_use_sim_time":
+        node.tag, node.attributes = "set_parameter", {"name": "use_sim_time", **node.attributes}
+    elif node.tag == "set_ros_log_dir":
+        value = node.attributes.pop("new_log_dir", "")
+        node.tag, node.attributes = "set_env", {"name": "ROS_LOG_DIR", "value": value, **node.attributes}
+
+
+def _switch(text: str) -> bool | str:
+    return {"true": True, "false": False}.get(text.strip().lower(), text)
+
+
+def _parameter(text: str) -> object:
+    """Return the value that a text is in YAML; the text itself if it is no value of a parameter."""
+    if "$(" in text:
+        return text
+    try:
+        value = yaml_data(text.encode())
+    except DocumentError:
+        return text
+    values = cast("list[object]", value) if isinstance(value, list) else [value]
+    scalar = bool(values) and all(isinstance(each, str | int | float) for each in values)
+    return cast("object", value) if scalar else text
+
+
+def _parse(source: bytes) -> _Node:
+    parser = expat.ParserCreate()
+    stack = [_Node("", {}, 0)]
+
+    def error(text: str) -> DocumentError:
+        return DocumentError(text, Spot(), parser.CurrentLineNumber)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if len(stack) > MAX_DEPTH:
+            raise error(f"it is nested deeper than {MAX_DEPTH}")
+        node = _Node(tag, attributes, parser.CurrentLineNumber)
+        stack[-1].children.append(node)
+        stack.append(node)
+
+    def end(_tag: str) -> None:
+        stack.pop()
+
+    def characters(text: str) -> None:
+        if text.strip():
+            raise error(f"text outside of attributes: '{escape(text.strip())}'")
+
+    def declaration(*_given: object) -> None:
+        raise error("document types and entities cannot be declared")
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = characters
+    parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = declaration
+    try:
+        parser.Parse(source, True)  # noqa: FBT003 - it is the whole file
+    except expat.ExpatError as problem:
+        text = expat.ErrorString(problem.code)
+        raise DocumentError(f"it is not XML: {text}", Spot(), problem.lineno) from None
+    return stack[0].children[0]
