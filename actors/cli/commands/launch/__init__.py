@@ -10,6 +10,7 @@ from actors.cli.parsing import Options, Parser, add_broker_options, positive
 EXAMPLES: Final = {
     "callboard launch robot.py": "what it describes, until Ctrl-C; with a broker if there is none",
     "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
+    "callboard launch --ros py_pubsub pubsub_launch.py": "a file written for ROS 2, without ROS",
     "callboard launch robot.py --show-args": "which arguments there are",
     "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
     "callboard launch robot.py --web": "the same with the page in a browser",
@@ -34,9 +35,7 @@ class _PrintSchema(argparse.Action):
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_argument(
-        "file",
-        metavar="FILE",
-        help="a Python, YAML or TOML file; or a package, and a file in its launch folder",
+        "file", metavar="FILE", help="a Python, YAML, TOML or XML file; or a package, and one of its files"
     )
     parser.add_argument(
         "arguments",
@@ -68,6 +67,8 @@ def add_arguments(parser: Parser) -> None:
         metavar="SEC",
         help="what a process gets after SIGINT, and again after SIGTERM; default: 5",
     )
+    parser.add_flag("--ros", help="let the file and its programs import ROS 2's names from callboard")
+    parser.add_flag("--force", help="with --ros: even if ROS 2's own rclpy is installed")
     parser.add_flag("--watch", help="start processes again when their source changes")
     parser.add_flag("--web", help="also serve the page, until Ctrl-C")
     add_broker_options(parser)

@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     words = [options.file, *options.arguments]
     path, given = _file_of(words)
     arguments = dict(map(_argument, given))
-    library = Files()
+    library = _library(ros=options.ros, force=options.force)
     with _prints_to_stderr(json=options.json):
         description = library.description(str(path))
     if options.show_args:
@@ -97,6 +97,20 @@ def run(options: argparse.Namespace) -> int:
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
     return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
+
+
+def _library(*, ros: bool, force: bool) -> Files:
+    """Return the library of this machine; with --ros, of one whose Python files import ROS 2's names."""
+    if not ros:
+        return Files()
+    from actors.ros.finder import RealPackageError, install
+    from actors.ros.launch.library import ros_files
+
+    try:
+        install(force=force)
+    except RealPackageError as error:
+        raise CommandError(str(error), USAGE) from None
+    return ros_files(force=force)
 
 
 @contextmanager
@@ -159,12 +173,13 @@ def _file_in_package(package: str, name: str) -> Path:
     found = find_package(package)
     if found is None:
         raise CommandError(f"No launch file and no installed package '{escape(package)}'")
-    folder = (found.share() or Path()) / "launch"
-    path = folder / name
-    if found.share() is not None and path.is_file():
-        return path.absolute()
-    there = folder.iterdir() if found.share() is not None and folder.is_dir() else ()
-    files = sorted(each.name for each in there if each.suffix in SUFFIXES)
+    share = found.share()
+    folder = None if share is None else share if found.ros_share() else share / "launch"
+    there = [] if folder is None else sorted(folder.rglob("*") if found.ros_share() else folder.glob("*"))
+    for each in there:
+        if each.is_file() and (each.name == name or (folder and each == folder / name)):
+            return each.absolute()
+    files = sorted(each.name for each in there if each.suffix in SUFFIXES and each.name != "package.xml")
     hint = did_you_mean(name, files) or f"; there is: {', '.join(files) or 'none'}"
     raise CommandError(f"No launch file '{escape(name)}' in package '{package}'{hint}")
 

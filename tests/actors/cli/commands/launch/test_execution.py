@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import textwrap
 from typing import TYPE_CHECKING, NoReturn
 
@@ -14,6 +15,7 @@ from actors.launch.planning.steps import STOP_TIMEOUT_SEC
 from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 FILE = """
@@ -259,3 +261,58 @@ def test_another_machines_broker_is_not_made_here(
     out, text = capfd.readouterr()
     assert out == ""
     assert text.startswith("No broker at callboard://broker.invalid:7411. Start one there with: ")
+
+
+ROS_FILE = """
+    from launch import LaunchDescription
+    from launch_ros.actions import Node
+
+    def generate_launch_description():
+        return LaunchDescription([Node(package="ros_robot", executable="talker", namespace="ns1")])
+"""
+
+
+@pytest.fixture
+def ros_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder of data of a package of ROS 2; ROS 2's names are forgotten afterwards."""
+    share = tmp_path / "share" / "ros_robot"
+    (share / "launch").mkdir(parents=True)
+    (share / "package.xml").write_text("<package/>")
+    (share / "launch" / "robot_launch.py").write_text(textwrap.dedent(ROS_FILE))
+    (share / "launch" / "robot.launch.xml").write_text(
+        "<launch><node pkg='ros_robot' exec='talker' namespace='ns1'/></launch>"
+    )
+    (tmp_path / "lib" / "ros_robot").mkdir(parents=True)
+    (tmp_path / "lib" / "ros_robot" / "talker").write_text("#!/usr/bin/python3\n")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    before = set(sys.modules)
+    yield share
+    for name in set(sys.modules) - before:
+        if name.partition(".")[0] in {"launch", "launch_ros"}:
+            del sys.modules[name]
+
+
+@pytest.mark.parametrize("file", ["robot_launch.py", "robot.launch.xml"])
+def test_a_file_written_for_ros_2_is_launched(
+    ros_robot: Path, capsys: pytest.CaptureFixture[str], file: str
+) -> None:
+    """It imports ROS 2's names, and so do its programs; a package's files are found below its data."""
+    assert main(["launch", "--ros", "ros_robot", file, "-n"]) == 0
+    shown = capsys.readouterr().out
+    assert shown == "[talker-1] callboard run ros_robot talker --ros-args -r __ns:=/ns1\n"
+    assert main(["launch", "--ros", str(ros_robot / "launch" / file), "-n"]) == 0
+    assert main(["launch", "ros_robot", "x"]) == 1
+    assert capsys.readouterr().err.endswith("there is: robot.launch.xml, robot_launch.py\n")
+
+
+def test_an_installed_rclpy_is_not_hidden(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, ros_robot: Path
+) -> None:
+    """Unless that is forced."""
+    (tmp_path / "rclpy.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    file = str(ros_robot / "launch" / "robot_launch.py")
+    assert main(["launch", "--ros", file, "-n"]) == 2
+    assert "ROS 2's own rclpy is installed here" in capsys.readouterr().err
+    assert main(["launch", "--ros", "--force", file, "-n"]) == 0
