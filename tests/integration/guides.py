@@ -99,7 +99,7 @@ class Reader:
     def _write(self, text: str) -> None:
         """Write a block to the file in its first line, or replace a section of that file."""
         head, _, body = text.partition("\n")
-        path = self.folder / head.removeprefix("# ")
+        path = self.folder / head.removeprefix("# ").removeprefix("<!-- ").removesuffix(" -->")
         if path.suffix == ".toml":
             section = re.escape(body.partition("\n")[0])
             before = path.read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ class Reader:
     async def _do(self, words: list[str], line: str) -> None:
         if words[:2] == ["callboard", "broker"]:
             await self._system.broker()  # at this test's own address
-        elif words[:2] in (["callboard", "run"], ["callboard", "launch"]):
+        elif words[:2] in (["callboard", "run"], ["callboard", "launch"]) and words[-1] != "--show-args":
             self._running[words[min(3, len(words) - 1)]] = await self._start(words)
         elif words[0] == "cd":
             self.folder = (self.folder / words[1]).resolve()

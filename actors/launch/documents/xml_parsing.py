@@ -128,9 +128,12 @@ def _parameter(text: str) -> object:
         value = yaml_data(text.encode())
     except DocumentError:
         return text
+    return value if _is_value(value) else text
+
+
+def _is_value(value: object) -> bool:
     values = cast("list[object]", value) if isinstance(value, list) else [value]
-    scalar = bool(values) and all(isinstance(each, str | int | float) for each in values)
-    return cast("object", value) if scalar else text
+    return bool(values) and all(isinstance(each, str | int | float) for each in values)
 
 
 def _parse(source: bytes) -> _Node:
