@@ -155,6 +155,10 @@ class Package:
 
     def _script(self, name: str) -> Path | None:
         names = (name, f"{name}.exe")
+        for each in names:  # after pip install --target what is recorded is elsewhere
+            target = self.prefix() / "bin" / each
+            if target.is_file():
+                return target
         for file in self._installed.files or ():
             if file.name in names and file.parent.name in ("bin", "Scripts"):
                 return self._locate(str(file))

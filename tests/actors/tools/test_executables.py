@@ -69,6 +69,16 @@ def test_executables_are_console_scripts(site: Site) -> None:
     assert package.executable("listener") is None
 
 
+def test_a_program_of_a_target_folder_is_there(site: Site) -> None:
+    """pip records it as if the folder were site-packages."""
+    site.install("my_robot", scripts=["talker = my_robot.talker:main"], files=["../../bin/talker"])
+    (site.prefix / "bin").mkdir()
+    (site.prefix / "bin" / "talker").touch()
+    program = found("my_robot").executable("talker")
+    assert program is not None
+    assert program.path == site.prefix.resolve() / "bin" / "talker"
+
+
 def test_a_command_does_what_the_script_does(
     site: Site, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
