@@ -85,4 +85,6 @@ class TopicEndpointInfo:
             "  Liveliness": qos.liveliness.name,
             "  Liveliness lease duration": qos.liveliness_lease_duration,
         }
-        return "\n".join(f"{name}: {value}".rstrip(" ") for name, value in lines.items())
+        return "\n".join(
+            f"{name}: {value}" if name != "QoS profile" else "QoS profile:" for name, value in lines.items()
+        )

@@ -21,13 +21,15 @@ FACE = Path(rclpy.__path__[0])
 
 
 def has(module: str, name: str) -> bool:
-    """Return whether the face has a name, as an attribute or set by `__init__`."""
+    """Return whether the face has a name: an attribute, an annotated one, or one that `__init__` sets."""
     try:
         found: Any = importlib.import_module(f"actors.ros.{module}")
     except ImportError:
         return False
     for part in name.split("."):
         if not hasattr(found, part):
+            if part in getattr(found, "__annotations__", ()):
+                return True
             init = getattr(getattr(found, "__init__", None), "__code__", None)
             return init is not None and part in init.co_names
         found = getattr(found, part)

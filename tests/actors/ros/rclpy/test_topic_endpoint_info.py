@@ -41,5 +41,5 @@ def test_publishers_and_subscriptions_are_described(context: Context) -> None:
 def test_an_empty_description_prints() -> None:
     """What is unknown prints as ROS 2 does."""
     lines = str(TopicEndpointInfo()).splitlines()
-    assert lines[2:6] == ["Topic type:", "Topic type hash: INVALID", "Endpoint type: INVALID", "GID:"]
+    assert lines[2:6] == ["Topic type: ", "Topic type hash: INVALID", "Endpoint type: INVALID", "GID: "]
     assert lines[8] == "  History (Depth): UNKNOWN"
