@@ -126,11 +126,6 @@ def foreign_variables(environ: Mapping[str, str] | None = None) -> dict[str, str
     return {name: value for name, value in _source(environ).items() if name not in VARIABLES}
 
 
-def ament_prefixes(environ: Mapping[str, str] | None = None) -> list[str]:
-    """Return the folders of `AMENT_PREFIX_PATH`."""
-    return [each for each in (_get("AMENT_PREFIX_PATH", environ) or "").split(os.pathsep) if each]
-
-
 def config_folder(environ: Mapping[str, str] | None = None) -> str:
     """Return the folder of callboard's configuration, which need not exist."""
     return _own_folder("XDG_CONFIG_HOME", "~/.config", environ)
