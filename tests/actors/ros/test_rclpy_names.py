@@ -43,6 +43,11 @@ def modules() -> Iterator[tuple[str, Path]]:
         yield ".".join(parts).removesuffix(".__init__"), path
 
 
+def is_type_variable(value: ast.expr) -> bool:
+    """Return whether an assignment makes a type variable, which is for annotations only."""
+    return isinstance(value, ast.Call) and getattr(value.func, "id", "") in {"TypeVar", "ParamSpec"}
+
+
 def public_names(tree: ast.AST, prefix: str = "") -> Iterator[str]:
     """Yield the public names that a module or class defines or offers again."""
     for node in ast.iter_child_nodes(tree):
@@ -50,7 +55,7 @@ def public_names(tree: ast.AST, prefix: str = "") -> Iterator[str]:
             found = [node.name]
         elif isinstance(node, ast.ImportFrom):
             found = [each.name for each in node.names if each.asname == each.name]
-        elif isinstance(node, ast.Assign):
+        elif isinstance(node, ast.Assign) and not is_type_variable(node.value):
             found = [each.id for each in node.targets if isinstance(each, ast.Name)]
         elif isinstance(node, ast.AnnAssign):
             found = [node.target.id] if isinstance(node.target, ast.Name) else []

@@ -31,8 +31,6 @@ if os.fork() == 0:
         try:
             use()
         except RuntimeError as error:
-            print(error)
-        except Exception as error:
             print(type(error).__name__, error)
     assert not rclpy.ok()
     with rclpy.init():
