@@ -107,7 +107,8 @@ class NumericArray(_Base):
         return made
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.tolist()!r})"
+        # As the base class: programs written for ROS 2 show it, and other programs read what they print.
+        return f"array({self.format!r}, {self.tolist()!r})" if self else f"array({self.format!r})"
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, list | tuple):
