@@ -1,17 +1,22 @@
-"""Values of received messages as programs for ROS 2 expect them.
+"""Values of messages as programs for ROS 2 expect them.
 
 callboard's messages have bytes for `uint8[]`, which are not copied, and need no NumPy. ROS 2's have an
 `array.array` that can be changed, a list for `byte[]`, and NumPy arrays for fixed arrays of numbers. Messages
 that such a program gets are converted after they have been decoded; the classes are the same.
+
+ROS 2's messages also make such a value of a list that is assigned to a field of numbers. A program's messages
+do that from when it makes an entity (a publisher, client, service or action) of their class.
 """
 
 from __future__ import annotations
 
 from array import array
+from contextlib import suppress
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
+from actors.interfaces.codec import codec_for
 from actors.interfaces.fields import fields_of, nested_classes
 from actors.interfaces.message import is_message_type
 
@@ -39,6 +44,57 @@ def rosidl_values(message: T) -> T:
     for name, convert in _conversions(cast("Any", type(message))):
         setattr(message, name, convert(getattr(message, name)))
     return message
+
+
+def copied(message: T) -> T:
+    """Return a copy of a message that is to be sent later: the program may change the message before that.
+
+    Raises:
+        InvalidMessageError: A field has a wrong type or is out of range.
+    """
+    codec: Any = codec_for(cast("Any", type(message)))
+    copy: T = codec.decode(codec.encode(message))
+    return copy
+
+
+@cache
+def convert_assignments(cls: MessageType) -> None:
+    """Let messages of a class, and those in them, convert lists that are assigned to fields of numbers.
+
+    A list that does not fit is left as it is: sending the message says what is wrong with it.
+
+    Args:
+        cls: The message class. Classes without sequences of numbers are not changed, and lose no time.
+    """
+    for each in nested_classes(cls):
+        types = {field.name: made for field in fields_of(each) if (made := _assigned(field.type)) is not None}
+        if types:
+            type.__setattr__(each, "__setattr__", _converting_setattr(each, types))
+
+
+def _converting_setattr(
+    cls: Any, types: dict[str, Callable[[Any], Any]]
+) -> Callable[[Any, str, object], None]:
+    def set_value(message: Any, name: str, value: object) -> None:
+        if isinstance(value, list | tuple) and name in types:
+            with suppress(TypeError, ValueError, OverflowError):
+                value = types[name](value)
+        parent: Any = super(cls, message)
+        parent.__setattr__(name, value)
+
+    return set_value
+
+
+def _assigned(kind: FieldType) -> Callable[[Any], Any] | None:
+    """Return what makes a sequence of numbers from a list; None for other types."""
+    made = ARRAY_BY_ELEMENT.get(kind.base)
+    element = "uint8" if kind.base == "char" else kind.base
+    if not kind.is_array or (made is None and element != "uint8"):
+        return None
+    numpy: Any = _numpy() if kind.is_fixed else None
+    if numpy is not None:
+        return partial(numpy.array, dtype=element)
+    return made or partial(array, "B")
 
 
 @cache

@@ -8,6 +8,7 @@ from actors.errors import NodeDestroyed, PublisherFull, WaitTimeout
 from actors.interfaces.message import Message
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
+from actors.ros.values import convert_assignments
 from actors.threads.errors import ThreadStoppedError
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Publisher(Destroyable, Generic[MsgT]):
         self._thread = thread
         self._native = native
         self._publisher = thread.publisher(native)
+        convert_assignments(native.msg_type)
 
     @property
     def topic_name(self) -> str:

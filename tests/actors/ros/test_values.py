@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import builtins
 from array import array
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import numpy as np
 
+from actors.interfaces import types
 from actors.interfaces.codec import codec_for
 from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
 from actors.interfaces.message import Message
@@ -19,7 +20,7 @@ from actors.ros import values
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.task import Future
-from actors.ros.values import rosidl_values
+from actors.ros.values import convert_assignments, rosidl_values
 
 if TYPE_CHECKING:
     import pytest
@@ -29,6 +30,19 @@ if TYPE_CHECKING:
 
 class Pair(Message):
     images: list[Image] = msgspec.field(default_factory=list)
+
+
+class Telemetry(Message):
+    name: str = ""
+    counts: types.Int32Sequence = msgspec.field(default_factory=types.Int32Array)
+    raw: types.UInt8Sequence = b""
+    matrix: Annotated[types.Float64Sequence, types.Length(9)] = msgspec.field(
+        default_factory=lambda: types.Float64Array([0.0] * 9)
+    )
+
+
+class Telemetries(Message):
+    last: Telemetry = msgspec.field(default_factory=Telemetry)
 
 
 def received(message: Message) -> Any:
@@ -114,3 +128,27 @@ def test_a_subscription_gets_them(context: Context) -> None:
         executor.spin_until_future_complete(future, 20)
     image: Any = future.result()
     assert image.data == array("B", [1, 2])
+
+
+def test_assigned_lists_become_arrays() -> None:
+    """As ROS 2's setters make them, also in nested messages; what does not fit is left."""
+    convert_assignments(Telemetry)
+    message: Any = Telemetry()
+    message.counts, message.raw, message.matrix = [1, 2], (3, 4), [0.5] * 9
+    assert repr(message.counts) == "array('i', [1, 2])"
+    assert message.raw == array("B", [3, 4])
+    matrix: Any = message.matrix
+    assert matrix.dtype == np.float64
+    message.name = "x"
+    message.counts = ["x"]
+    assert message.counts == ["x"]
+    outer: Any = Telemetries(last=Telemetry())
+    convert_assignments(Telemetries)
+    outer.last.counts = [3]
+    assert type(outer.last.counts) is type(Telemetry().counts)
+
+
+def test_only_sequences_of_numbers_are_converted() -> None:
+    """Other classes keep the fast assignment of the core."""
+    convert_assignments(String)
+    assert "__setattr__" not in String.__dict__
