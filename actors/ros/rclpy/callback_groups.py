@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.work_queue import WorkQueue
 
 
 class CallbackGroup:
@@ -16,6 +17,8 @@ class CallbackGroup:
     def __init__(self) -> None:
         super().__init__()
         self.entities: set[weakref.ref[Entity]] = set()
+        self.refused_in: set[WorkQueue] = set()
+        """The queues of executors to wake when a callback ends."""
 
     def add_entity(self, entity: Entity) -> None:
         """Add a subscription, timer, client, service, guard condition or waitable."""

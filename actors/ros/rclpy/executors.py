@@ -244,13 +244,13 @@ class Executor:
         self.spin_once(timeout_sec)
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Run no further callbacks.
+        """Run no further callbacks. One that runs in another thread goes on.
 
         Args:
-            timeout_sec: Seconds to wait for those that run; None or negative for no limit.
+            timeout_sec: Not used: there is no thread to wait for.
 
         Returns:
-            Whether none runs any more.
+            True.
         """
         del timeout_sec
         self._is_shutdown = True
@@ -316,7 +316,12 @@ class MultiThreadedExecutor(Executor):
             self._raise_failure()
             return
         with self._idle:
-            self._running += 1
+            shut_down = self._is_shutdown
+            self._running += not shut_down  # `shutdown` waits for it
+        if shut_down:
+            if not isinstance(work, Task):
+                self.work.ended(work[1])
+            return
         self._pool.submit(self._run, work)
         self._raise_failure()
 

@@ -156,13 +156,17 @@ class Task(Future[T]):
         """Run the function, or the coroutine until it waits; do nothing if it is done or runs already."""
         if self._done or not self._running.acquire(blocking=False):
             return
+        suspended = False
         try:
             if inspect.iscoroutine(self._handler):
-                self._resume(self._handler)
+                suspended = self._resume(self._handler)
             elif not self._done:
                 self._run()
         finally:
             self._running.release()
+        executor = None if self._executor is None else self._executor()
+        if suspended and executor is not None:  # not before: another thread may resume it at once
+            executor.work.resume_later(self, _awaited.future)
 
     def _run(self) -> None:
         try:
@@ -172,7 +176,8 @@ class Task(Future[T]):
         else:
             self._end(result, None)
 
-    def _resume(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+    def _resume(self, coroutine: Coroutine[Any, Any, Any]) -> bool:
+        """Run the coroutine until it waits; return whether it does."""
         _awaited.future = None
         try:
             coroutine.send(None)
@@ -181,10 +186,8 @@ class Task(Future[T]):
         except Exception as error:  # noqa: BLE001 - the user's: it is the task's outcome
             self._end(None, error)
         else:
-            awaited: Future[Any] | None = _awaited.future
-            executor = None if self._executor is None else self._executor()
-            if executor is not None:
-                executor.work.resume_later(self, awaited)
+            return True
+        return False
 
     def _end(self, result: Any, error: BaseException | None) -> None:
         self._handler, self._args, self._kwargs = None, (), {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from math import inf
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -90,8 +91,9 @@ class WorkQueue:
         self._suspended: set[Task[Any]] = set()
         """Tasks that wait for a future: nobody else may refer to them."""
         self._wake_up = WakeUp()
-        self._next_timer_sec = 0.0
-        """When the next timer is due, by the steady clock; zero: look at them again."""
+        self._next_timer_sec = inf
+        """When the next timer is due, by the steady clock."""
+        self._timers_changed = True
 
     def add(self, entity: Entity) -> None:
         """Take work of an entity soon; in any thread."""
@@ -119,7 +121,7 @@ class WorkQueue:
 
     def timers_changed(self) -> None:
         """Look again at when timers are due."""
-        self._next_timer_sec = 0.0
+        self._timers_changed = True
         self._wake_up.set()
 
     def wait(self, timeout_sec: float | None, condition: Callable[[], bool]) -> Work:
@@ -137,14 +139,13 @@ class WorkQueue:
         executor = self._executor
         limited = timeout_sec is not None and timeout_sec >= 0
         deadline = time.monotonic() + timeout_sec if limited and timeout_sec is not None else inf
-        self._ready.extend(self._waiting)
-        self._waiting.clear()
         while True:
-            if executor.is_shut_down:
-                raise ShutdownException
-            if not executor.context.ok():
-                raise ExternalShutdownException
-            if self._next_timer_sec < inf and time.monotonic() >= self._next_timer_sec:
+            if executor.is_shut_down or not executor.context.ok():
+                self._wake_up.set()  # another thread that waits here must see it, too
+                raise ShutdownException if executor.is_shut_down else ExternalShutdownException
+            _move_all(self._waiting, self._ready)
+            _move_all(self._blocked, self._ready)
+            if self._timers_changed or time.monotonic() >= self._next_timer_sec:
                 self._add_timers()
             work = self._take() if executor.has_capacity() else None
             if work is not None:
@@ -157,7 +158,7 @@ class WorkQueue:
             self._wake_up.wait(max(0.0, min(deadline, self._next_timer_sec) - now))
 
     def _add_timers(self) -> None:
-        self._next_timer_sec = inf  # a change meanwhile sets it to zero
+        self._timers_changed = False  # before they are looked at: one may change meanwhile
         soonest = inf
         for node in self._executor.get_nodes():
             for timer in tuple(node.timers):
@@ -166,8 +167,7 @@ class WorkQueue:
                     timer.notify()
                 else:
                     soonest = min(soonest, rest)
-        if self._next_timer_sec == inf:
-            self._next_timer_sec = time.monotonic() + soonest
+        self._next_timer_sec = time.monotonic() + soonest
 
     def _take(self) -> Work | None:
         """Take work of the first entity that has some, and may run."""
@@ -179,10 +179,7 @@ class WorkQueue:
                 item.queued_in = None
             if item.executor is not self._executor:
                 continue
-            group = item.callback_group
-            if not group.can_execute(item) or not group.beginning_execution(item):
-                item.queued_in = self
-                self._blocked.append(item)
+            if not self._begins(item):
                 continue
             call = item.take()
             if item.has_work() and item.queued_in is None:
@@ -193,10 +190,29 @@ class WorkQueue:
             self.ended(item)
         return None
 
-    def ended(self, entity: Entity) -> None:
-        """Let the entity's callback group run others."""
-        entity.callback_group.ending_execution(entity)
-        if self._blocked:
-            self._ready.extend(self._blocked)
-            self._blocked.clear()
+    def _begins(self, entity: Entity) -> bool:
+        """Return whether the entity's callback group lets it begin; if not, ask again at the next wake-up."""
+        group = entity.callback_group
+        if group.can_execute(entity) and group.beginning_execution(entity):
+            return True
+        entity.queued_in = self
+        self._blocked.append(entity)
+        group.refused_in.add(self)
+        if group.can_execute(entity):  # another thread's callback has ended before the group knew of this
             self._wake_up.set()
+        return False
+
+    def ended(self, entity: Entity) -> None:
+        """Let the entity's callback group run others, also those of other executors."""
+        group = entity.callback_group
+        group.ending_execution(entity)
+        with suppress(KeyError):  # empty
+            while group.refused_in:
+                group.refused_in.pop().wake()
+
+
+def _move_all(source: deque[Any], target: deque[Any]) -> None:
+    """Move what is there now; other threads may append to both meanwhile, and take from both."""
+    with suppress(IndexError):  # empty
+        for _ in range(len(source)):
+            target.append(source.popleft())

@@ -261,3 +261,50 @@ async def test_plain_functions_and_coroutines_are_called_alike() -> None:
     assert await await_or_execute(twice, 2) == 4
     assert await await_or_execute(abs, -1) == 1
     assert await await_or_execute(twice(3)) == 6
+
+
+def test_a_pool_resumes_coroutines_that_await_something_unknown(context: Context, node: Node) -> None:
+    """`asyncio.sleep(0)` only gives way: the coroutine goes on while the executor spins."""
+    done = Future[Any]()
+
+    async def give_way() -> None:
+        await asyncio.sleep(0)
+        done.set_result(1)
+
+    with MultiThreadedExecutor(2, context=context) as executor:
+        executor.add_node(node)
+        executor.create_task(give_way)
+        executor.spin_until_future_complete(done, 20)
+    assert done.done()
+
+
+def test_a_group_of_two_executors_lets_the_other_one_run(context: Context) -> None:
+    """A callback that the group refused in one executor runs once the one in the other executor has ended."""
+    group = MutuallyExclusiveCallbackGroup()
+    begun, go_on, ran = threading.Event(), threading.Event(), Future[Any]()
+    first, second = Node("first", context=context), Node("second", context=context)
+
+    def hold() -> None:
+        begun.set()
+        go_on.wait(20)
+
+    busy = first.create_guard_condition(hold, group)
+    refused = second.create_guard_condition(lambda: ran.set_result(1), group)
+    with (
+        SingleThreadedExecutor(context=context) as holding,
+        SingleThreadedExecutor(context=context) as waiting,
+    ):
+        holding.add_node(first)
+        waiting.add_node(second)
+        busy.trigger()
+        thread = threading.Thread(target=holding.spin_once, args=(20,))
+        thread.start()
+        assert begun.wait(20)
+        refused.trigger()
+        waiting.spin_once(0)
+        assert not ran.done()
+        releasing = threading.Timer(0.05, go_on.set)
+        releasing.start()
+        waiting.spin_until_future_complete(ran, 20)
+        thread.join()
+    assert ran.done()
