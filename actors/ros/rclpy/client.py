@@ -12,7 +12,7 @@ from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
-from actors.ros.values import rosidl_values
+from actors.ros.values import convert_assignments, copied, rosidl_values
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         qos_profile: QoSProfile,
     ) -> None:
         super().__init__(context.thread, srv_type, callback_group, qos_profile)
+        convert_assignments(srv_type.Request)
         self.context = context
         self._native = native
         self._lock = threading.Lock()
@@ -79,8 +80,10 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
         Raises:
             TypeError: The request is not of the service's class.
+            InvalidMessageError: A field has a wrong type or is out of range.
         """
         self._check(request)
+        request = copied(request)
         future = Future[ResponseT]()
         with self._lock:
             self._pending[future] = None

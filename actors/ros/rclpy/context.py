@@ -8,6 +8,7 @@ import threading
 import warnings
 import weakref
 from concurrent.futures import CancelledError
+from contextlib import ExitStack
 from inspect import ismethod
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
@@ -168,12 +169,13 @@ class Context:
             nodes, callbacks = self._nodes, self._callbacks
             self._callbacks = []
         self.end()
-        for each in nodes:
-            node = each()
-            if node is not None:
-                node.destroy_node()
-        for callback in callbacks:
-            _call(callback)
+        with ExitStack() as last_first:  # an error does not keep the others from their end
+            for callback in reversed(callbacks):
+                last_first.callback(_call, callback)
+            for each in reversed(nodes):
+                node = each()
+                if node is not None:
+                    last_first.callback(node.destroy_node)
         return True
 
     def on_shutdown(self, callback: Callable[[], object]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import weakref
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar
 
 from actors.interfaces.message import Message, is_message_type
@@ -251,7 +252,8 @@ class Node(NodeParameters, NodeGraph):
 
     def remove_waitable(self, waitable: Entity) -> None:
         """Run it no more."""
-        self._entities[type(waitable)].remove(waitable)
+        with suppress(KeyError, ValueError):  # it has been removed, perhaps with the node
+            self._entities[type(waitable)].remove(waitable)
         waitable.detach()
 
     def _overridden(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
-from actors.ros.values import rosidl_values
+from actors.ros.values import convert_assignments, rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +34,7 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         super().__init__(thread, srv_type, callback_group, qos_profile)
         self.callback = callback
         self._native = thread.call(lambda: make(self._handle))
+        convert_assignments(srv_type.Response)
 
     async def _handle(self, request: RequestT) -> ResponseT:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""

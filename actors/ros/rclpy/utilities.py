@@ -48,9 +48,8 @@ def try_shutdown(*, context: Context | None = None) -> None:
     """Shut a context down unless that has been done; None: the default one."""
     if context is None:
         context = get_default_context()
-        if context.ok():
-            get_default_context(shutting_down=True).shutdown()
-        return
+        if context.handle is not None:  # also after a signal, when it is no longer ok
+            get_default_context(shutting_down=True)
     context.try_shutdown()
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
-from actors.ros.values import rosidl_values
+from actors.ros.values import convert_assignments, copied, rosidl_values
 
 FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
@@ -104,6 +104,7 @@ class ActionClient(QueuedCalls):
         self._native: NativeClient[Any, Any, Any] = self._thread.call(
             lambda: node.native.create_action_client(action_type, action_name)
         )
+        convert_assignments(action_type.Goal)
         node.add_waitable(self)
 
     def wait_for(self, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
@@ -125,8 +126,10 @@ class ActionClient(QueuedCalls):
 
         Raises:
             TypeError: Not a goal message of this action.
+            InvalidMessageError: A field has a wrong type or is out of range.
         """
         self._check(goal)
+        goal = copied(goal)
         return self.start(lambda: self._send(goal, feedback_callback, goal_uuid))
 
     def send_goal(self, goal: Any, **kwargs: Any) -> GetResultResponse | None:

@@ -8,7 +8,7 @@ from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
-from actors.ros.values import rosidl_values
+from actors.ros.values import convert_assignments, rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -126,6 +126,8 @@ class ActionServer(QueuedCalls):
                 result_timeout_sec=result_timeout,
             )
         )
+        convert_assignments(action_type.Result)
+        convert_assignments(action_type.Feedback)
         node.add_waitable(self)
 
     def call(self, work: Callable[[], Any]) -> Any:

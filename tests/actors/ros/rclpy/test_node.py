@@ -460,15 +460,26 @@ def test_entities_are_destroyed_by_hand_and_by_with(node: Node) -> None:
         node.create_rate(0)
 
 
-def test_a_request_that_cannot_be_sent_ends_the_call(node: Node, executor: SingleThreadedExecutor) -> None:
-    """A value of a wrong type in the request ends the call with an error that names the field."""
-    node.create_service(AddTwoInts, "add", add)
+def test_a_request_that_cannot_be_sent_is_refused(node: Node) -> None:
+    """A value of a wrong type in the request raises, where it is called, an error that names the field."""
     client = node.create_client(AddTwoInts, "add")
-    assert client.wait_for_service(DEADLINE_SEC)
-    future = client.call_async(AddTwoInts.Request(a="one"))  # type: ignore[arg-type]
-    executor.spin_until_future_complete(future, DEADLINE_SEC)
     with pytest.raises(InvalidMessageError, match=r"AddTwoInts_Request\.a: Expected int"):
-        future.result()
+        client.call_async(AddTwoInts.Request(a="one"))  # type: ignore[arg-type]
+
+
+def test_a_request_may_be_changed_after_the_call(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Each call sends what the request was when it was made, also one that waits for a server."""
+    client = node.create_client(AddTwoInts, "add")
+    request = AddTwoInts.Request()
+    futures: list[Future[Any]] = []
+    for request.a in range(5):
+        futures.append(client.call_async(request))
+    node.create_service(AddTwoInts, "add", add)
+    for number, future in enumerate(futures):
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+        response = future.result()
+        assert response is not None
+        assert response.sum == number
 
 
 def test_parameters_are_set_until_one_is_unknown(context: Context) -> None:
