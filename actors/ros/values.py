@@ -68,19 +68,19 @@ def convert_assignments(cls: MessageType) -> None:
     """
     for each in nested_classes(cls):
         types = {field.name: made for field in fields_of(each) if (made := _assigned(field.type)) is not None}
-        if types:
-            type.__setattr__(each, "__setattr__", _converting_setattr(each, types))
+        if types and "__setattr__" not in each.__dict__:  # not yet, for a class that contains it
+            base: Any = each
+            type.__setattr__(each, "__setattr__", _converting_setattr(base.__setattr__, types))
 
 
 def _converting_setattr(
-    cls: Any, types: dict[str, Callable[[Any], Any]]
+    assign: Callable[[Any, str, Any], None], types: dict[str, Callable[[Any], Any]]
 ) -> Callable[[Any, str, object], None]:
     def set_value(message: Any, name: str, value: object) -> None:
         if isinstance(value, list | tuple) and name in types:
             with suppress(TypeError, ValueError, OverflowError):
                 value = types[name](value)
-        parent: Any = super(cls, message)
-        parent.__setattr__(name, value)
+        assign(message, name, value)
 
     return set_value
 
