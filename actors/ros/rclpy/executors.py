@@ -12,6 +12,7 @@ import time
 import warnings
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -24,7 +25,7 @@ from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.work_queue import WorkQueue
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Iterable
+    from collections.abc import Callable, Coroutine, Generator, Iterable
     from types import TracebackType
 
     from actors.ros.rclpy.context import Context
@@ -219,12 +220,12 @@ class Executor:
         """
         seconds = _seconds(timeout_sec)
         end = inf if seconds is None or seconds < 0 else time.monotonic() + seconds
-        future.when_done(self.work.wake)
-        while self._context.ok() and not future.done() and not self._is_shutdown:
-            rest = end - time.monotonic()
-            self._spin_once_until(future.done, None if rest == inf else max(0.0, rest))
-            if time.monotonic() >= end:
-                return
+        with self._woken_by(future):
+            while self._context.ok() and not future.done() and not self._is_shutdown:
+                rest = end - time.monotonic()
+                self._spin_once_until(future.done, None if rest == inf else max(0.0, rest))
+                if time.monotonic() >= end:
+                    return
 
     def spin_once_until_future_complete(
         self, future: Future[Any], timeout_sec: float | TimeoutObject | None = None
@@ -235,8 +236,17 @@ class Executor:
             future: The future.
             timeout_sec: Seconds to wait; None or negative for no limit.
         """
-        future.when_done(self.work.wake)
-        self._spin_once_until(future.done, _seconds(timeout_sec))
+        with self._woken_by(future):
+            self._spin_once_until(future.done, _seconds(timeout_sec))
+
+    @contextmanager
+    def _woken_by(self, future: Future[Any]) -> Generator[None]:
+        wake = self.work.wake
+        future.when_done(wake)
+        try:
+            yield
+        finally:
+            future.forget(wake)
 
     def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
         """Run one callback, unless the condition holds first; executors of users have `spin_once` only."""

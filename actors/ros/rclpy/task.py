@@ -7,6 +7,7 @@ import sys
 import threading
 import warnings
 import weakref
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 if TYPE_CHECKING:
@@ -127,6 +128,11 @@ class Future(Generic[T]):
                 self._waiting.append(wake)
                 return
         wake()
+
+    def forget(self, wake: Callable[[], object]) -> None:
+        """Do not call a function of `when_done` any more."""
+        with self._lock, suppress(ValueError):  # it has been called
+            self._waiting.remove(wake)
 
 
 class Task(Future[T]):

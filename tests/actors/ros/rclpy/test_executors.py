@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import threading
 import time
+import weakref
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -250,6 +252,19 @@ def test_a_node_moves_between_executors(
         other.spin_once(0)
         assert seen == ["ran"]
         assert (executor.get_nodes(), other.get_nodes()) == ([], [node])
+
+
+def test_a_future_does_not_keep_the_executors_that_waited_for_it(context: Context) -> None:
+    """Once the wait is over, the executor is freed, though the future never ends."""
+    future = Future[None]()
+    executor = SingleThreadedExecutor(context=context)
+    executor.spin_until_future_complete(future, 0)
+    executor.spin_once_until_future_complete(future, 0)
+    freed = weakref.ref(executor)
+    del executor
+    gc.collect()
+    assert freed() is None
+    future.cancel()
 
 
 async def test_plain_functions_and_coroutines_are_called_alike() -> None:
