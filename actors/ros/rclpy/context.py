@@ -13,6 +13,7 @@ from inspect import ismethod
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
+from actors.config.environment import domain_id
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
@@ -206,7 +207,10 @@ class Context:
             TimeoutError: The coroutine did not end in time, and has been cancelled.
             Exception: The coroutine's.
         """
-        wait = self.thread.submit(work)
+        return self.wait_for(self.thread.submit(work), timeout_sec)
+
+    def wait_for(self, wait: Reply[T], timeout_sec: float | None = None) -> T:
+        """Wait for a future and return its result, as `wait` does; cancel it if the wait ends before."""
         with self._lock:
             self._waits = (*self._waits, wait)
         try:
@@ -226,7 +230,7 @@ class Context:
         """Return the domain of its nodes."""
         if not self._initialized:
             raise RuntimeError("Context must be initialized before it can have a domain id")
-        return self.domain_id or 0
+        return self.domain_id if self.domain_id is not None else domain_id() or 0
 
     def __enter__(self) -> Self:
         if not self._initialized:

@@ -312,7 +312,7 @@ class Node(NodeParameters, NodeGraph):
         native = self._thread.call(
             lambda: self.native.create_publisher(msg_type, topic, profile.native(), event_callbacks=callbacks)
         )
-        publisher = publisher_class(self._thread, native, profile, handlers)
+        publisher = publisher_class(self._context, self._thread, native, profile, handlers)
         self._publishers.append(publisher)
         for each in handlers:
             self._add(each)

@@ -13,6 +13,7 @@ from actors.threads.errors import ThreadStoppedError
 
 if TYPE_CHECKING:
     from actors.endpoints.publisher.publisher import Publisher as NativePublisher
+    from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.duration import Duration
     from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
@@ -33,6 +34,7 @@ class Publisher(Destroyable, Generic[MsgT]):
 
     def __init__(
         self,
+        context: Context,
         thread: NodeThread,
         native: NativePublisher[MsgT],
         qos_profile: QoSProfile,
@@ -42,6 +44,7 @@ class Publisher(Destroyable, Generic[MsgT]):
         self.topic = native.topic_name
         self.qos_profile = qos_profile
         self.event_handlers = event_handlers
+        self._context = context
         self._thread = thread
         self._native = native
         self._publisher = thread.publisher(native)
@@ -61,16 +64,25 @@ class Publisher(Destroyable, Generic[MsgT]):
         Raises:
             TypeError: It is not of the publisher's class.
             InvalidHandle: The publisher has been destroyed.
+            ExternalShutdownException: The context has ended while it waited.
         """
         while True:
             try:
                 self._publisher.publish(msg)
             except PublisherFull:
-                self._publisher.ready()
+                self._wait_for_space()
             except (NodeDestroyed, ThreadStoppedError) as error:
                 raise InvalidHandle(str(error)) from error
             else:
                 return
+
+    def _wait_for_space(self) -> None:
+        try:
+            self._context.wait_for(self._thread.submit(self._native.ready))
+        except WaitTimeout:  # `publish` asks again: ROS 2 waits as long as it takes
+            return
+        except (NodeDestroyed, ThreadStoppedError) as error:
+            raise InvalidHandle(str(error)) from error
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions are matched."""

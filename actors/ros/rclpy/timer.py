@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import inspect
 import threading
+from concurrent.futures import Future
 from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
 from actors.time.types import ClockType, Time
 
@@ -193,16 +195,17 @@ class Rate:
     def __init__(self, timer: Timer, *, context: Context) -> None:
         self._timer = timer
         self._context = context
-        self._tick = threading.Condition()
-        self._ticks = 0
+        self._lock = threading.Lock()
+        self._sleeps: list[Future[None]] = []
         self._destroyed = False
         timer.callback = self._ticked
-        context.on_shutdown(self.destroy)
 
     def _ticked(self) -> None:
-        with self._tick:
-            self._ticks += 1
-            self._tick.notify_all()
+        with self._lock:
+            sleeps, self._sleeps = self._sleeps, []
+        for sleep in sleeps:
+            if sleep.set_running_or_notify_cancel():
+                sleep.set_result(None)
 
     def sleep(self) -> None:
         """Sleep until the next tick of the timer; somebody else must spin.
@@ -211,24 +214,21 @@ class Rate:
             ROSInterruptException: The context is shut down.
             RuntimeError: The rate is destroyed.
         """
-        with self._tick:
-            before = self._ticks
-            self._require_alive()
-            self._tick.wait_for(lambda: self._destroyed or self._ticks != before)
-        if not self._context.ok():
-            raise ROSInterruptException
-
-    def _require_alive(self) -> None:
-        if not self._context.ok():
-            raise ROSInterruptException
-        if self._destroyed:
-            raise RuntimeError("Rate cannot sleep because it has been destroyed")
+        sleep = Future[None]()
+        with self._lock:
+            if self._destroyed and self._context.ok():
+                raise RuntimeError("Rate cannot sleep because it has been destroyed")
+            self._sleeps.append(sleep)
+        try:
+            self._context.wait_for(sleep)
+        except ExternalShutdownException:
+            raise ROSInterruptException from None
 
     def destroy(self) -> None:
         """End all sleeps; further ones raise RuntimeError."""
-        with self._tick:
+        with self._lock:
             self._destroyed = True
-            self._tick.notify_all()
+        self._ticked()
 
     @property
     def timer(self) -> Timer:

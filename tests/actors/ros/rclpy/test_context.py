@@ -5,16 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.ros.rclpy.context import Context
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
-
-if TYPE_CHECKING:
-    from actors.ros.rclpy.context import Context
 
 CHILD = """
 import os, sys
@@ -56,6 +53,16 @@ def test_a_context_is_of_no_use_in_a_forked_child(context: Context) -> None:
     context.try_shutdown()
     assert "node" in node.get_node_names()
     node.destroy_node()
+
+
+def test_the_domain_is_the_arguments_or_the_environments(monkeypatch: pytest.MonkeyPatch) -> None:
+    """0 given to `init` wins over the environment."""
+    monkeypatch.setenv("CALLBOARD_DOMAIN", "7")
+    for given, expected in ((None, 7), (0, 0), (3, 3)):
+        context = Context()
+        context.init([], initialize_logging=False, domain_id=given)
+        assert context.get_domain_id() == expected
+        context.shutdown()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

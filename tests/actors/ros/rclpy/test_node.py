@@ -26,7 +26,7 @@ from actors.ros.rclpy.exceptions import (
 from actors.ros.rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from actors.ros.rclpy.node import Node, NodeNameNonExistentError
 from actors.ros.rclpy.parameter import Parameter
-from actors.ros.rclpy.qos import QoSProfile, ReliabilityPolicy
+from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from actors.ros.rclpy.task import Future
 from actors.ros.rclpy.timer import TimerInfo
 from actors.time.types import ClockType, Duration, Time
@@ -480,6 +480,80 @@ def test_a_request_may_be_changed_after_the_call(node: Node, executor: SingleThr
         response = future.result()
         assert response is not None
         assert response.sum == number
+
+
+def test_a_response_may_be_changed_after_its_return(node: Node, executor: SingleThreadedExecutor) -> None:
+    """The caller gets it as it was: a handler may keep one response and fill it for each request."""
+    kept = AddTwoInts.Response()
+
+    def add_into_kept(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        del response
+        kept.sum = request.a
+        return kept
+
+    node.create_service(AddTwoInts, "add", add_into_kept)
+    client = node.create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    futures = [client.call_async(AddTwoInts.Request(a=number)) for number in range(20)]
+    for number, future in enumerate(futures):
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+        response = future.result()
+        assert response is not None
+        assert response.sum == number
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_a_handler_must_return_a_response(
+    node: Node, executor: SingleThreadedExecutor, *, later: bool
+) -> None:
+    """Anything else makes spinning raise, and the call fail, with an error that names the service."""
+
+    def respond(request: AddTwoInts.Request, response: AddTwoInts.Response) -> Any:
+        del request, response
+
+    async def respond_later(request: AddTwoInts.Request, response: AddTwoInts.Response) -> Any:
+        return respond(request, response)
+
+    node.create_service(AddTwoInts, "add", respond_later if later else respond)
+    client = node.create_client(AddTwoInts, "add")
+    future = client.call_async(AddTwoInts.Request())
+    with pytest.raises(TypeError, match=r"/ns/add returned None, not a AddTwoInts.Response"):
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+    executor.spin_until_future_complete(future, DEADLINE_SEC)
+    with pytest.raises(RemoteError, match="returned None"):
+        future.result()
+
+
+def test_a_shutdown_ends_a_wait_for_slow_readers(
+    context: Context, node: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`publish` waits while a KEEP_ALL reader has no space, and raises when the context ends."""
+    keep_all = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+    node.create_subscription(String, "t", lambda _: None, keep_all)  # nobody spins
+    publisher = node.create_publisher(String, "t", keep_all)
+    errors, waits = list[BaseException](), threading.Event()
+    message, wait_for = String(data="x" * 8_000_000), context.wait_for
+
+    def observed(*args: Any) -> Any:
+        waits.set()
+        return wait_for(*args)
+
+    monkeypatch.setattr(context, "wait_for", observed)
+
+    def publish() -> None:
+        try:
+            while True:
+                publisher.publish(message)
+        except ExternalShutdownException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    assert waits.wait(DEADLINE_SEC)
+    context.shutdown()
+    thread.join(DEADLINE_SEC)
+    assert not thread.is_alive()
+    assert len(errors) == 1
 
 
 def test_parameters_are_set_until_one_is_unknown(context: Context) -> None:
