@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
-from actors.ros.values import convert_assignments, rosidl_values
+from actors.ros.values import convert_assignments, copied, rosidl_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
 
     from actors.endpoints.service.service import Service as NativeService
     from actors.ros.rclpy.callback_groups import CallbackGroup
@@ -38,5 +39,21 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
 
     async def _handle(self, request: RequestT) -> ResponseT:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        response: ResponseT = await self.run(self.callback, rosidl_values(request), self.srv_type.Response())
+        response: ResponseT = await self.run(self._respond, rosidl_values(request))
         return response
+
+    def _respond(self, request: RequestT) -> Any:
+        response = self.callback(request, self.srv_type.Response())
+        return self._respond_later(response) if inspect.iscoroutine(response) else self._checked(response)
+
+    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT]) -> ResponseT:
+        return self._checked(await response)
+
+    def _checked(self, response: ResponseT) -> ResponseT:
+        """Return what to send: the handler may change its response after it has returned it."""
+        if not isinstance(response, self.srv_type.Response):
+            raise TypeError(
+                f"The handler of {self.srv_name} returned {response!r},"
+                f" not a {self.srv_type.Response.__qualname__}"
+            )
+        return copied(response)
