@@ -23,6 +23,7 @@ from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutExceptio
 from actors.ros.rclpy.task import Task
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.work_queue import WorkQueue
+from actors.ros.rclpy.node_parts import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Iterable
@@ -98,7 +99,7 @@ class Executor:
                 return False
             self._nodes.add(node)
         node.executor = self
-        for entity in node.entities():
+        for entity in parts_of(node).all_entities():
             if entity.has_work():
                 entity.notify()
         self.work.timers_changed()

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import threading
 import weakref
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 from actors.interfaces.message import Message, is_message_type
-from actors.node.node import Node as NativeNode
-from actors.parameters.store import ParameterStore
 from actors.ros.rclpy.callback_groups import (
     CallbackGroup,
     MutuallyExclusiveCallbackGroup,
     ReentrantCallbackGroup,
 )
 from actors.ros.rclpy.client import Client
-from actors.ros.rclpy.clock import Clock, ROSClock
+from actors.ros.rclpy.clock import Clock
 from actors.ros.rclpy.event_handler import CallbacksT, EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
 from actors.ros.rclpy.node_graph import NodeGraph
-from actors.ros.rclpy.node_graph import NodeNameNonExistentError as NodeNameNonExistentError
 from actors.ros.rclpy.node_parameters import NodeParameters
+from actors.ros.rclpy.node_parts import NodeNameNonExistentError as NodeNameNonExistentError
+from actors.ros.rclpy.node_parts import NodeParts, parts_of
 from actors.ros.rclpy.parameter_services import publish_changes, serve_parameters
 from actors.ros.rclpy.publisher import Publisher
 from actors.ros.rclpy.qos import QoSProfile, profile_of, qos_profile_services_default
 from actors.ros.rclpy.qos_overriding_options import overridden
-from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
@@ -44,9 +40,6 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
     from actors.ros.rclpy.qos_overriding_options import QoSOverridingOptions
-
-JUMP_DEPTH: Final = 10
-"""Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
 
 HIDDEN_NODE_PREFIX = "_"
 MsgT = TypeVar("MsgT", bound=Message)
@@ -67,9 +60,6 @@ class Node(NodeParameters, NodeGraph):
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
         enable_logger_service: Let other nodes read and set the levels of the loggers.
-
-    Attributes:
-        native: callboard's node.
 
     Raises:
         NotInitializedException: The context is not ok.
@@ -94,68 +84,47 @@ class Node(NodeParameters, NodeGraph):
         self._context = context or get_default_context()
         if not self._context.ok():
             raise NotInitializedException("cannot create node")
-        self._thread = self._context.thread
-        self._executor: weakref.ref[Executor] | None = None
-        self._publishers: list[Publisher[Any]] = []
-        self._entities: dict[type[Entity], list[Any]] = {
-            kind: [] for kind in (Subscription, Client, Service, Timer, GuardCondition)
-        }
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
         self._rate_group = ReentrantCallbackGroup()
-        self._destroyed = False
-
-        def make() -> NativeNode:
-            return NativeNode(
-                node_name,
-                namespace=namespace,
-                domain=self._context.domain_id,
-                cli_args=list(cli_args or ()),
-                use_global_arguments=use_global_arguments,
-                process_arguments=self._context.arguments,
-                enable_rosout=enable_rosout,
-                start_parameter_services=False,
-                enable_logger_service=enable_logger_service,
-                shared_name=True,
-                strict_qos=True,
-            )
-
-        self.native = self._thread.call(make)
-        jumps = QueuedCalls(self._thread, self._default_callback_group)
-        self.add_waitable(jumps)
-        jump_calls = RecentCalls(jumps, JUMP_DEPTH)
-        self._clock = self._thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
-        self._thread.enter(self.native)
-        self._parameters_lock = threading.RLock()
-        self._allow_undeclared = allow_undeclared_parameters
-        self._store = ParameterStore(
-            overrides={each.name: each.value for each in parameter_overrides or ()},
-            argument_overrides=self.native.argument_overrides,
+        self._callboard = NodeParts(
+            self,
+            self._context,
+            self._default_callback_group,
+            overrides=parameter_overrides or (),
             allow_undeclared=allow_undeclared_parameters,
+            options={
+                "node_name": node_name,
+                "namespace": namespace,
+                "cli_args": list(cli_args or ()),
+                "use_global_arguments": use_global_arguments,
+                "enable_rosout": enable_rosout,
+                "enable_logger_service": enable_logger_service,
+            },
         )
-        publish_changes(self, self._store)
+        self._callboard.add(self._callboard.jumps)
+        self._clock = self._callboard.clock
+        self._logger = self._callboard.native.get_logger()
+        store = self._callboard.store
+        publish_changes(self, store)
         if automatically_declare_parameters_from_overrides:
-            self._store.declare_overrides()
+            store.declare_overrides()
         if start_parameter_services:
-            serve_parameters(self, self._store, self._parameters_lock)
+            serve_parameters(self, store, self._callboard.parameters_lock)
         self._context.track_node(self)
-
-    def set_native_parameter(self, parameter: Parameter) -> None:
-        """Set one of the parameters that callboard's node has, too, such as `use_sim_time`."""
-        self._thread.call(lambda: self.native.set_parameters([parameter]))
 
     # Identity
 
     def get_name(self) -> str:
         """Return the name."""
-        return self.native.get_name()
+        return self._callboard.native.get_name()
 
     def get_namespace(self) -> str:
         """Return the namespace."""
-        return self.native.get_namespace()
+        return self._callboard.native.get_namespace()
 
     def get_fully_qualified_name(self) -> str:
         """Return namespace and name."""
-        return self.native.get_fully_qualified_name()
+        return self._callboard.native.get_fully_qualified_name()
 
     def get_clock(self) -> Clock:
         """Return the clock."""
@@ -163,7 +132,7 @@ class Node(NodeParameters, NodeGraph):
 
     def get_logger(self) -> Logger:
         """Return the logger."""
-        return self.native.get_logger()
+        return self._callboard.native.get_logger()
 
     @property
     def context(self) -> Context:
@@ -177,109 +146,74 @@ class Node(NodeParameters, NodeGraph):
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
         """Return the full name of a topic."""
-        return self.native.resolve_topic_name(topic, only_expand=only_expand)
+        return self._callboard.native.resolve_topic_name(topic, only_expand=only_expand)
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
         """Return the full name of a service."""
-        return self.native.resolve_service_name(service, only_expand=only_expand)
+        return self._callboard.native.resolve_service_name(service, only_expand=only_expand)
 
     # Entities
 
     @property
     def executor(self) -> Executor | None:
         """Who runs its callbacks."""
-        return None if self._executor is None else self._executor()
+        executor = self._callboard.executor
+        return None if executor is None else executor()
 
     @executor.setter
     def executor(self, new_executor: Executor | None) -> None:
         current = self.executor
         if current is new_executor:
             return
-        self._executor = None if new_executor is None else weakref.ref(new_executor)
+        self._callboard.executor = None if new_executor is None else weakref.ref(new_executor)
         if current is not None:
             current.remove_node(self)
         if new_executor is not None:
             new_executor.add_node(self)
 
-    def entities(self) -> Iterator[Entity]:
-        """Yield everything that has callbacks."""
-        for each in tuple(self._entities.values()):
-            yield from tuple(each)
-
     @property
     def publishers(self) -> Iterator[Publisher[Any]]:
         """Its publishers."""
-        yield from self._publishers
+        yield from self._callboard.publishers
 
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
         """Its subscriptions."""
-        yield from self._entities[Subscription]
+        yield from self._callboard.of(Subscription)
 
     @property
     def clients(self) -> Iterator[Client[Any, Any]]:
         """Its clients."""
-        yield from self._entities[Client]
+        yield from self._callboard.of(Client)
 
     @property
     def services(self) -> Iterator[Service[Any, Any]]:
         """Its services."""
-        yield from self._entities[Service]
+        yield from self._callboard.of(Service)
 
     @property
     def timers(self) -> Iterator[Timer]:
         """Its timers."""
-        yield from self._entities[Timer]
+        yield from self._callboard.of(Timer)
 
     @property
     def guards(self) -> Iterator[GuardCondition]:
         """Its guard conditions."""
-        yield from self._entities[GuardCondition]
+        yield from self._callboard.of(GuardCondition)
 
     @property
     def waitables(self) -> Iterator[Entity]:
         """What else has callbacks, such as action servers."""
         kinds = (Subscription, Client, Service, Timer, GuardCondition)
-        yield from (each for each in self.entities() if not isinstance(each, kinds))
-
-    def _add(self, entity: Entity) -> None:
-        self._entities.setdefault(type(entity), []).append(entity)
-        entity.attach(self)
+        yield from (each for each in self._callboard.all_entities() if not isinstance(each, kinds))
 
     def add_waitable(self, waitable: Entity) -> None:
         """Run what else has callbacks, such as an action server."""
-        self._add(waitable)
+        self._callboard.add(waitable)
 
     def remove_waitable(self, waitable: Entity) -> None:
         """Run it no more."""
-        with suppress(KeyError, ValueError):  # it has been removed, perhaps with the node
-            self._entities[type(waitable)].remove(waitable)
-        waitable.detach()
-
-    def _overridden(
-        self,
-        profile: QoSProfile,
-        options: QoSOverridingOptions | None,
-        topic: str,
-        kind: Literal["publisher", "subscription"],
-    ) -> QoSProfile:
-        """Return a profile with the policies that parameters override."""
-        if options is None:
-            return profile
-        with self._parameters_lock:
-            return overridden(profile, options, self._store, self.resolve_topic_name(topic), kind)
-
-    def _queue_events(
-        self, callbacks: CallbacksT | None, group: CallbackGroup | None
-    ) -> tuple[CallbacksT | None, list[EventCalls]]:
-        """Return callbacks for callboard, and the entities with their calls."""
-        if callbacks is None:
-            return None, []
-        events = EventCalls(self._thread, self._group(group))
-        return events.queued(callbacks), [events]
-
-    def _group(self, group: CallbackGroup | None) -> CallbackGroup:
-        return self._default_callback_group if group is None else group
+        self._callboard.detach(waitable)
 
     def create_publisher(
         self,
@@ -307,15 +241,18 @@ class Node(NodeParameters, NodeGraph):
             The publisher.
         """
         _require_message(msg_type)
-        profile = self._overridden(profile_of(qos_profile), qos_overriding_options, topic, "publisher")
-        callbacks, handlers = self._queue_events(event_callbacks, callback_group)
-        native = self._thread.call(
-            lambda: self.native.create_publisher(msg_type, topic, profile.native(), event_callbacks=callbacks)
+        profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "publisher")
+        callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
+        parts = self._callboard
+        native = parts.thread.call(
+            lambda: parts.native.create_publisher(
+                msg_type, topic, profile.native(), event_callbacks=callbacks
+            )
         )
-        publisher = publisher_class(self._context, self._thread, native, profile, handlers)
-        self._publishers.append(publisher)
+        publisher = publisher_class(self._context, parts.thread, native, profile, handlers)
+        parts.publishers.append(publisher)
         for each in handlers:
-            self._add(each)
+            parts.add(each)
         return publisher
 
     def create_subscription(
@@ -346,18 +283,24 @@ class Node(NodeParameters, NodeGraph):
             The subscription.
         """
         _require_message(msg_type)
-        profile = self._overridden(profile_of(qos_profile), qos_overriding_options, topic, "subscription")
-        callbacks, handlers = self._queue_events(event_callbacks, callback_group)
-        native = self._thread.call(
-            lambda: self.native.create_subscription(
+        profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "subscription")
+        callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
+        native = self._callboard.thread.call(
+            lambda: self._callboard.native.create_subscription(
                 msg_type, topic, qos=profile.native(), raw=raw, event_callbacks=callbacks
             )
         )
         subscription = Subscription[MsgT](
-            self._thread, native, callback, self._group(callback_group), profile, handlers, raw=raw
+            self._callboard.thread,
+            native,
+            callback,
+            callback_group or self._default_callback_group,
+            profile,
+            handlers,
+            raw=raw,
         )
         for each in (subscription, *handlers):
-            self._add(each)
+            self._callboard.add(each)
         return subscription
 
     def create_client(
@@ -369,9 +312,11 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Client[Any, Any]:
         """Make a client of a service."""
-        native = self._thread.call(lambda: self.native.create_client(srv_type, srv_name))
-        client = Client[Any, Any](self._context, srv_type, native, self._group(callback_group), qos_profile)
-        self._add(client)
+        native = self._callboard.thread.call(lambda: self._callboard.native.create_client(srv_type, srv_name))
+        client = Client[Any, Any](
+            self._context, srv_type, native, callback_group or self._default_callback_group, qos_profile
+        )
+        self._callboard.add(client)
         return client
 
     def create_service(
@@ -385,14 +330,14 @@ class Node(NodeParameters, NodeGraph):
     ) -> Service[Any, Any]:
         """Serve requests with `callback(request, response)`, which returns the response."""
         service = Service[Any, Any](
-            self._thread,
+            self._callboard.thread,
             srv_type,
-            lambda handle: self.native.create_service(srv_type, srv_name, handle, concurrent=True),
+            lambda handle: self._callboard.native.create_service(srv_type, srv_name, handle, concurrent=True),
             callback,
-            self._group(callback_group),
+            callback_group or self._default_callback_group,
             qos_profile,
         )
-        self._add(service)
+        self._callboard.add(service)
         return service
 
     def create_timer(
@@ -416,9 +361,9 @@ class Node(NodeParameters, NodeGraph):
             The timer.
         """
         period_ns = int(float(timer_period_sec) * 1e9)
-        group = self._group(callback_group)
+        group = callback_group or self._default_callback_group
         timer = Timer(callback, group, period_ns, clock or self._clock, autostart=autostart)
-        self._add(timer)
+        self._callboard.add(timer)
         timer.rearm()
         return timer
 
@@ -426,8 +371,10 @@ class Node(NodeParameters, NodeGraph):
         self, callback: Callable[[], Any], callback_group: CallbackGroup | None = None
     ) -> GuardCondition:
         """Call a function whenever the guard condition was triggered."""
-        guard = GuardCondition(callback, self._group(callback_group), context=self._context)
-        self._add(guard)
+        guard = GuardCondition(
+            callback, callback_group or self._default_callback_group, context=self._context
+        )
+        self._callboard.add(guard)
         return guard
 
     def create_rate(self, frequency: float, clock: Clock | None = None) -> Rate:
@@ -450,38 +397,29 @@ class Node(NodeParameters, NodeGraph):
 
     # Destruction
 
-    def _remove(self, entities: list[Any], entity: Any) -> bool:
-        if entity not in entities:
-            return False
-        entities.remove(entity)
-        entity.destroy()
-        for events in getattr(entity, "event_handlers", ()):
-            self.remove_waitable(events)
-        return True
-
     def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
         """Take a publisher out of service; return False if it is not this node's."""
-        return self._remove(self._publishers, publisher)
+        return self._callboard.destroy(self._callboard.publishers, publisher)
 
     def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
         """Take a subscription out of service; return False if it is not this node's."""
-        return self._remove(self._entities[Subscription], subscription)
+        return self._callboard.destroy(self._callboard.of(Subscription), subscription)
 
     def destroy_client(self, client: Client[Any, Any]) -> bool:
         """Take a client out of service; return False if it is not this node's."""
-        return self._remove(self._entities[Client], client)
+        return self._callboard.destroy(self._callboard.of(Client), client)
 
     def destroy_service(self, service: Service[Any, Any]) -> bool:
         """Take a service out of service; return False if it is not this node's."""
-        return self._remove(self._entities[Service], service)
+        return self._callboard.destroy(self._callboard.of(Service), service)
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Stop a timer for good; return False if it is not this node's."""
-        return self._remove(self._entities[Timer], timer)
+        return self._callboard.destroy(self._callboard.of(Timer), timer)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
         """Take a guard condition out of service; return False if it is not this node's."""
-        return self._remove(self._entities[GuardCondition], guard)
+        return self._callboard.destroy(self._callboard.of(GuardCondition), guard)
 
     def destroy_rate(self, rate: Rate) -> bool:
         """Take a rate out of service; return False if it is not this node's."""
@@ -490,18 +428,19 @@ class Node(NodeParameters, NodeGraph):
 
     def destroy_node(self) -> None:
         """Take the node and everything it has out of service; send what it has published. Idempotent."""
-        if self._destroyed:
+        parts = self._callboard
+        if parts.destroyed:
             return
-        self._destroyed = True
+        parts.destroyed = True
         self._context.untrack_node(self)
         executor = self.executor
         if executor is not None:
             executor.remove_node(self)
-        self._thread.leave(self.native)
+        parts.thread.leave(parts.native)
         for each in self.timers:
             each.destroy()
-        self._publishers.clear()
-        for entities in self._entities.values():
+        parts.publishers.clear()
+        for entities in parts.entities.values():
             entities.clear()
 
     def __enter__(self) -> Self:
@@ -519,3 +458,28 @@ class Node(NodeParameters, NodeGraph):
 def _require_message(msg_type: object) -> None:
     if not is_message_type(msg_type):
         raise TypeError(f"{msg_type!r} is no message class: import one such as std_msgs.msg.String")
+
+
+def _overridden(
+    node: Node,
+    profile: QoSProfile,
+    options: QoSOverridingOptions | None,
+    topic: str,
+    kind: Literal["publisher", "subscription"],
+) -> QoSProfile:
+    """Return a profile with the policies that parameters override."""
+    if options is None:
+        return profile
+    parts = parts_of(node)
+    with parts.parameters_lock:
+        return overridden(profile, options, parts.store, node.resolve_topic_name(topic), kind)
+
+
+def _queue_events(
+    node: Node, callbacks: CallbacksT | None, group: CallbackGroup | None
+) -> tuple[CallbacksT | None, list[EventCalls]]:
+    """Return callbacks for callboard, and the entities with their calls."""
+    if callbacks is None:
+        return None, []
+    events = EventCalls(parts_of(node).thread, group or node.default_callback_group)
+    return events.queued(callbacks), [events]

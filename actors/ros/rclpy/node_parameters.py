@@ -15,18 +15,15 @@ from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor as Descript
 from actors.parameters.types import Parameter, ParameterDescriptor, ParameterType
 
 if TYPE_CHECKING:
-    import threading
     from collections.abc import Callable, Iterable, Sequence
 
-    from actors.parameters.store import ParameterStore
+    from actors.ros.rclpy.node_parts import NodeParts
 
 
 class NodeParameters:
     """rclpy's parameter methods; the store does the work."""
 
-    _allow_undeclared: bool
-    _parameters_lock: threading.RLock
-    _store: ParameterStore
+    _callboard: NodeParts
 
     # Declaring
 
@@ -48,8 +45,10 @@ class NodeParameters:
         Returns:
             The parameter.
         """
-        with self._parameters_lock:
-            return self._store.declare(name, value, _descriptor(descriptor), ignore_override=ignore_override)
+        with self._callboard.parameters_lock:
+            return self._callboard.store.declare(
+                name, value, _descriptor(descriptor), ignore_override=ignore_override
+            )
 
     def declare_parameters(
         self,
@@ -68,35 +67,35 @@ class NodeParameters:
             if not isinstance(each[0], str):
                 raise TypeError(f"First element {each[0]} at index {index} in parameters list is not a str.")
             wanted.append((*each[:2], *map(_descriptor, each[2:])))
-        with self._parameters_lock:
-            return self._store.declare_many(namespace, wanted, ignore_override=ignore_override)
+        with self._callboard.parameters_lock:
+            return self._callboard.store.declare_many(namespace, wanted, ignore_override=ignore_override)
 
     def undeclare_parameter(self, name: str) -> None:
         """Remove a parameter."""
-        with self._parameters_lock:
-            self._store.undeclare(name)
+        with self._callboard.parameters_lock:
+            self._callboard.store.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
         """Return whether a parameter is declared."""
-        return self._store.has(name)
+        return self._callboard.store.has(name)
 
     # Reading
 
     def get_parameter(self, name: str) -> Parameter:
         """Return a parameter."""
-        return self._store.get(name)
+        return self._callboard.store.get(name)
 
     def get_parameters(self, names: list[str]) -> list[Parameter]:
         """Return parameters, in order."""
-        return [self._store.get(name) for name in names]
+        return [self._callboard.store.get(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
         """Return a parameter, or the alternative if it has no value."""
-        return self._store.get_or(name, alternative_value)
+        return self._callboard.store.get_or(name, alternative_value)
 
     def get_parameter_type(self, name: str) -> ParameterType:
         """Return the type of a parameter."""
-        return self._store.get(name).type_
+        return self._callboard.store.get(name).type_
 
     def get_parameter_types(self, names: list[str]) -> list[ParameterType]:
         """Return the types of parameters, in order."""
@@ -104,7 +103,7 @@ class NodeParameters:
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters below a prefix, by the rest of their names."""
-        return self._store.get_by_prefix(prefix)
+        return self._callboard.store.get_by_prefix(prefix)
 
     def list_parameters(self, prefixes: list[str], depth: int) -> ListParametersResult:
         """Return the names below prefixes, down to a number of levels; zero for all."""
@@ -112,14 +111,14 @@ class NodeParameters:
             raise TypeError(f"prefixes must be a list of names, not {prefixes!r}")
         if operator.index(depth) < 0:
             raise ValueError("The depth must be greater than or equal to zero")
-        listed = self._store.list_names(prefixes, depth)
+        listed = self._callboard.store.list_names(prefixes, depth)
         return ListParametersResult(names=listed.names, prefixes=listed.prefixes)
 
     def describe_parameter(self, name: str) -> DescriptorMessage:
         """Return the descriptor of a parameter; an empty one if an undeclared one is allowed."""
-        if self._allow_undeclared and not self._store.has(name):
+        if self._callboard.allow_undeclared and not self._callboard.store.has(name):
             return DescriptorMessage()
-        return self._store.describe(name).to_msg()
+        return self._callboard.store.describe(name).to_msg()
 
     def describe_parameters(self, names: list[str]) -> list[DescriptorMessage]:
         """Return the descriptors of parameters, in order."""
@@ -130,48 +129,48 @@ class NodeParameters:
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
         """Set parameters one by one, until one is not declared."""
         _require_parameters(parameter_list)
-        with self._parameters_lock:
-            results = [self._store.set_atomically([each]) for each in parameter_list]
+        with self._callboard.parameters_lock:
+            results = [self._callboard.store.set_atomically([each]) for each in parameter_list]
         return [SetParametersResult(successful=each.successful, reason=each.reason) for each in results]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set all parameters, or none."""
         _require_parameters(parameter_list)
-        with self._parameters_lock:
-            result = self._store.set_atomically(parameter_list)
+        with self._callboard.parameters_lock:
+            result = self._callboard.store.set_atomically(parameter_list)
         return SetParametersResult(successful=result.successful, reason=result.reason)
 
     def set_descriptor(self, name: str, descriptor: DescriptorMessage, alternative_value: Any = None) -> Any:
         """Replace the descriptor of a parameter, and its value if that is not allowed."""
-        with self._parameters_lock:
-            self._store.set_descriptor(
+        with self._callboard.parameters_lock:
+            self._callboard.store.set_descriptor(
                 name, _descriptor(descriptor) or ParameterDescriptor(), alternative_value
             )
-            return self._store.get(name).get_parameter_value()
+            return self._callboard.store.get(name).get_parameter_value()
 
     def add_pre_set_parameters_callback(self, callback: Callable[[list[Parameter]], list[Parameter]]) -> None:
         """Let a function change parameters before they are set."""
-        self._store.callbacks.pre_set.insert(0, callback)
+        self._callboard.store.callbacks.pre_set.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: Callable[[list[Parameter]], Any]) -> None:
         """Let a function accept or refuse parameters; it returns a SetParametersResult."""
-        self._store.callbacks.on_set.insert(0, callback)
+        self._callboard.store.callbacks.on_set.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: Callable[[list[Parameter]], None]) -> None:
         """Let a function know of parameters that have been set."""
-        self._store.callbacks.post_set.insert(0, callback)
+        self._callboard.store.callbacks.post_set.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Remove a function that `add_pre_set_parameters_callback` has added; ValueError if it has not."""
-        self._store.callbacks.pre_set.remove(callback)
+        self._callboard.store.callbacks.pre_set.remove(callback)
 
     def remove_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Remove a function that `add_on_set_parameters_callback` has added; ValueError if it has not."""
-        self._store.callbacks.on_set.remove(callback)
+        self._callboard.store.callbacks.on_set.remove(callback)
 
     def remove_post_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Remove a function that `add_post_set_parameters_callback` has added; ValueError if it has not."""
-        self._store.callbacks.post_set.remove(callback)
+        self._callboard.store.callbacks.post_set.remove(callback)
 
 
 def _descriptor(message: DescriptorMessage | None) -> ParameterDescriptor | None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.parameters.requests import ParameterRequests, event_message
+from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.qos import qos_profile_parameter_events
 
 if TYPE_CHECKING:
@@ -26,9 +27,12 @@ def publish_changes(node: Node, store: ParameterStore) -> None:
         events.publish(event_message(changes, stamp, node.get_fully_qualified_name()))
         for each in (*changes.new, *changes.changed):
             if each.name == "use_sim_time":
-                node.set_native_parameter(each)
+                parts_of(node).set_native_parameter(each)
 
     store.listeners.append(publish)
+    simulated = store.get("use_sim_time")
+    if simulated.value:  # an argument of the constructor, which has told no listener
+        parts_of(node).set_native_parameter(simulated)
 
 
 def serve_parameters(node: Node, store: ParameterStore, lock: threading.RLock) -> None:

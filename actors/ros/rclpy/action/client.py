@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, copied, rosidl_values
+from actors.ros.rclpy.node_parts import parts_of
 
 FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
@@ -102,7 +103,7 @@ class ActionClient(QueuedCalls):
         self._action_type = action_type
         self._feedback = RecentCalls(self, FEEDBACK_DEPTH)
         self._native: NativeClient[Any, Any, Any] = self._thread.call(
-            lambda: node.native.create_action_client(action_type, action_name)
+            lambda: parts_of(node).native.create_action_client(action_type, action_name)
         )
         convert_assignments(action_type.Goal)
         node.add_waitable(self)

@@ -9,6 +9,7 @@ from actors.actions.server_callbacks import GoalResponse as GoalResponse
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.values import convert_assignments, rosidl_values
+from actors.ros.rclpy.node_parts import parts_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -116,7 +117,7 @@ class ActionServer(QueuedCalls):
         self.register_execute_callback(execute_callback)
         self.action_type = action_type
         self._native = self._thread.call(
-            lambda: node.native.create_action_server(
+            lambda: parts_of(node).native.create_action_server(
                 action_type,
                 action_name,
                 self.executing(None),

@@ -59,13 +59,13 @@ class LifecycleNodeMixin(ManagedEntity):
             raise RuntimeError("LifecycleNodeMixin needs a Node: derive the class from rclpy.node.Node, too")  # noqa: TRY004 - rclpy's
         _require(enable_communication_interface, bool)
         self._state_machine = RclpyStateMachine()
-        self._state_lock = threading.Lock()
+        self.__state_lock = threading.Lock()
         self._managed_entities: list[ManagedEntity] = []
-        self._transition_events: Publisher[TransitionEvent] | None = None
+        self.__transition_events: Publisher[TransitionEvent] | None = None
         if enable_communication_interface:
-            self._transition_events = self.create_publisher(TransitionEvent, "~/transition_event")
+            self.__transition_events = self.create_publisher(TransitionEvent, "~/transition_event")
             self.create_service(
-                ChangeState, "~/change_state", self._serve_change_state, callback_group=callback_group
+                ChangeState, "~/change_state", self.__serve_change_state, callback_group=callback_group
             )
             for name, srv_type, handler in StateRequests(self._state_machine).handlers():
                 self.create_service(srv_type, f"~/{name}", _ignoring(handler), callback_group=callback_group)
@@ -112,7 +112,7 @@ class LifecycleNodeMixin(ManagedEntity):
 
     # Callbacks
 
-    def _call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
+    def __call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
         for entity in tuple(self._managed_entities):
             result = _checked(getattr(entity, name)(state), f"{type(entity).__name__}.{name}")
             if result is not TransitionCallbackReturn.SUCCESS:
@@ -121,67 +121,67 @@ class LifecycleNodeMixin(ManagedEntity):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_configure` of the managed entities."""
-        return self._call_entities("on_configure", state)
+        return self.__call_entities("on_configure", state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_cleanup` of the managed entities."""
-        return self._call_entities("on_cleanup", state)
+        return self.__call_entities("on_cleanup", state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_shutdown` of the managed entities."""
-        return self._call_entities("on_shutdown", state)
+        return self.__call_entities("on_shutdown", state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_activate` of the managed entities, which lets lifecycle publishers publish."""
-        return self._call_entities("on_activate", state)
+        return self.__call_entities("on_activate", state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_deactivate` of the managed entities, which silences lifecycle publishers."""
-        return self._call_entities("on_deactivate", state)
+        return self.__call_entities("on_deactivate", state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Call `on_error` of the managed entities."""
-        return self._call_entities("on_error", state)
+        return self.__call_entities("on_error", state)
 
     # Transitions: each returns what its callback has returned, and ERROR in a state that does not have it
 
     def trigger_configure(self) -> TransitionCallbackReturn:
         """Go from unconfigured to inactive."""
-        return self._change_state("configure")
+        return self.__change_state("configure")
 
     def trigger_cleanup(self) -> TransitionCallbackReturn:
         """Go from inactive to unconfigured."""
-        return self._change_state("cleanup")
+        return self.__change_state("cleanup")
 
     def trigger_activate(self) -> TransitionCallbackReturn:
         """Go from inactive to active."""
-        return self._change_state("activate")
+        return self.__change_state("activate")
 
     def trigger_deactivate(self) -> TransitionCallbackReturn:
         """Go from active to inactive."""
-        return self._change_state("deactivate")
+        return self.__change_state("deactivate")
 
     def trigger_shutdown(self) -> TransitionCallbackReturn:
         """Go from unconfigured, inactive or active to finalized, which has no way back."""
-        return self._change_state("shutdown")
+        return self.__change_state("shutdown")
 
-    def _change_state(self, wanted: int | str) -> TransitionCallbackReturn:
+    def __change_state(self, wanted: int | str) -> TransitionCallbackReturn:
         start = self._state_machine.current
         try:
-            with self._state_lock:
+            with self.__state_lock:
                 transition = self._state_machine.request(wanted)
         except InvalidTransitionError as error:
             assert isinstance(self, Node)
             self.get_logger().error(str(error))
             return TransitionCallbackReturn.ERROR
-        self._publish_transition(transition)
-        result = self._call_back(start)
-        self._publish_transition(self._state_machine.finish(result))
+        self.__publish_transition(transition)
+        result = self.__call_back(start)
+        self.__publish_transition(self._state_machine.finish(result))
         if result is TransitionCallbackReturn.ERROR:
-            self._publish_transition(self._state_machine.finish(self._call_back(start)))
+            self.__publish_transition(self._state_machine.finish(self.__call_back(start)))
         return result
 
-    def _call_back(self, start: LifecycleState) -> TransitionCallbackReturn:
+    def __call_back(self, start: LifecycleState) -> TransitionCallbackReturn:
         """Run the callback of the current state; return ERROR if it raises."""
         name = CALLBACKS[self._state_machine.current]
         try:
@@ -191,17 +191,17 @@ class LifecycleNodeMixin(ManagedEntity):
             self.get_logger().error(f"{name} has raised:\n{traceback.format_exc()}")
             return TransitionCallbackReturn.ERROR
 
-    def _publish_transition(self, transition: Transition) -> None:
-        if self._transition_events is not None:
+    def __publish_transition(self, transition: Transition) -> None:
+        if self.__transition_events is not None:
             assert isinstance(self, Node)
             now = self.get_clock().now().nanoseconds
-            self._transition_events.publish(transition_event(transition, now))
+            self.__transition_events.publish(transition_event(transition, now))
 
-    def _serve_change_state(
+    def __serve_change_state(  # pyright: ignore[reportUnusedFunction] - `__init__` uses it
         self, request: ChangeState.Request, response: ChangeState.Response
     ) -> ChangeState.Response:
         wanted = request.transition
-        result = self._change_state(wanted.label or wanted.id)
+        result = self.__change_state(wanted.label or wanted.id)
         response.success = result is TransitionCallbackReturn.SUCCESS
         return response
 

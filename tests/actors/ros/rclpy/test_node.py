@@ -265,6 +265,42 @@ def test_a_shutdown_ends_every_wait(context: Context, node: Node) -> None:
     assert len(errors) == 2
 
 
+class Robot(Node):
+    """A node with names of its own, as programs give them."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__("robot", context=context)
+        self._thread = self._executor = self._entities = self._store = self.native = self.ask = None
+        self._publishers = self._subscriptions = self._timers = self._node = self._add = self._lock = None
+        self.messages = list[str]()
+        self.create_subscription(String, "t", lambda message: self.messages.append(message.data), 1)
+        self._callback = self.create_publisher(String, "t", 1)
+
+
+def test_programs_may_use_all_names_that_rclpy_does_not(
+    context: Context, executor: SingleThreadedExecutor
+) -> None:
+    """A subclass overwrites what it likes, and `Node` adds one name to those of rclpy's."""
+    with Robot(context) as robot:
+        executor.add_node(robot)
+        robot._callback.publish(String(data="x"))
+        executor.spin_once(DEADLINE_SEC)
+        assert robot.messages == ["x"]
+        plain = Node("plain", context=context)
+        assert {name for name in vars(plain) if not name.startswith("_Node__")} == {
+            "_callboard",
+            *("_clock", "_context", "_default_callback_group", "_logger", "_rate_group"),  # rclpy's, too
+        }
+
+
+def test_an_override_switches_to_simulated_time(context: Context) -> None:
+    """`use_sim_time` in the constructor's overrides acts as one of the command line does."""
+    node = Node("node", context=context, parameter_overrides=[Parameter("use_sim_time", value=True)])
+    assert node.get_parameter("use_sim_time").value is True
+    assert node.get_clock().ros_time_is_active
+    assert node.get_clock().now().nanoseconds == 0
+
+
 def test_wrong_use_is_an_error(context: Context, node: Node) -> None:
     """Names, callbacks, types and contexts that cannot work are named at once."""
     with pytest.raises(InvalidTopicNameException):
@@ -305,7 +341,7 @@ def test_events_reach_the_thread_that_spins(node: Node, executor: SingleThreaded
         threads.add(threading.get_ident())
         infos.append(info)
 
-    before = len(list(node.entities()))
+    before = len(list(node.waitables))
     publisher = node.create_publisher(
         String, "t", 1, event_callbacks=PublisherEventCallbacks(matched=matched)
     )
@@ -318,7 +354,7 @@ def test_events_reach_the_thread_that_spins(node: Node, executor: SingleThreaded
     node.create_subscription(String, "t", lambda msg: None, 1)
     node.get_topic_names_and_types()
     assert node.destroy_publisher(publisher)
-    assert len(list(node.entities())) == before + len(list(node.subscriptions))
+    assert len(list(node.waitables)) == before
 
 
 def test_parameters_have_rclpys_methods(node: Node) -> None:

@@ -1,0 +1,164 @@
+"""What a node is made of, apart from it.
+
+Programs derive classes from `Node` and give them attributes and methods of their own, such as `_thread`.
+Therefore a node has one attribute that rclpy's does not have, `_callboard`, with everything else.
+"""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from actors.node.node import Node as NativeNode
+from actors.parameters.store import ParameterStore
+from actors.ros.rclpy.clock import ROSClock
+from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine, Iterator, Sequence
+
+    from actors.parameters.types import Parameter
+    from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.context import Context
+    from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.executors import Executor
+    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.publisher import Publisher
+
+T = TypeVar("T")
+
+JUMP_DEPTH: Final = 10
+"""Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
+
+
+class NodeNameNonExistentError(RuntimeError):
+    """There is no node of that name."""
+
+
+class NodeParts:
+    """callboard's node and the endpoints of one of ROS 2's nodes.
+
+    Args:
+        node: The node of ROS 2.
+        context: Its context.
+        group: The callback group of the clock's jump callbacks.
+        overrides: Values for parameters.
+        allow_undeclared: Whether reading and setting undeclared parameters is no error.
+        options: Further arguments of callboard's node.
+
+    Attributes:
+        context: As given.
+        thread: The thread in which callboard's node lives.
+        native: callboard's node.
+        clock: The clock.
+        jumps: Makes the calls of its jump callbacks; the node adds it to its entities.
+        allow_undeclared: As given.
+        store: The parameters.
+        parameters_lock: Held while they change.
+        executor: Who runs the callbacks, or None.
+        publishers: The publishers.
+        entities: What has callbacks, by its class.
+        destroyed: Whether the node is out of service.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        context: Context,
+        group: CallbackGroup,
+        *,
+        overrides: Sequence[Parameter],
+        allow_undeclared: bool,
+        options: dict[str, Any],
+    ) -> None:
+        self._node = weakref.ref(node)
+        self.context = context
+        self.thread = context.thread
+        self.allow_undeclared = allow_undeclared
+        self.executor: weakref.ref[Executor] | None = None
+        self.publishers: list[Publisher[Any]] = []
+        self.entities: dict[type[Entity], list[Any]] = {}
+        self.destroyed = False
+        self.native: NativeNode = self.thread.call(
+            lambda: NativeNode(
+                domain=context.domain_id,
+                process_arguments=context.arguments,
+                start_parameter_services=False,
+                shared_name=True,
+                strict_qos=True,
+                **options,
+            )
+        )
+        self.jumps = QueuedCalls(self.thread, group)
+        jump_calls = RecentCalls(self.jumps, JUMP_DEPTH)
+        self.clock = self.thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
+        self.thread.enter(self.native)
+        self.parameters_lock = threading.RLock()
+        self.store = ParameterStore(
+            overrides={each.name: each.value for each in overrides},
+            argument_overrides=self.native.argument_overrides,
+            allow_undeclared=allow_undeclared,
+        )
+
+    # Endpoints
+
+    def add(self, entity: Entity) -> None:
+        """Make something an entity of the node."""
+        node = self._node()
+        assert node is not None  # it makes this call
+        self.entities.setdefault(type(entity), []).append(entity)
+        entity.attach(node)
+
+    def of(self, kind: type[Entity]) -> list[Any]:
+        """Return the entities of a class; they may change."""
+        return self.entities.setdefault(kind, [])
+
+    def all_entities(self) -> Iterator[Entity]:
+        """Yield everything that has callbacks."""
+        for each in tuple(self.entities.values()):
+            yield from tuple(each)
+
+    def detach(self, entity: Entity) -> None:
+        """Run the callbacks of an entity no more, if it is this node's."""
+        with suppress(KeyError, ValueError):  # it has been removed, perhaps with the node
+            self.entities[type(entity)].remove(entity)
+        entity.detach()
+
+    def destroy(self, entities: list[Any], entity: Any) -> bool:
+        """Take an endpoint out of service; return False if it is not among these."""
+        if entity not in entities:
+            return False
+        entities.remove(entity)
+        entity.destroy()
+        for events in getattr(entity, "event_handlers", ()):
+            self.detach(events)
+        return True
+
+    # The graph
+
+    def ask(self, query: Callable[..., Coroutine[Any, Any, T]], *args: Any) -> T:
+        """Return the answer of callboard's node to a query."""
+        return self.thread.call(lambda: query(*args))
+
+    def ask_of_node(
+        self, query: Callable[[str, str], Coroutine[Any, Any, T]], node_name: str, node_namespace: str
+    ) -> T:
+        """Return the answer to a query about a node; raise NodeNameNonExistentError without such a node."""
+        namespace = node_namespace or "/"
+        if (node_name, namespace) not in self.ask(self.native.get_node_names_and_namespaces):
+            raise NodeNameNonExistentError(f"Cannot find node '{node_name}' in namespace '{namespace}'")
+        return self.ask(query, node_name, namespace)
+
+    # Parameters
+
+    def set_native_parameter(self, parameter: Parameter) -> None:
+        """Set one of the parameters that callboard's node has, too, such as `use_sim_time`."""
+        self.thread.call(lambda: self.native.set_parameters([parameter]))
+
+
+def parts_of(node: Any) -> NodeParts:
+    """Return the parts of a node."""
+    parts: NodeParts = node._callboard  # noqa: SLF001 - the one name that is callboard's
+    return parts
