@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import logging
 import os
 import shutil
 import sys
@@ -16,7 +17,7 @@ import pytest
 from actors.config import environment
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 hypothesis.settings.register_profile(
     "shared machine", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
@@ -62,3 +63,14 @@ def _cache_bytecode(cache: Path) -> None:
     sys.dont_write_bytecode = False
     temporary = Path(tempfile.gettempdir()).resolve()
     atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
+
+
+@pytest.fixture(autouse=True)
+def _log_handlers() -> Iterator[None]:
+    """No test leaves a log handler behind: it would write to a stream that later tests have not."""
+    before = logging.root.handlers[:]
+    yield
+    left = [each for each in logging.root.handlers if each not in before]
+    for each in left:
+        logging.root.removeHandler(each)
+    assert not left

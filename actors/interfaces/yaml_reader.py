@@ -95,7 +95,14 @@ def parse_yaml(source: str | bytes, *, max_depth: int = MAX_DEPTH) -> tuple[Any,
     is_text = isinstance(source, str)
     marks: Any = "[{-?:" if is_text else (b"[", b"{", b"-", b"?", b":")
     if sum(source.count(mark) for mark in marks) > max_depth:
-        deep = deeper_than(max_depth, yaml.parse(source, Loader=loader_type))
+        try:
+            deep = deeper_than(max_depth, yaml.parse(source, Loader=loader_type))
+        except yaml.YAMLError as error:
+            found = yaml_error(error)
+            if "nesting" not in found.problem:
+                raise
+            # libyaml has a limit of its own, which it may reach before it has returned the first event.
+            raise YamlError(f"it is nested deeper than {max_depth}", found.line) from None
         if deep is not None:
             raise too_deep(max_depth, deep)
     loader = loader_type(source)
