@@ -14,6 +14,7 @@ from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, copied, rosidl_values
 from proto.errors import CallboardError
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from actors.endpoints.client.client import Client as NativeClient
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
+
+__getattr__ = imported_names(__name__, "CallbackGroup Clock Context QoSProfile ServiceIntrospectionState")
 
 
 class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT]):

@@ -16,6 +16,7 @@ from actors.time.jumps import JumpHandle as JumpHandle
 from actors.time.jumps import JumpThreshold as JumpThreshold
 from actors.time.jumps import TimeJump as TimeJump
 from actors.time.types import ClockType, Duration, Time
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.timer import Timer
 
 P = ParamSpec("P")
+
+__getattr__ = imported_names(__name__, "Context NotInitializedException")
 
 
 class Clock:

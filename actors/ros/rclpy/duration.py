@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from actors.time.types import INFINITE as Infinite
+from actors.time.types import INFINITE
 from actors.time.types import Duration as Duration
+from actors.ros.rclpy.imported_names import imported_names
 
-__all__ = ["Infinite"]
+Infinite = INFINITE
+
+__getattr__ = imported_names(__name__, "S_TO_NS")

@@ -5,36 +5,34 @@ from __future__ import annotations
 import threading
 from dataclasses import fields
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TYPE_CHECKING, TypeAlias, TypeVar
 
-from actors.endpoints.events import DeadlineMissedInfo as QoSOfferedDeadlineMissedInfo
-from actors.endpoints.events import DeadlineMissedInfo as QoSRequestedDeadlineMissedInfo
-from actors.endpoints.events import IncompatibleQoSInfo as QoSOfferedIncompatibleQoSInfo
-from actors.endpoints.events import IncompatibleQoSInfo as QoSRequestedIncompatibleQoSInfo
+from actors.endpoints.events import DeadlineMissedInfo
+from actors.endpoints.events import IncompatibleQoSInfo
 from actors.endpoints.events import IncompatibleTypeInfo as IncompatibleTypeInfo
-from actors.endpoints.events import LivelinessChangedInfo as QoSLivelinessChangedInfo
-from actors.endpoints.events import LivelinessLostInfo as QoSLivelinessLostInfo
-from actors.endpoints.events import MatchedInfo as QoSPublisherMatchedInfo
-from actors.endpoints.events import MatchedInfo as QoSSubscriptionMatchedInfo
-from actors.endpoints.events import MessageLostInfo as QoSMessageLostInfo
+from actors.endpoints.events import LivelinessChangedInfo
+from actors.endpoints.events import LivelinessLostInfo
+from actors.endpoints.events import MatchedInfo
+from actors.endpoints.events import MessageLostInfo
 from actors.endpoints.events import PublisherEventCallbacks as PublisherEventCallbacks
 from actors.endpoints.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
 from actors.ros.rclpy.queued_calls import QueuedCalls
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = [
-    "QoSLivelinessChangedInfo",
-    "QoSLivelinessLostInfo",
-    "QoSMessageLostInfo",
-    "QoSOfferedDeadlineMissedInfo",
-    "QoSOfferedIncompatibleQoSInfo",
-    "QoSPublisherMatchedInfo",
-    "QoSRequestedDeadlineMissedInfo",
-    "QoSRequestedIncompatibleQoSInfo",
-    "QoSSubscriptionMatchedInfo",
-]
+QoSLivelinessChangedInfo: TypeAlias = LivelinessChangedInfo
+QoSLivelinessLostInfo: TypeAlias = LivelinessLostInfo
+QoSMessageLostInfo: TypeAlias = MessageLostInfo
+QoSOfferedDeadlineMissedInfo: TypeAlias = DeadlineMissedInfo
+QoSOfferedIncompatibleQoSInfo: TypeAlias = IncompatibleQoSInfo
+QoSPublisherMatchedInfo: TypeAlias = MatchedInfo
+QoSRequestedDeadlineMissedInfo: TypeAlias = DeadlineMissedInfo
+QoSRequestedIncompatibleQoSInfo: TypeAlias = IncompatibleQoSInfo
+QoSSubscriptionMatchedInfo: TypeAlias = MatchedInfo
+
+__getattr__ = imported_names(__name__, "CallbackGroup NumberOfEntities Waitable get_logger")
 
 
 class UnsupportedEventTypeError(Exception):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 from actors.parameters.errors import InvalidParameterException as InvalidParameterException
 from actors.parameters.errors import InvalidParameterTypeException as InvalidParameterTypeException
 from actors.parameters.errors import InvalidParameterValueException as InvalidParameterValueException
@@ -10,19 +12,17 @@ from actors.parameters.errors import ParameterException as ParameterException
 from actors.parameters.errors import ParameterImmutableException as ParameterImmutableException
 from actors.parameters.errors import ParameterNotDeclaredException as ParameterNotDeclaredException
 from actors.parameters.errors import ParameterUninitializedException as ParameterUninitializedException
-from proto.errors import InvalidNameError as NameValidationException
-from proto.errors import InvalidNamespaceError as InvalidNamespaceException
-from proto.errors import InvalidNodeNameError as InvalidNodeNameException
-from proto.errors import InvalidServiceNameError as InvalidServiceNameException
-from proto.errors import InvalidTopicNameError as InvalidTopicNameException
+from proto.errors import InvalidNameError
+from proto.errors import InvalidNamespaceError
+from proto.errors import InvalidNodeNameError
+from proto.errors import InvalidServiceNameError
+from proto.errors import InvalidTopicNameError
 
-__all__ = [
-    "InvalidNamespaceException",
-    "InvalidNodeNameException",
-    "InvalidServiceNameException",
-    "InvalidTopicNameException",
-    "NameValidationException",
-]
+InvalidNamespaceException: TypeAlias = InvalidNamespaceError
+InvalidNodeNameException: TypeAlias = InvalidNodeNameError
+InvalidServiceNameException: TypeAlias = InvalidServiceNameError
+InvalidTopicNameException: TypeAlias = InvalidTopicNameError
+NameValidationException: TypeAlias = InvalidNameError
 
 
 class NotInitializedException(Exception):

@@ -24,6 +24,7 @@ from actors.ros.rclpy.task import Task
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.work_queue import WorkQueue
 from actors.ros.rclpy.node_parts import parts_of
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Iterable
@@ -34,6 +35,12 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
     from actors.ros.rclpy.work_queue import Work
+
+__getattr__ = imported_names(
+    __name__,
+    "Client Clock ClockType Context Future GuardCondition InvalidHandle NumberOfEntities "
+    "Service Subscription Timer TimerInfo Waitable timeout_sec_to_nsec",
+)
 
 
 async def await_or_execute(callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any) -> Any:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.context import Context
+
+__getattr__ = imported_names(__name__, "CallbackGroup Context get_default_context")
 
 
 class GuardCondition(Entity):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import logging as standard
 
 from actors.logging.logger import ROOT_NAME, severity_from_name
-from actors.logging.logger import Logger as RcutilsLogger
+from actors.logging.logger import Logger
 from actors.logging.logger import LoggingSeverity as LoggingSeverity
 from actors.logging.logger import get_logger as get_logger
 
-__all__ = ["RcutilsLogger"]
+RcutilsLogger: TypeAlias = Logger
 
 
 def initialize() -> None:

@@ -28,6 +28,7 @@ from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -43,6 +44,20 @@ if TYPE_CHECKING:
 
 HIDDEN_NODE_PREFIX = "_"
 MsgT = TypeVar("MsgT", bound=Message)
+
+__getattr__ = imported_names(
+    __name__,
+    "Context Executor FloatingPointRange IntegerRange InvalidHandle "
+    "InvalidParameterTypeException InvalidParameterValueException InvalidTopicNameException "
+    "ListParametersResult MessageInfo PARAMETER_SEPARATOR_STRING Parameter "
+    "ParameterAlreadyDeclaredException ParameterDescriptor ParameterEvent "
+    "ParameterImmutableException ParameterNotDeclaredException ParameterType "
+    "ParameterUninitializedException ParameterValue PublisherEventCallbacks "
+    "QoSOverridingOptions ROSClock RcutilsLogger SetParametersResult SubscriptionEventCallbacks "
+    "TimerInfo TopicEndpointInfo Waitable expand_topic_name get_logger "
+    "qos_profile_parameter_events validate_full_topic_name validate_namespace "
+    "validate_node_name validate_parameter_name validate_topic_name",
+)
 
 
 class Node(NodeParameters, NodeGraph):

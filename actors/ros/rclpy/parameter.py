@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING, TypeAlias
 
 from actors.parameters import types as native
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
 from actors.parameters.types import Parameter as Parameter
-from actors.parameters.types import ParameterValue as AllowableParameterValue
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
     from actors.interfaces.rcl_interfaces.msg import ParameterValue
 
-__all__ = ["AllowableParameterValue"]
+AllowableParameterValue: TypeAlias = native.ParameterValue
 
 PARAMETER_SEPARATOR_STRING = "."
 _EVERY_NODE = "/**"
+
+__getattr__ = imported_names(__name__, "ParameterType ParameterValue")
 
 
 def get_parameter_value(string_value: str) -> ParameterValue:

@@ -9,6 +9,7 @@ from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.ros.rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 from actors.ros.rclpy.qos import QoSProfile, qos_profile_parameter_events, qos_profile_services_default
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.subscription import Subscription
     from actors.ros.rclpy.task import Future
+
+__getattr__ = imported_names(
+    __name__,
+    "CallbackGroup DescribeParameters Future GetParameterTypes GetParameters ListParameters "
+    "MessageInfo Node QoSOverridingOptions SetParameters SetParametersAtomically Subscription "
+    "SubscriptionEventCallbacks",
+)
 
 
 class AsyncParameterClient:

@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.parameter_client.event_handler import ParameterCallbackHandle, ParameterEventCallbackHandle
 from actors.ros.rclpy.qos import QoSProfile, qos_profile_parameter_events
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
     from actors.ros.rclpy.node import Node
+
+__getattr__ = imported_names(
+    __name__, "CallbackGroup Node Parameter QoSOverridingOptions SubscriptionEventCallbacks"
+)
 
 
 class ParameterEventHandler:

@@ -10,6 +10,7 @@ from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.values import convert_assignments
 from actors.threads.errors import ThreadStoppedError
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from actors.endpoints.publisher.publisher import Publisher as NativePublisher
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from actors.threads.node_thread import NodeThread
 
 MsgT = TypeVar("MsgT", bound=Message)
+
+__getattr__ = imported_names(__name__, "CallbackGroup Duration PublisherEventCallbacks QoSProfile")
 
 
 class Publisher(Destroyable, Generic[MsgT]):

@@ -11,7 +11,7 @@ from actors.qos.compatibility import QoSPolicyKind as QoSPolicyKind
 from actors.qos.compatibility import qos_check_compatible as _check_compatible
 from actors.qos.profile import DurabilityPolicy as DurabilityPolicy
 from actors.qos.profile import HistoryPolicy as HistoryPolicy
-from actors.qos.profile import InvalidQoSProfileError as InvalidQoSProfileException
+from actors.qos.profile import InvalidQoSProfileError
 from actors.qos.profile import LivelinessPolicy as LivelinessPolicy
 from actors.qos.profile import QoSPolicyEnum as QoSPolicyEnum
 from actors.qos.profile import ReliabilityPolicy as ReliabilityPolicy
@@ -20,7 +20,7 @@ from actors.time.types import Duration
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["InvalidQoSProfileException"]
+InvalidQoSProfileException: TypeAlias = InvalidQoSProfileError
 
 QoSHistoryPolicy: TypeAlias = HistoryPolicy
 QoSReliabilityPolicy: TypeAlias = ReliabilityPolicy

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self, TYPE_CHECKING, TypeAlias
 
-from actors.interfaces.rcl_interfaces.msg import SetParametersResult as QosCallbackResult
+from actors.interfaces.rcl_interfaces.msg import SetParametersResult
 from actors.node import qos_overrides as native
 from actors.qos.compatibility import QoSPolicyKind as QoSPolicyKind
 from actors.qos.profile import InvalidQoSProfileError
@@ -12,7 +12,6 @@ from actors.ros.rclpy.qos import QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from typing import TypeAlias
 
     from actors.parameters.callbacks import SetParametersOutcome
     from actors.parameters.store import ParameterStore
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     QosCallbackType: TypeAlias = "Callable[[QoSProfile], QosCallbackResult]"
 
-__all__ = ["QosCallbackResult"]
+QosCallbackResult: TypeAlias = SetParametersResult
 
 
 class InvalidQosOverridesError(Exception):

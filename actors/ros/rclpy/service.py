@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.values import convert_assignments, copied, rosidl_values
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
+
+__getattr__ = imported_names(__name__, "CallbackGroup Clock QoSProfile ServiceIntrospectionState")
 
 
 class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, ResponseT]):

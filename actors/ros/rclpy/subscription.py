@@ -11,6 +11,7 @@ from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy.entity import Entity
 from actors.ros.values import rosidl_values
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from actors.threads.node_thread import NodeThread
 
 MsgT = TypeVar("MsgT", bound=Message)
+
+__getattr__ = imported_names(__name__, "CallbackGroup QoSProfile SubscriptionEventCallbacks")
 
 
 class MessageInfo(TypedDict):

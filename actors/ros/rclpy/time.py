@@ -3,3 +3,6 @@
 from __future__ import annotations
 
 from actors.time.types import Time as Time
+from actors.ros.rclpy.imported_names import imported_names
+
+__getattr__ = imported_names(__name__, "ClockType Duration S_TO_NS")

@@ -13,6 +13,7 @@ from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
 from actors.time.types import ClockType, Time
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 _LONGEST_WAIT_SEC: Final = 1.0
 """How often a timer of a wall clock looks at it, since it may be set."""
+
+__getattr__ = imported_names(__name__, "CallbackGroup Clock Context get_default_context")
 
 
 class TimerInfo:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
-from actors.interfaces.message import Message as Msg
+from actors.interfaces.message import Message
 from actors.interfaces.message import is_message_type
 from actors.ros.rclpy.exceptions import NoTypeSupportImportedException
 
-__all__ = ["Msg"]
+Msg: TypeAlias = Message
 
 MsgT = TypeVar("MsgT", bound=Msg)
 SrvT = TypeVar("SrvT")

@@ -7,6 +7,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from actors.arguments.ros_arguments import parse_ros_arguments
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 _lock: Final = threading.Lock()
 _default: Context | None = None
+
+__getattr__ = imported_names(__name__, "Context S_TO_NS")
 
 
 def get_default_context(*, shutting_down: bool = False) -> Context:

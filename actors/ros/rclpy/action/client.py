@@ -20,12 +20,19 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, copied, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
+from actors.ros.rclpy.imported_names import imported_names
 
 FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
 
 
 T = TypeVar("T")
+
+__getattr__ = imported_names(
+    __name__,
+    "CancelGoal Future GoalStatus NumberOfEntities QoSProfile UUID Waitable await_or_execute "
+    "qos_profile_action_status_default qos_profile_services_default",
+)
 
 
 class GetResultResponse(NamedTuple):

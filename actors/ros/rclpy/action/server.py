@@ -10,6 +10,7 @@ from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.values import convert_assignments, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
     from actors.actions.server_goal import ServerGoalHandle as NativeHandle
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.node import Node
+
+__getattr__ = imported_names(
+    __name__,
+    "Future GoalInfo GoalStatus NumberOfEntities QoSProfile Waitable await_or_execute "
+    "qos_profile_action_status_default qos_profile_services_default",
+)
 
 
 def default_goal_callback(goal_request: object) -> GoalResponse:

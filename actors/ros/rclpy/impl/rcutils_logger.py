@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
-from actors.logging.logger import Logger as RcutilsLogger
+from typing import TypeAlias
 
-__all__ = ["RcutilsLogger"]
+from actors.logging.logger import Logger
+from actors.ros.rclpy.imported_names import imported_names
+
+RcutilsLogger: TypeAlias = Logger
+
+__getattr__ = imported_names(__name__, "Clock LoggingSeverity")

@@ -15,6 +15,7 @@ from actors.lifecycle.states import CALLBACKS, StateMachine, TransitionCallbackR
 from actors.ros.rclpy.lifecycle.managed_entity import ManagedEntity
 from actors.ros.rclpy.lifecycle.publisher import LifecyclePublisher
 from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.qos import QoSProfile
 
 MsgT = TypeVar("MsgT", bound=Message)
+
+__getattr__ = imported_names(__name__, "CallbackGroup QoSProfile Service")
 
 
 class RclpyStateMachine(StateMachine):
