@@ -46,6 +46,12 @@ def rosidl_values(message: T) -> T:
     return message
 
 
+def prepare(*classes: Any) -> None:
+    """Load what converting messages of these classes needs, such as NumPy, before the first one arrives."""
+    for each in classes:
+        _conversions(each)
+
+
 def copied(message: T) -> T:
     """Return a copy of a message that is to be sent later: the program may change the message before that.
 

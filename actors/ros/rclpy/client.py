@@ -12,7 +12,7 @@ from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
-from actors.ros.values import convert_assignments, copied, rosidl_values
+from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 from proto.errors import CallboardError
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -41,6 +41,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     ) -> None:
         super().__init__(context.thread, srv_type, callback_group, qos_profile)
         convert_assignments(srv_type.Request)
+        prepare(srv_type.Response)
         self.context = context
         self._native = native
         self._lock = threading.Lock()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import partial
-from typing import Any, TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+from actors.endpoints import events as native
 from actors.endpoints.events import DeadlineMissedInfo
 from actors.endpoints.events import IncompatibleQoSInfo
 from actors.endpoints.events import IncompatibleTypeInfo as IncompatibleTypeInfo
@@ -14,8 +15,6 @@ from actors.endpoints.events import LivelinessChangedInfo
 from actors.endpoints.events import LivelinessLostInfo
 from actors.endpoints.events import MatchedInfo
 from actors.endpoints.events import MessageLostInfo
-from actors.endpoints.events import PublisherEventCallbacks as PublisherEventCallbacks
-from actors.endpoints.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
 from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -39,7 +38,33 @@ class UnsupportedEventTypeError(Exception):
     """rclpy raises this where the middleware lacks an event; callboard has all of them."""
 
 
-CallbacksT = TypeVar("CallbacksT", PublisherEventCallbacks, SubscriptionEventCallbacks)
+@dataclass(kw_only=True)
+class PublisherEventCallbacks:
+    """Callbacks for the events of a publisher, as callboard's; they may be assigned until it is made."""
+
+    deadline: Callable[[Any], Any] | None = None
+    liveliness: Callable[[Any], Any] | None = None
+    incompatible_qos: Callable[[Any], Any] | None = None
+    incompatible_type: Callable[[Any], Any] | None = None
+    matched: Callable[[Any], Any] | None = None
+    use_default_callbacks: bool = True
+
+    native_class = native.PublisherEventCallbacks
+
+
+@dataclass(kw_only=True)
+class SubscriptionEventCallbacks:
+    """Callbacks for the events of a subscription, as callboard's; they may be assigned until it is made."""
+
+    deadline: Callable[[Any], Any] | None = None
+    liveliness: Callable[[Any], Any] | None = None
+    incompatible_qos: Callable[[Any], Any] | None = None
+    incompatible_type: Callable[[Any], Any] | None = None
+    matched: Callable[[Any], Any] | None = None
+    message_lost: Callable[[Any], Any] | None = None
+    use_default_callbacks: bool = True
+
+    native_class = native.SubscriptionEventCallbacks
 
 
 class EventCalls(QueuedCalls):
@@ -50,14 +75,14 @@ class EventCalls(QueuedCalls):
         self._lock = threading.Lock()
         self._pending: dict[str, Any] = {}
 
-    def queued(self, callbacks: CallbacksT) -> CallbacksT:
-        """Return callbacks for callboard, which let the executor make the calls."""
+    def queued(self, callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks) -> Any:
+        """Return callboard's callbacks of the same events, which let the executor make the calls."""
         given = {field.name: getattr(callbacks, field.name) for field in fields(callbacks)}
         made: dict[str, Any] = {
             name: partial(self._happened, name, value) if callable(value) else value
             for name, value in given.items()
         }
-        return type(callbacks)(**made)
+        return callbacks.native_class(**made)
 
     def _happened(self, kind: str, callback: Callable[[Any], Any], info: Any) -> None:
         with self._lock:

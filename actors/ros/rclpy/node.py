@@ -13,7 +13,7 @@ from actors.ros.rclpy.callback_groups import (
 )
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.clock import Clock
-from actors.ros.rclpy.event_handler import CallbacksT, EventCalls
+from actors.ros.rclpy.event_handler import EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
 from actors.ros.rclpy.node_graph import NodeGraph
@@ -491,9 +491,11 @@ def _overridden(
 
 
 def _queue_events(
-    node: Node, callbacks: CallbacksT | None, group: CallbackGroup | None
-) -> tuple[CallbacksT | None, list[EventCalls]]:
-    """Return callbacks for callboard, and the entities with their calls."""
+    node: Node,
+    callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
+    group: CallbackGroup | None,
+) -> tuple[Any, list[EventCalls]]:
+    """Return callboard's callbacks of the same events, and the entities that make the calls."""
     if callbacks is None:
         return None, []
     events = EventCalls(parts_of(node).thread, group or node.default_callback_group)

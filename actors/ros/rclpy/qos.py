@@ -27,6 +27,17 @@ QoSReliabilityPolicy: TypeAlias = ReliabilityPolicy
 QoSDurabilityPolicy: TypeAlias = DurabilityPolicy
 QoSLivelinessPolicy: TypeAlias = LivelinessPolicy
 
+# The names of these values before ROS 2 Foxy, which programs still use; one of them was misspelt.
+for _policy, _kind in (
+    (HistoryPolicy, "HISTORY"),
+    (ReliabilityPolicy, "RELIABILITY"),
+    (DurabilityPolicy, "DURABILITY"),
+    (LivelinessPolicy, "LIVELINESS"),
+):
+    for _member in _policy:
+        setattr(_policy, f"RMW_QOS_POLICY_{_kind}_{_member.name}", _member)
+setattr(LivelinessPolicy, "RMW_QOS_POLICY_DURABILITY_UNKNOWN", LivelinessPolicy.UNKNOWN)  # noqa: B010
+
 _FIELDS = (
     "history",
     "depth",
@@ -137,6 +148,11 @@ def qos_check_compatible(
 ) -> tuple[QoSCompatibility, str]:
     """Return whether a publisher and a subscription match, and what is wrong."""
     return _check_compatible(publisher_qos.native(), subscription_qos.native())
+
+
+def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
+    """Return the name of a policy, such as "DURABILITY"."""
+    return QoSPolicyKind(policy_kind).name
 
 
 qos_profile_unknown = QoSProfile.from_native(native.qos_profile_unknown)

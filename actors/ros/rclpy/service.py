@@ -42,11 +42,11 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
 
     async def _handle(self, request: RequestT) -> ResponseT:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        response: ResponseT = await self.run(self._respond, rosidl_values(request))
+        response: ResponseT = await self.run(self._respond, request)
         return response
 
     def _respond(self, request: RequestT) -> Any:
-        response = self.callback(request, self.srv_type.Response())
+        response = self.callback(rosidl_values(request), self.srv_type.Response())
         return self._respond_later(response) if inspect.iscoroutine(response) else self._checked(response)
 
     async def _respond_later(self, response: Coroutine[Any, Any, ResponseT]) -> ResponseT:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy.entity import Entity
-from actors.ros.values import rosidl_values
+from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ class Subscription(Entity, Generic[MsgT]):
         self.event_handlers = event_handlers
         self.raw = raw
         self.callback = callback
+        prepare(native.msg_type)
         self._thread = thread
         self._native = native
         thread.call(lambda: native.set_on_ready(self.notify))

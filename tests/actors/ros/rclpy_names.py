@@ -28,7 +28,7 @@ rclpy 8.0, by module.
 - **absent**: using it raises `AttributeError`, or `ImportError` for a module.
 - **own**: callboard's addition, for its other modules; ROS 2's rclpy does not have it.
 
-What a module of rclpy has only imported, such as `Parameter` of `rclpy.node`, is not listed; it is there, too.
+What a module of rclpy has only imported, such as `Parameter` of `rclpy.node`, is not listed, but there.
 """
 
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
+from actors.actions.states import GoalState
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
+from actors.ros.rclpy.imported_names import imported_names
+from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -18,9 +22,6 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
-from actors.ros.values import convert_assignments, copied, rosidl_values
-from actors.ros.rclpy.node_parts import parts_of
-from actors.ros.rclpy.imported_names import imported_names
 
 FEEDBACK_DEPTH: Final = 10
 """Feedback messages that wait for the executor, as in rclpy; then the oldest are dropped."""
@@ -80,8 +81,10 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
         return self._client.wait_for(self._result)
 
     async def _result(self) -> GetResultResponse:
+        if not self.accepted:
+            return GetResultResponse(int(GoalState.UNKNOWN), self._client.action_type.Result())
         outcome = await self._native.result()
-        return GetResultResponse(outcome.status, rosidl_values(outcome.result))
+        return GetResultResponse(int(outcome.status), rosidl_values(outcome.result))
 
 
 class ActionClient(QueuedCalls):
@@ -93,6 +96,9 @@ class ActionClient(QueuedCalls):
         action_name: The name of the action.
         callback_group: When callbacks may run; None for the node's default group.
         qos: Profiles of its services and topics: not used.
+
+    Attributes:
+        action_type: The action class.
     """
 
     def __init__(
@@ -107,12 +113,13 @@ class ActionClient(QueuedCalls):
         del qos
         self._context = node.context
         super().__init__(self._context.thread, callback_group or node.default_callback_group)
-        self._action_type = action_type
+        self.action_type = action_type
         self._feedback = RecentCalls(self, FEEDBACK_DEPTH)
         self._native: NativeClient[Any, Any, Any] = self._thread.call(
             lambda: parts_of(node).native.create_action_client(action_type, action_name)
         )
         convert_assignments(action_type.Goal)
+        prepare(action_type.Feedback, action_type.Result)
         node.add_waitable(self)
 
     def wait_for(self, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
@@ -159,8 +166,8 @@ class ActionClient(QueuedCalls):
         return handle.get_result() if handle.accepted else None
 
     def _check(self, goal: Any) -> None:
-        if not isinstance(goal, self._action_type.Goal):
-            raise TypeError(f"Expected a {self._action_type.Goal.__qualname__}, got {goal!r}")
+        if not isinstance(goal, self.action_type.Goal):
+            raise TypeError(f"Expected a {self.action_type.Goal.__qualname__}, got {goal!r}")
 
     async def _send(
         self, goal: Any, callback: Callable[[Any], Any] | None, goal_uuid: Any
@@ -170,7 +177,7 @@ class ActionClient(QueuedCalls):
         return ClientGoalHandle(self, await self._native.send_goal(goal, feedback, goal_uuid))
 
     def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
-        self._feedback.add(partial(callback, rosidl_values(message)))
+        self._feedback.add(lambda: callback(rosidl_values(message)))
 
     def server_is_ready(self) -> bool:
         """Return whether there is a server."""

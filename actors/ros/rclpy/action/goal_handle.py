@@ -34,4 +34,4 @@ class GoalHandle(Generic[NativeT]):
     @property
     def status(self) -> int:
         """The goal's state, as far as this side knows."""
-        return self._native.status
+        return int(self._native.status)

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
+from actors.errors import InvalidGoalTransition
+from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
-from actors.ros.values import convert_assignments, rosidl_values
+from actors.ros.values import convert_assignments, prepare, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -123,6 +125,9 @@ class ActionServer(QueuedCalls):
         self.register_cancel_callback(cancel_callback)
         self.register_execute_callback(execute_callback)
         self.action_type = action_type
+        self._handles: dict[bytes, ServerGoalHandle] = {}
+        """Those of the goals that have not ended; in the loop."""
+        prepare(action_type.Goal)
         self._native = self._thread.call(
             lambda: parts_of(node).native.create_action_server(
                 action_type,
@@ -139,25 +144,42 @@ class ActionServer(QueuedCalls):
         node.add_waitable(self)
 
     def call(self, work: Callable[[], Any]) -> Any:
-        """Change a goal in the loop, and raise the error if that is not possible."""
-        return self._thread.call(work)
+        """Change a goal in the loop.
+
+        Raises:
+            RCLError: The goal's state does not allow the change.
+        """
+        try:
+            return self._thread.call(work)
+        except InvalidGoalTransition as error:
+            raise RCLError(str(error)) from error
+
+    def _handle_of(self, native: NativeHandle[Any, Any, Any]) -> ServerGoalHandle:
+        """Return the handle of a goal, the same for all callbacks: programs set attributes on it."""
+        key = bytes(native.goal_id.uuid)
+        handle = self._handles.get(key)
+        if handle is None:
+            active = {key: each for key, each in self._handles.items() if each.is_active}
+            handle = ServerGoalHandle(self, native)
+            self._handles = {**active, key: handle}
+        return handle
 
     async def _decide(self, request: Any) -> GoalResponse:
-        answer = await self.run(self._goal_callback, rosidl_values(request))
+        answer = await self.run(lambda: self._goal_callback(rosidl_values(request)))
         return answer if isinstance(answer, GoalResponse) else GoalResponse.REJECT
 
     async def _cancel(self, native: NativeHandle[Any, Any, Any]) -> CancelResponse:
-        answer = await self.run(self._cancel_callback, ServerGoalHandle(self, native))
+        answer = await self.run(self._cancel_callback, self._handle_of(native))
         return answer if isinstance(answer, CancelResponse) else CancelResponse.REJECT
 
     async def _accepted(self, native: NativeHandle[Any, Any, Any]) -> None:
-        await self.run(self._handle_accepted_callback, ServerGoalHandle(self, native))
+        await self.run(self._handle_accepted_callback, self._handle_of(native))
 
     def executing(self, callback: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
         """Return what callboard calls to execute a goal; None: the callback that is registered then."""
 
         async def execute(native: NativeHandle[Any, Any, Any]) -> Any:
-            return await self.run_task(callback or self._execute_callback, ServerGoalHandle(self, native))
+            return await self.run_task(callback or self._execute_callback, self._handle_of(native))
 
         return execute
 

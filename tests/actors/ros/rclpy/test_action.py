@@ -19,6 +19,7 @@ from actors.ros.rclpy.action import (
     get_action_server_names_and_types_by_node,
 )
 from actors.ros.rclpy.action.client import FEEDBACK_DEPTH
+from actors.ros.rclpy.action.server import RCLError
 from actors.ros.rclpy.callback_groups import ReentrantCallbackGroup
 from actors.ros.rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from actors.ros.rclpy.node import Node, NodeNameNonExistentError
@@ -85,6 +86,43 @@ def test_a_goal_gives_feedback_and_a_result(node: Node, executor: SingleThreaded
     assert (response.status, list(response.result.sequence)) == (GoalStatus.STATUS_SUCCEEDED, [5])
     assert seen == [0, 1, 2, 3, 4]
     assert threads == {threading.get_ident()}
+
+
+def test_all_callbacks_get_the_same_handle(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Programs set attributes on it; what a goal's state does not allow is an RCLError."""
+    goals = list[Any]()
+
+    def accepted(goal: Any) -> None:
+        goal.label = "mine"
+        goals.append(goal)
+        goal.execute()
+
+    def execute(goal: Any) -> Fibonacci.Result:
+        assert goal.label == "mine"
+        goals.append(goal)
+        with pytest.raises(RCLError):
+            goal.canceled()
+        goal.succeed()
+        return Fibonacci.Result()
+
+    ActionServer(node, Fibonacci, "count", execute, handle_accepted_callback=accepted)
+    client = ActionClient(node, Fibonacci, "count")
+    for _ in range(2):
+        handle = spun(executor, client.send_goal_async(Fibonacci.Goal()))
+        response = spun(executor, handle.get_result_async())
+        assert repr(response.status) == repr(GoalStatus.STATUS_SUCCEEDED)
+    assert goals[0] is goals[1]
+    assert goals[2] is goals[3]
+    assert goals[0] is not goals[2]
+
+
+def test_the_result_of_a_rejected_goal_is_unknown(node: Node, executor: SingleThreadedExecutor) -> None:
+    """It is empty, and no error."""
+    ActionServer(node, Fibonacci, "count", succeed, goal_callback=lambda goal: GoalResponse.REJECT)
+    handle = spun(executor, ActionClient(node, Fibonacci, "count").send_goal_async(Fibonacci.Goal()))
+    assert not handle.accepted
+    response = spun(executor, handle.get_result_async())
+    assert (response.status, list(response.result.sequence)) == (GoalStatus.STATUS_UNKNOWN, [])
 
 
 def test_feedback_that_nobody_takes_is_bounded(node: Node, executor: SingleThreadedExecutor) -> None:

@@ -10,10 +10,10 @@ import pytest
 
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import String
-from actors.ros.rclpy import exceptions
+from actors.ros.rclpy import exceptions, qos
 from actors.ros.rclpy.expand_topic_name import expand_topic_name
 from actors.ros.rclpy.node import Node
-from actors.ros.rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile
+from actors.ros.rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile, ReliabilityPolicy
 from actors.ros.rclpy.serialization import deserialize_message, serialize_message
 from actors.ros.rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from actors.ros.rclpy.validate_full_topic_name import validate_full_topic_name
@@ -81,3 +81,12 @@ def test_profiles_are_found_by_short_keys() -> None:
     assert QoSPresetProfiles.get_from_short_key("Sensor_Data").depth == 5
     with pytest.raises(KeyError):
         QoSPresetProfiles.get_from_short_key("none")
+
+
+def test_old_names_of_qos_values_are_the_new_values() -> None:
+    """Programs from before ROS 2 Foxy use them."""
+    assert qos.QoSReliabilityPolicy.RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT is ReliabilityPolicy.BEST_EFFORT  # type: ignore[attr-defined]
+    assert qos.QoSDurabilityPolicy.RMW_QOS_POLICY_DURABILITY_VOLATILE is DurabilityPolicy.VOLATILE  # type: ignore[attr-defined]
+    assert qos.QoSLivelinessPolicy.RMW_QOS_POLICY_DURABILITY_UNKNOWN is qos.LivelinessPolicy.UNKNOWN  # type: ignore[attr-defined]
+    assert len(ReliabilityPolicy) == len(set(ReliabilityPolicy.__members__))
+    assert qos.qos_policy_name_from_kind(qos.QoSPolicyKind.DURABILITY) == "DURABILITY"

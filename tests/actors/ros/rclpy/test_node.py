@@ -342,9 +342,9 @@ def test_events_reach_the_thread_that_spins(node: Node, executor: SingleThreaded
         infos.append(info)
 
     before = len(list(node.waitables))
-    publisher = node.create_publisher(
-        String, "t", 1, event_callbacks=PublisherEventCallbacks(matched=matched)
-    )
+    callbacks = PublisherEventCallbacks()
+    callbacks.matched = matched
+    publisher = node.create_publisher(String, "t", 1, event_callbacks=callbacks)
     for _ in range(3):
         node.create_subscription(String, "t", lambda msg: None, 1)
         node.get_topic_names_and_types()  # answered after the match
