@@ -8,6 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.ros.rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.ros.rclpy.context import Context
+
+pytestmark = pytest.mark.no_cover  # it keeps objects for each thread that has ever run
 
 ROUNDS = 1_000
 NODE_ROUNDS = 100
