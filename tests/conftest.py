@@ -41,6 +41,17 @@ def pytest_collection_modifyitems(items: Iterable[pytest.Item]) -> None:
             item.add_marker("no_cover")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Let `no_cover` stop the measurement in workers, too.
+
+    There pytest-cov starts one as if the process were alone, and then that of a worker, which it stops.
+    """
+    alone = getattr(session.config.pluginmanager.get_plugin("_cov"), "cov_controller", None)
+    if alone is not None and hasattr(session.config, "workerinput"):
+        alone.cov.stop()
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Remove variables, contexts and logs of the developer, here and in child processes."""
     for name in environment.VARIABLES:
