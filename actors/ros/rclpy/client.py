@@ -24,11 +24,13 @@ if TYPE_CHECKING:
 
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
+EventT = TypeVar("EventT")
+"""As in rclpy, for annotations."""
 
 __getattr__ = imported_names(__name__, "CallbackGroup Clock Context QoSProfile ServiceIntrospectionState")
 
 
-class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT]):
+class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT, EventT]):
     """Calls a service. Made by `Node.create_client`."""
 
     def __init__(

@@ -197,12 +197,12 @@ class Node(NodeParameters, NodeGraph):
         yield from self._callboard.of(Subscription)
 
     @property
-    def clients(self) -> Iterator[Client[Any, Any]]:
+    def clients(self) -> Iterator[Client[Any, Any, Any]]:
         """Its clients."""
         yield from self._callboard.of(Client)
 
     @property
-    def services(self) -> Iterator[Service[Any, Any]]:
+    def services(self) -> Iterator[Service[Any, Any, Any]]:
         """Its services."""
         yield from self._callboard.of(Service)
 
@@ -325,10 +325,10 @@ class Node(NodeParameters, NodeGraph):
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Client[Any, Any]:
+    ) -> Client[Any, Any, Any]:
         """Make a client of a service."""
         native = self._callboard.thread.call(lambda: self._callboard.native.create_client(srv_type, srv_name))
-        client = Client[Any, Any](
+        client = Client[Any, Any, Any](
             self._context, srv_type, native, callback_group or self._default_callback_group, qos_profile
         )
         self._callboard.add(client)
@@ -342,9 +342,9 @@ class Node(NodeParameters, NodeGraph):
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
-    ) -> Service[Any, Any]:
+    ) -> Service[Any, Any, Any]:
         """Serve requests with `callback(request, response)`, which returns the response."""
-        service = Service[Any, Any](
+        service = Service[Any, Any, Any](
             self._callboard.thread,
             srv_type,
             lambda handle: self._callboard.native.create_service(srv_type, srv_name, handle, concurrent=True),
@@ -420,11 +420,11 @@ class Node(NodeParameters, NodeGraph):
         """Take a subscription out of service; return False if it is not this node's."""
         return self._callboard.destroy(self._callboard.of(Subscription), subscription)
 
-    def destroy_client(self, client: Client[Any, Any]) -> bool:
+    def destroy_client(self, client: Client[Any, Any, Any]) -> bool:
         """Take a client out of service; return False if it is not this node's."""
         return self._callboard.destroy(self._callboard.of(Client), client)
 
-    def destroy_service(self, service: Service[Any, Any]) -> bool:
+    def destroy_service(self, service: Service[Any, Any, Any]) -> bool:
         """Take a service out of service; return False if it is not this node's."""
         return self._callboard.destroy(self._callboard.of(Service), service)
 

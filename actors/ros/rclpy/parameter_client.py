@@ -53,7 +53,7 @@ class AsyncParameterClient:
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> None:
-        def client(srv_type: Any, name: str) -> Client[Any, Any]:
+        def client(srv_type: Any, name: str) -> Client[Any, Any, Any]:
             return node.create_client(
                 srv_type,
                 f"{remote_node_name}/{name}",
@@ -70,7 +70,7 @@ class AsyncParameterClient:
         self._describe = client(srv.DescribeParameters, "describe_parameters")
         self._set_atomically = client(srv.SetParametersAtomically, "set_parameters_atomically")
 
-    def _clients(self) -> tuple[Client[Any, Any], ...]:
+    def _clients(self) -> tuple[Client[Any, Any, Any], ...]:
         return (
             self._get, self._list, self._set, self._get_types, self._describe, self._set_atomically
         )  # fmt: skip
@@ -181,7 +181,9 @@ def _messages(parameters: Sequence[Parameter | ParameterMessage]) -> list[Parame
     return [each.to_parameter_msg() if isinstance(each, Parameter) else each for each in parameters]
 
 
-def _call(client: Client[Any, Any], request: Any, callback: Callable[[Any], object] | None) -> Future[Any]:
+def _call(
+    client: Client[Any, Any, Any], request: Any, callback: Callable[[Any], object] | None
+) -> Future[Any]:
     future = client.call_async(request)
     if callback is not None:
         future.add_done_callback(callback)

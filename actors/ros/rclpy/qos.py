@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.qos import profile as native
 from actors.qos.compatibility import QoSCompatibility as QoSCompatibility
@@ -38,6 +38,12 @@ for _policy, _kind in (
         setattr(_policy, f"RMW_QOS_POLICY_{_kind}_{_member.name}", _member)
 setattr(LivelinessPolicy, "RMW_QOS_POLICY_DURABILITY_UNKNOWN", LivelinessPolicy.UNKNOWN)  # noqa: B010
 
+_POLICIES: Final[dict[str, type[QoSPolicyEnum]]] = {
+    "history": HistoryPolicy,
+    "reliability": ReliabilityPolicy,
+    "durability": DurabilityPolicy,
+    "liveliness": LivelinessPolicy,
+}
 _FIELDS = (
     "history",
     "depth",
@@ -106,6 +112,10 @@ class QoSProfile:
         for name in _FIELDS:
             setattr(self, name, getattr(profile, name))
         self.avoid_ros_namespace_conventions = avoid_ros_namespace_conventions
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        policy = _POLICIES.get(name)
+        super().__setattr__(name, value if policy is None else policy(value))  # an int becomes a policy
 
     @classmethod
     def from_native(cls, profile: native.QoSProfile) -> QoSProfile:

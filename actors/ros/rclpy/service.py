@@ -19,11 +19,13 @@ if TYPE_CHECKING:
 
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
+EventT = TypeVar("EventT")
+"""As in rclpy, for annotations."""
 
 __getattr__ = imported_names(__name__, "CallbackGroup Clock QoSProfile ServiceIntrospectionState")
 
 
-class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, ResponseT]):
+class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, ResponseT, EventT]):
     """Serves requests. Made by `Node.create_service`."""
 
     def __init__(

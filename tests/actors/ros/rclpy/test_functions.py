@@ -11,10 +11,13 @@ import pytest
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import String
 from actors.ros.rclpy import exceptions, qos
+from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.expand_topic_name import expand_topic_name
 from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.publisher import Publisher
 from actors.ros.rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile, ReliabilityPolicy
 from actors.ros.rclpy.serialization import deserialize_message, serialize_message
+from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from actors.ros.rclpy.validate_full_topic_name import validate_full_topic_name
 from actors.ros.rclpy.validate_namespace import validate_namespace
@@ -90,3 +93,19 @@ def test_old_names_of_qos_values_are_the_new_values() -> None:
     assert qos.QoSLivelinessPolicy.RMW_QOS_POLICY_DURABILITY_UNKNOWN is qos.LivelinessPolicy.UNKNOWN  # type: ignore[attr-defined]
     assert len(ReliabilityPolicy) == len(set(ReliabilityPolicy.__members__))
     assert qos.qos_policy_name_from_kind(qos.QoSPolicyKind.DURABILITY) == "DURABILITY"
+
+
+def test_numbers_assigned_to_a_profile_become_policies() -> None:
+    """As those given to the constructor do; a wrong one is an error at once."""
+    profile = QoSProfile(depth=1)
+    profile.reliability = 2  # type: ignore[assignment]
+    assert profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    with pytest.raises(ValueError, match="9"):
+        profile.durability = 9  # type: ignore[assignment]
+
+
+def test_annotations_are_those_of_rclpy() -> None:
+    """They are evaluated where a class or a function is defined."""
+    assert Client[int, int, int]
+    assert Service[int, int, int]
+    assert Publisher[String]
