@@ -87,7 +87,7 @@ def ensure_local_broker(
     Raises:
         BrokerStartError: The broker does not listen.
     """
-    if not all(_is_local(url) for url in target.urls) or _is_answered(target):
+    if not all(_is_local(url) for url in target.urls) or _something_listens(target):
         return None
     url = target.urls[0]
     with _open_log(url) as log:
@@ -95,12 +95,12 @@ def ensure_local_broker(
         process = _start(_command(url), log)
         if _listens(process, start_timeout_sec):
             return LocalBroker(str(url), process.pid, log.name if isinstance(log.name, str) else "")
-        if _is_answered(target):
+        if _something_listens(target):
             return None  # another was faster
         log.seek(before)
-        said = escape(log.read(MAX_QUOTED_BYTES).decode(errors="replace").strip().replace("\n", "; "))
+        output = escape(log.read(MAX_QUOTED_BYTES).decode(errors="replace").strip().replace("\n", "; "))
     raise BrokerStartError(
-        f"Cannot start a broker at {url}: {said or f'it has not listened within {start_timeout_sec:g} s'}"
+        f"Cannot start a broker at {url}: {output or f'it has not listened within {start_timeout_sec:g} s'}"
     )
 
 
@@ -109,7 +109,7 @@ def _is_local(url: BrokerUrl) -> bool:
     return not url.tls and bool(url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
 
 
-def _is_answered(target: BrokerTarget) -> bool:
+def _something_listens(target: BrokerTarget) -> bool:
     """Return whether something listens: a broker, also one that refuses, or another program."""
     inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
     try:
@@ -122,9 +122,9 @@ def _is_answered(target: BrokerTarget) -> bool:
 
 
 def _command(url: BrokerUrl) -> tuple[str, ...]:
-    place = ("--unix", url.path) if url.path else ("--host", url.host, "--port", str(url.port))
+    address_options = ("--unix", url.path) if url.path else ("--host", url.host, "--port", str(url.port))
     # -P: a folder "broker" where the program was started is not this one.
-    return (sys.executable, "-P", "-m", "broker", *place, "--exit-when-idle", str(IDLE_SEC))
+    return (sys.executable, "-P", "-m", "broker", *address_options, "--exit-when-idle", str(IDLE_SEC))
 
 
 def _open_log(url: BrokerUrl) -> IO[bytes]:

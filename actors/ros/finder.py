@@ -41,8 +41,8 @@ class RealPackageError(ImportError):
     """ROS 2's own rclpy is installed, and it would be hidden."""
 
 
-def targets() -> dict[str, str]:
-    """Return the top-level names that callboard has, with the modules that stand for them."""
+def module_names() -> dict[str, str]:
+    """Return the top-level names that callboard has, with those of the modules that stand for them."""
     interfaces = importlib.import_module(INTERFACES)
     packages = {each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg}
     return {**{name: f"{INTERFACES}.{name}" for name in packages}, **LIBRARIES}
@@ -80,7 +80,7 @@ class RosFinder(MetaPathFinder):
 
     def __init__(self, *, force: bool = False) -> None:
         self._force = force
-        self._targets: dict[str, str | None] = {}
+        self._module_names: dict[str, str | None] = {}
         self._found: dict[str, ModuleSpec] = {}
         """The specs of modules under callboard's names, for the loaders that import them next."""
 
@@ -96,15 +96,15 @@ class RosFinder(MetaPathFinder):
         if fullname in self._found:
             return self._found.pop(fullname)
         top, dot, rest = fullname.partition(".")
-        if top not in self._targets:
-            self._targets[top] = self._target(top)
-        found = self._targets[top]
+        if top not in self._module_names:
+            self._module_names[top] = self._module_name(top)
+        found = self._module_names[top]
         if found is None:
             spec = find_in_folders(fullname, path)
             return None if spec is not None and path is None and is_installed(top) else spec
         name = found + dot + rest
         spec = PathFinder.find_spec(name, path or importlib.import_module(name.rpartition(".")[0]).__path__)
-        if spec is None and _has_class(name):
+        if spec is None and _is_module_of_class(name):
             name = name.rpartition(".")[0]
             spec = find_spec(name)
         if spec is None:
@@ -113,39 +113,45 @@ class RosFinder(MetaPathFinder):
             self._found[name] = spec
         return ModuleSpec(fullname, AliasLoader(name), is_package=spec.submodule_search_locations is not None)
 
-    def _target(self, top: str) -> str | None:
-        if top not in _known():
+    def _module_name(self, top: str) -> str | None:
+        if top not in _module_names():
             return None
         if not self._force and is_installed(top):
             return None
-        return _known()[top]
+        return _module_names()[top]
 
 
-def _has_class(name: str) -> bool:
-    """Return whether the last name is that of the module in which ROS 2 has a class of the package before."""
+def _is_module_of_class(name: str) -> bool:
+    """Return whether the last part is the module in which ROS 2 has a class that is in the package itself.
+
+    So `launch.actions.execute_process`, as the package `launch.actions` has `ExecuteProcess`.
+    """
     package, _, module = name.rpartition(".")
     word = module.replace("_", "")
     classes = {each.lower() for each in dir(sys.modules.get(package)) if not each.islower()}
     return not classes.isdisjoint((word, word.removesuffix("action")))
 
 
-def _known() -> dict[str, str]:
-    global _names  # noqa: PLW0603 - read from the disk once, at the first import after `install`
-    if _names is None:
-        _names = {}  # what `targets` imports comes here, too
-        _names = targets()
+def _module_names() -> dict[str, str]:
+    global _cached_names  # noqa: PLW0603 - read from the disk once, at the first import after `install`
+    if _cached_names is None:
+        _cached_names = {}  # what `module_names` imports comes here, too
+        _cached_names = module_names()
         if checks_fields():
             from actors.interfaces.checking import check_assignments  # noqa: PLC0415 - seldom needed
 
             check_assignments()
-    return _names
+    return _cached_names
 
 
-_names: dict[str, str] | None = None
+_cached_names: dict[str, str] | None = None
 
 
 def is_installed(top: str) -> bool:
-    """Return whether a regular package or module of a name is on `sys.path`; a mere folder is none."""
+    """Return whether a package or module of a name is on `sys.path`.
+
+    A folder without `__init__.py` does not count.
+    """
     spec = PathFinder.find_spec(top)
     return spec is not None and spec.origin is not None
 

@@ -30,7 +30,7 @@ def find_program(name: str, arguments: list[str], *, module: bool = False) -> Ca
         module: `name` is that of a module, as for `python -m`.
 
     Returns:
-        What runs the program. It raises SystemExit if the program ends so.
+        A function that runs the program. It raises SystemExit if the program does.
 
     Raises:
         NoProgramError: There is no such program.

@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from actors.ros.finder import LIBRARIES, targets
+from actors.ros.finder import LIBRARIES, module_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,7 +32,7 @@ def write_stubs(folder: Path, *, suffix: str = "") -> list[Path]:
         The files. What else the folder holds stays as it is.
     """
     written: list[Path] = []
-    for name, target in sorted(targets().items()):
+    for name, target in sorted(module_names().items()):
         spec = find_spec(target)
         assert spec is not None
         assert spec.origin is not None

@@ -73,7 +73,9 @@ def convert_assignments(cls: MessageType) -> None:
         cls: The message class. Classes without sequences of numbers are not changed, and lose no time.
     """
     for each in nested_classes(cls):
-        types = {field.name: made for field in fields_of(each) if (made := _assigned(field.type)) is not None}
+        types = {
+            field.name: made for field in fields_of(each) if (made := _for_assignment(field.type)) is not None
+        }
         if types and "__setattr__" not in each.__dict__:  # not yet, for a class that contains it
             base: Any = each
             type.__setattr__(each, "__setattr__", _converting_setattr(base.__setattr__, types))
@@ -91,7 +93,7 @@ def _converting_setattr(
     return set_value
 
 
-def _assigned(kind: FieldType) -> Callable[[Any], Any] | None:
+def _for_assignment(kind: FieldType) -> Callable[[Any], Any] | None:
     """Return what makes a sequence of numbers from a list; None for other types."""
     made = ARRAY_BY_ELEMENT.get(kind.base)
     element = "uint8" if kind.base == "char" else kind.base
@@ -106,7 +108,7 @@ def _assigned(kind: FieldType) -> Callable[[Any], Any] | None:
 @cache
 def _has_conversions(cls: MessageType) -> bool:
     return is_message_type(cls) and any(
-        _conversion(field.type) for each in nested_classes(cls) for field in fields_of(each)
+        _for_received(field.type) for each in nested_classes(cls) for field in fields_of(each)
     )
 
 
@@ -117,7 +119,7 @@ def _conversions(cls: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
         return ()
     found: list[tuple[str, Callable[[Any], Any]]] = []
     for field in fields_of(cls):
-        nested, convert = field.type.message, _conversion(field.type)
+        nested, convert = field.type.message, _for_received(field.type)
         if nested is not None and _has_conversions(nested):
             convert = _each if field.type.is_array else rosidl_values
         if convert is not None:
@@ -129,7 +131,7 @@ def _each(messages: list[Any]) -> list[Any]:
     return [rosidl_values(message) for message in messages]
 
 
-def _conversion(kind: FieldType) -> Callable[[Any], Any] | None:
+def _for_received(kind: FieldType) -> Callable[[Any], Any] | None:
     """Return what converts a sequence of a type; None if it has the right values, or is no sequence."""
     if not kind.is_array or kind.message is not None:
         return None

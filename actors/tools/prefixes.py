@@ -22,8 +22,8 @@ MAX_SHEBANG: Final = 512
 def prefixes() -> list[Path]:
     """Return the folders of AMENT_PREFIX_PATH, this Python's prefix, and those of `sys.path` that have it."""
     given = [Path(each) for each in environment.ament_prefixes()]
-    targets = [Path(each) for each in sys.path if each and Path(each, INDEX).is_dir()]
-    return [each for each in dict.fromkeys([*given, Path(sys.prefix), *targets]) if each.is_dir()]
+    target_folders = [Path(each) for each in sys.path if each and Path(each, INDEX).is_dir()]
+    return [each for each in dict.fromkeys([*given, Path(sys.prefix), *target_folders]) if each.is_dir()]
 
 
 def resource(kind: str, name: str) -> Path | None:

@@ -4,7 +4,7 @@ r"""Templates: texts with substitutions in them, as ROS 2's launch files write t
     $(env HOME '/tmp')             arguments stand behind spaces; quotes keep one together
     $(var $(env ROBOT)_name)       substitutions within substitutions
     $(eval '$(var n) > 1')         also within quotes
-    \$(var robot)                  a backslash takes the sign behind it as it is
+    \$(var robot)                  a backslash takes the character after it as it is
 
 A `$` without a parenthesis, and quotes outside of a substitution, are what they are.
 """
@@ -120,19 +120,19 @@ class _Reader:
         self._depth = 0
 
     def pieces(self, end: str = "") -> list[Piece]:
-        """Read up to one of these signs, or to the end."""
+        """Read up to one of these characters, or to the end."""
         pieces: list[Piece] = []
         literal = ""
-        while (sign := self._sign()) and sign not in end:
+        while (char := self._char()) and char not in end:
             if self._text.startswith("$(", self._at):
                 pieces += [literal, self._substitution()]
                 literal = ""
                 continue
-            if sign == "\\" and self._at + 1 < len(self._text):
+            if char == "\\" and self._at + 1 < len(self._text):
                 self._at += 1
-            elif end == _ENDS and sign in "'\"(":
-                raise self._error(f"{sign} needs a backslash before it, or quotes around the whole argument")
-            literal += self._sign()
+            elif end == _ENDS and char in "'\"(":
+                raise self._error(f"{char} needs a backslash before it, or quotes around the whole argument")
+            literal += self._char()
             self._at += 1
         return [each for each in (*pieces, literal) if each != ""]
 
@@ -162,13 +162,13 @@ class _Reader:
         """Read up to the closing parenthesis, and past it."""
         found: list[Text] = []
         while True:
-            spaced = self._sign() in _SPACES
-            while (sign := self._sign()) and sign in _SPACES:
+            spaced = self._char() in _SPACES
+            while (char := self._char()) and char in _SPACES:
                 self._at += 1
-            if not sign:
+            if not char:
                 self._at = begin
                 raise self._error("$( is not closed")
-            if sign == ")":
+            if char == ")":
                 self._at += 1
                 return found
             if not spaced:
@@ -176,20 +176,20 @@ class _Reader:
             found.append(self._argument())
 
     def _argument(self) -> Text:
-        quote = self._sign()
+        quote = self._char()
         if quote not in "'\"":
             return _joined(self.pieces(_ENDS))
         begin = self._at
         self._at += 1
         pieces = self.pieces(quote)
-        if not self._sign():
+        if not self._char():
             self._at = begin
             raise self._error(f"{quote} is not closed")
         self._at += 1
         return _joined(pieces)
 
-    def _sign(self) -> str:
-        """Return the next sign; nothing at the end."""
+    def _char(self) -> str:
+        """Return the next character; nothing at the end."""
         return self._text[self._at : self._at + 1]
 
     def _error(self, what: str) -> LaunchError:

@@ -159,7 +159,7 @@ except AssertionError as error:
     assert python(code) == "std_msgs.msg.String(data=5)"
     monkeypatch.setenv("ROS_PYTHON_CHECK_FIELDS", "1")
     assert python(code) == "The 'data' field must be of type 'str'"
-    monkeypatch.setattr(finder, "_names", None)
+    monkeypatch.setattr(finder, "_cached_names", None)
     assert finder.RosFinder().find_spec("std_msgs", None) is not None
     try:
         with pytest.raises(AssertionError):

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from actors.ros.finder import targets
+from actors.ros.finder import module_names
 from actors.ros.stubs import main, write_stubs
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def test_a_type_checker_knows_the_names(tmp_path: Path) -> None:
 def test_every_package_has_a_stub(tmp_path: Path) -> None:
     """With the public names of its modules, and not those that it imports for itself."""
     files = write_stubs(tmp_path, suffix="-stubs")
-    assert {path.name for path in tmp_path.iterdir()} == {f"{name}-stubs" for name in targets()}
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}-stubs" for name in module_names()}
     assert all(path.is_file() for path in files)
     logging = (tmp_path / "rclpy-stubs/logging.pyi").read_text()
     assert "import RcutilsLogger as RcutilsLogger\n" in logging

@@ -29,7 +29,7 @@ from actors.launch import (
     UnsetEnvironmentVariable as UnsetEnvironmentVariable,
     UnsetLaunchConfiguration as UnsetLaunchConfiguration,
 )
-from actors.ros.launch.absent import absent
+from actors.ros.launch.unsupported import unsupported
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
     from actors.ros.launch.descriptions import Executable
 
-OpaqueCoroutine = absent("OpaqueCoroutine", "use OpaqueFunction")
-UnregisterEventHandler = absent("UnregisterEventHandler", "give the handler handle_once=True")
+OpaqueCoroutine = unsupported("OpaqueCoroutine", "use OpaqueFunction")
+UnregisterEventHandler = unsupported("UnregisterEventHandler", "give the handler handle_once=True")
 
 _IGNORED: Final = ("output_format", "cached_output", "log_cmd")
 

@@ -10,12 +10,12 @@ from actors.launch import (
     OnProcessStart as OnProcessStart,
     OnShutdown as OnShutdown,
 )
-from actors.ros.launch.absent import absent
+from actors.ros.launch.unsupported import unsupported
 
 if TYPE_CHECKING:
     from actors.launch.description.event_handlers import Reaction, Target
 
-OnIncludeLaunchDescription = absent("OnIncludeLaunchDescription", "put the actions behind the include")
+OnIncludeLaunchDescription = unsupported("OnIncludeLaunchDescription", "put the actions behind the include")
 
 
 class OnProcessIO(CallboardIO):

@@ -8,11 +8,11 @@ from actors.launch.planning.events import (
     ProcessIO as ProcessIO,
     ProcessStarted as ProcessStarted,
 )
-from actors.ros.launch.absent import absent
+from actors.ros.launch.unsupported import unsupported
 
 RunningProcessEvent = ProcessEvent
-ProcessStdin = absent("ProcessStdin", "the stdin of processes is empty")
+ProcessStdin = unsupported("ProcessStdin", "the stdin of processes is empty")
 ProcessStdout = ProcessIO
 ProcessStderr = ProcessIO
-ShutdownProcess = absent("ShutdownProcess", "a launch stops its processes together, with Shutdown")
-SignalProcess = absent("SignalProcess", "a launch stops its processes together, with Shutdown")
+ShutdownProcess = unsupported("ShutdownProcess", "a launch stops its processes together, with Shutdown")
+SignalProcess = unsupported("SignalProcess", "a launch stops its processes together, with Shutdown")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-def absent(name: str, remedy: str) -> Callable[..., Any]:
+def unsupported(name: str, remedy: str) -> Callable[..., Any]:
     """Return a function that says that there is no such class.
 
     Args:
