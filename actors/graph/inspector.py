@@ -11,7 +11,6 @@ third of the time that importing a node takes.
 from __future__ import annotations
 
 import os
-import socket
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
@@ -20,6 +19,7 @@ from actors.config.credentials import find_credentials, refused_credentials
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
+from actors.graph.socket_connection import connected_socket
 from actors.session.tls import tls_failure, tls_required
 from proto import frames, limits
 from proto.aio.tls import client_context, is_tls_error
@@ -33,6 +33,7 @@ from proto.session import Role, Session, State
 from proto.url import parse_urls
 
 if TYPE_CHECKING:
+    import socket
     from collections.abc import Callable, Mapping
     from typing import Self
 
@@ -47,6 +48,9 @@ _QUERY: Final = 1
 """The id of each query: there is one at a time."""
 MAX_ANSWER_BYTES: Final = 64 * 1024 * 1024
 """Bytes received for one query: enough for a graph of 200,000 endpoints."""
+
+_STAY_SEC: Final = 3600.0
+"""How long it listens at once for PINGs."""
 
 FrameT = TypeVar("FrameT", bound="Frame")
 
@@ -163,6 +167,18 @@ class Inspector:
                 self._send(frames.Goodbye("done"))
         self._disconnect()
 
+    def stay_connected(self) -> None:
+        """Answer the broker's PINGs until the connection ends; this blocks, and no query can be made.
+
+        A broker that ends when it is idle does not end while somebody is connected.
+        """
+        with suppress(OSError, ProtocolError):
+            while self._socket is not None:
+                with suppress(TimeoutError):
+                    self._answer_bytes = 0
+                    self._next(frames.Welcome, time.monotonic() + _STAY_SEC)
+        self._disconnect()
+
     def _disconnect(self) -> None:
         if self._socket is not None:
             self._socket.close()
@@ -243,7 +259,7 @@ class Inspector:
 
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
         self._start_session()
-        self._socket = _connect(url, _left(deadline))
+        self._socket = connected_socket(url, _left(deadline))
         if url.tls:
             self._socket.settimeout(_left(deadline))
             self._socket = encrypted = client_context(self._credentials.tls).wrap_socket(
@@ -375,21 +391,3 @@ def _unwelcoming(url: BrokerUrl, error: OSError, files: TlsFiles) -> BrokerUnrea
 def _left(deadline: float) -> float:
     """Return the seconds left for a socket; it takes 0 for "do not wait", and less for an error."""
     return max(0.001, deadline - time.monotonic())
-
-
-def _connect(url: BrokerUrl, timeout_sec: float) -> socket.socket:
-    if not url.path:
-        # As bytes an ASCII name goes as it is; the codec for others takes some milliseconds to be imported.
-        host: Any = url.host.encode() if url.host.isascii() else url.host
-        try:
-            return socket.create_connection((host, url.port), timeout_sec)
-        except UnicodeError as error:
-            raise socket.gaierror(socket.EAI_NONAME, f"no host can be called {url.host!r}") from error
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    try:
-        sock.settimeout(timeout_sec)
-        sock.connect(url.path)
-    except BaseException:
-        sock.close()
-        raise
-    return sock

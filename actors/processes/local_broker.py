@@ -5,16 +5,19 @@
         print(started, file=sys.stderr)
 
 It is a process of its own, which outlives its starter, and ends when it has been idle. Several programs may
-do this at the same moment: one broker listens, and all use it.
+do this at the same moment: one broker listens, and all use it. `keep_local_broker` keeps it from ending
+before the program has connected its first node, and between one node and the next.
 """
 
 from __future__ import annotations
 
+import atexit
 import os
 import subprocess
 import sys
 import tempfile
 import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final, NamedTuple
 
@@ -102,6 +105,24 @@ def ensure_local_broker(
     raise BrokerStartError(
         f"Cannot start a broker at {url}: {output or f'it has not listened within {start_timeout_sec:g} s'}"
     )
+
+
+def keep_local_broker(target: BrokerTarget) -> None:
+    """Keep a connection open for the life of this process, so that a local broker is not idle.
+
+    Does nothing if none answers, or if a broker could not be started there. A thread answers the broker; it
+    ends with the process, or with the broker.
+
+    Args:
+        target: The broker that nodes are to use.
+    """
+    if not all(_is_local(url) for url in target.urls):
+        return
+    inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
+    with suppress(BrokerUnreachable, ProtocolError):  # a node that connects says what is wrong
+        inspector.connect()
+        atexit.register(inspector.close)
+        threading.Thread(target=inspector.stay_connected, name="local-broker", daemon=True).start()
 
 
 def _is_local(url: BrokerUrl) -> bool:

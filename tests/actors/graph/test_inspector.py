@@ -215,6 +215,17 @@ def test_a_broker_that_does_not_answer(answer: bytes, text: str) -> None:
         inspector.close()
 
 
+def test_it_stays_connected_until_the_broker_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It answers PINGs, for as long as there is a connection."""
+    monkeypatch.setattr("actors.graph.inspector._STAY_SEC", 0.01)
+    with listener(WELCOME + encode(frames.Ping(1)), encode(frames.Goodbye("bye"))) as url:
+        inspector = Inspector(url)
+        inspector.connect()
+        inspector.stay_connected()
+        with pytest.raises(BrokerUnreachable, match="not connected"):
+            inspector.report()
+
+
 def test_a_late_answer_is_not_taken_for_the_next_ones() -> None:
     """After a question without an answer in time the inspector asks nothing more."""
     with listener(WELCOME, b"") as url, Inspector(url, timeout_sec=1.0) as inspector:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import subprocess
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,9 +15,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.config.contexts import find_broker_target
+from actors.errors import BrokerUnreachable
 from actors.graph.inspector import inspector_for
 from actors.processes import local_broker
-from actors.processes.local_broker import BrokerStartError, LocalBroker, ensure_local_broker
+from actors.processes.local_broker import (
+    BrokerStartError,
+    LocalBroker,
+    ensure_local_broker,
+    keep_local_broker,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -105,6 +113,8 @@ def test_a_broker_that_is_too_slow_is_ended(target: BrokerTarget, started: list[
     assert not started
     with pytest.raises(BrokerStartError, match="has not listened within 0 s"):
         ensure_local_broker(target, start_timeout_sec=0)
+    with pytest.raises(BrokerUnreachable, match="No broker at"), inspector_for(target, DEADLINE_SEC):
+        pass
 
 
 def test_the_log_has_a_limit(
@@ -135,3 +145,36 @@ def test_it_starts_without_a_log(
     started.append(found)
     assert found.log == ""
     assert ", log" not in str(found)
+
+
+def test_it_is_kept_for_the_life_of_a_process(
+    target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The process is one of its clients before it has a node; the broker ends when the process has ended."""
+    assert not started
+    monkeypatch.setattr(local_broker, "IDLE_SEC", 0.5)
+    found = ensure_local_broker(target)
+    assert found is not None
+    program = (
+        "import sys; from actors.config.contexts import find_broker_target;"
+        "from actors.processes.local_broker import keep_local_broker;"
+        "keep_local_broker(find_broker_target(sys.argv[1])); print('kept', flush=True); sys.stdin.read()"
+    )
+    with (
+        inspector_for(target, DEADLINE_SEC) as inspector,
+        subprocess.Popen(
+            [sys.executable, "-c", program, target.url], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        ) as process,
+    ):
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"kept\n"
+        assert inspector.report().totals.connections == 2
+    assert os.waitpid(found.pid, 0) == (found.pid, 0)
+
+
+def test_what_does_not_answer_is_not_kept(target: BrokerTarget) -> None:
+    """Neither where nobody listens nor on other machines."""
+    before = threading.active_count()
+    keep_local_broker(target)
+    keep_local_broker(find_broker_target("callboard://192.0.2.1:7411"))
+    assert threading.active_count() == before
