@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from argparse import REMAINDER, ArgumentParser
+from typing import TYPE_CHECKING
 
-from actors.config.contexts import find_broker_target
-from actors.processes.local_broker import BrokerStartError, ensure_local_broker
-from actors.ros.finder import RealPackageError, install
-from actors.ros.program import NoProgramError, find_program
-from proto.errors import CallboardError
+# Everything else is imported where Ctrl-C ends the command without a traceback.
+# ruff: noqa: PLC0415
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 USAGE_ERROR = 2
 
@@ -28,6 +30,20 @@ def _parser() -> ArgumentParser:
 
 def main() -> None:
     """Run the program of the command line in this process, with a broker if none answers."""
+    try:
+        program = _prepared()
+    except KeyboardInterrupt:
+        raise SystemExit(128 + signal.SIGINT) from None
+    program()
+
+
+def _prepared() -> Callable[[], object]:
+    from actors.processes.local_broker import BrokerStartError
+    from actors.ros.finder import RealPackageError, install
+    from actors.ros.program import find_program
+    from actors.tools.programs import NoProgramError
+    from proto.errors import CallboardError
+
     options = _parser().parse_args()
     try:
         install(force=options.force)
@@ -37,13 +53,18 @@ def main() -> None:
     except (RealPackageError, NoProgramError, CallboardError) as error:
         print(error, file=sys.stderr)  # noqa: T201 - a command
         raise SystemExit(1 if isinstance(error, BrokerStartError) else USAGE_ERROR) from None
-    program()
+    return program
 
 
 def _ensure_broker() -> None:
-    started = ensure_local_broker(find_broker_target())
+    from actors.config.contexts import find_broker_target
+    from actors.processes.local_broker import ensure_local_broker, keep_local_broker
+
+    target = find_broker_target()
+    started = ensure_local_broker(target)
     if started is not None:
         print(started, file=sys.stderr, flush=True)  # noqa: T201 - a command
+    keep_local_broker(target)
 
 
 if __name__ == "__main__":

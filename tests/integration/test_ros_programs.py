@@ -147,7 +147,7 @@ async def test_what_cannot_be_run_is_named(system: System) -> None:
     """A script, a package and a program that do not exist: one line and exit code 2."""
     for args, text in (
         (["none.py"], "No script 'none.py'"),
-        (["none", "talker"], "No installed package 'none'"),
+        (["none", "talker"], "No script and no installed package 'none'"),
         (["callboard", "talker"], "No program 'talker' in package 'callboard'; there is: callboard"),
     ):
         program = await system.python("-m", "actors.ros", *args)

@@ -8,17 +8,12 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import Final, NoReturn
 
 from actors.cli.broker_target import set_environment
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.interrupts import raise_if_signalled
 from actors.cli.parsing import Options, Parser, add_broker_options
-from actors.tools.suggestions import did_you_mean
-
-if TYPE_CHECKING:
-    from actors.tools.executables import Executable
 
 _USAGE: Final = "callboard run SCRIPT.py [ARGS], or callboard run PACKAGE EXECUTABLE [ARGS]"
 
@@ -59,7 +54,6 @@ def run(options: Options) -> int:
     """Become the program. Never returns; raises CommandError if there is no such program."""
     set_environment(options)
     prefix = _prefix(options.prefix)
-    path = Path(options.program)
     if options.ros:
         flags = ["--force"] * options.force + ["--no-broker"] * options.no_broker
         _become(
@@ -68,11 +62,15 @@ def run(options: Options) -> int:
         )
     if options.force or options.no_broker:
         raise CommandError(f"--{'force' if options.force else 'no-broker'} needs --ros", USAGE)
-    if path.is_file() or (path / "__main__.py").is_file():
-        _become(*prefix, sys.executable, "-u", str(path), *options.arguments)
-    if path.suffix == ".py" or os.sep in options.program:
-        raise CommandError(f"No script '{path}'{_similar_file(path)}")
-    code = _named_executable(options.program, options.arguments).command()
+    from actors.tools.programs import NoProgramError, find_executable, find_script
+
+    try:
+        script = find_script(options.program)
+        if script is not None:
+            _become(*prefix, sys.executable, "-u", str(script), *options.arguments)
+        code = find_executable(options.program, options.arguments).command()
+    except NoProgramError as error:
+        raise CommandError(str(error)) from None
     _become(*prefix, sys.executable, "-u", "-P", "-c", code, *options.arguments[1:])
 
 
@@ -90,41 +88,3 @@ def _become(program: str, *arguments: str) -> NoReturn:
         os.execvp(program, [program, *arguments])  # noqa: S606 - no shell is wanted
     except FileNotFoundError:
         raise CommandError(f"No command '{program}'") from None
-
-
-def _similar_file(path: Path) -> str:
-    folder = path.parent
-    files = [str(each) for each in folder.glob("*.py")] if folder.is_dir() else []
-    return did_you_mean(str(path), files)
-
-
-def _named_executable(package: str, arguments: list[str]) -> Executable:
-    from actors.tools.executables import find_package
-
-    found = find_package(package)
-    if found is None:
-        raise CommandError(f"No script and no installed package '{package}'{_remedy(package)}")
-    programs = {each.name: each for each in found.executables()}
-    if not programs:
-        raise CommandError(f"Package '{package}' has no console scripts to run")
-    listed = ", ".join(programs)
-    if not arguments:
-        raise CommandError(f"Which program of '{package}'? There is: {listed}")
-    if arguments[0] not in programs:
-        hint = did_you_mean(arguments[0], programs) or f"; there is: {listed}"
-        raise CommandError(f"No program '{arguments[0]}' in package '{package}'{hint}")
-    return programs[arguments[0]]
-
-
-def _remedy(package: str) -> str:
-    """Return a suggestion, or the missing step."""
-    from actors.tools.executables import normalized, packages
-
-    if Path(f"{package}.py").is_file():
-        return f"; did you mean './{package}.py'?"
-    if (Path(package) / "pyproject.toml").is_file():
-        return f"; install it with: pip install -e {shlex.quote(f'./{package}')}"
-    if Path("pyproject.toml").is_file() and normalized(Path.cwd().name) == normalized(package):
-        return "; install it with: pip install -e ."
-    known = [each.name for each in packages() if each.uses_callboard or each.executables()]
-    return did_you_mean(package, known) or f"; write {_USAGE}"

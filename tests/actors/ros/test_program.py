@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.ros import __main__ as main_module
+from actors.processes import local_broker
 from actors.ros import program
 from actors.ros.__main__ import main
+from actors.tools.executables import Executable
+from actors.tools.programs import NoProgramError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,18 +62,21 @@ def test_a_broker_is_started_unless_it_is_refused(
     """One line on stderr says so; if it cannot be started, the program does not run, and the code is 1."""
     (tmp_path / "script.py").write_text("print('runs')\n")
     asked: list[object] = []
+    kept: list[object] = []
 
     def ensure(target: object) -> str:
         asked.append(target)
         return "Started"
 
     with monkeypatch.context() as patch:
-        patch.setattr(main_module, "ensure_local_broker", ensure)
+        patch.setattr(local_broker, "ensure_local_broker", ensure)
+        patch.setattr(local_broker, "keep_local_broker", kept.append)
         for flags, said in ((["--no-broker"], ""), ([], "Started\n")):
             patch.setattr(sys, "argv", ["ros", *flags, str(tmp_path / "script.py")])
             main()
             assert capsys.readouterr() == ("runs\n", said)
     assert len(asked) == 1
+    assert kept == asked
     monkeypatch.setenv("CALLBOARD_URL", f"callboard+unix://{tmp_path}/none/s")
     monkeypatch.setattr(sys, "argv", ["ros", str(tmp_path / "script.py")])
     with pytest.raises(SystemExit) as ended:
@@ -83,33 +87,54 @@ def test_a_broker_is_started_unless_it_is_refused(
     assert printed.err.startswith("Cannot start a broker at callboard+unix://")
 
 
-class Distribution:
-    """What the tests need of an installed package."""
-
-    name = "py-pubsub"
-
-
-def test_a_console_script_of_a_package_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_executable_of_a_package_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its exit code is the program's; what there is not is named."""
-    script = EntryPoint("talker", "platform:python_version", "console_scripts")
-    vars(script).update(dist=Distribution())
-    monkeypatch.setattr(program, "entry_points", lambda **group: [script])
+    talker = Executable("py-pubsub", "talker", "platform", "python_version", None)
+    monkeypatch.setattr(program, "find_executable", lambda package, arguments: talker)
     with pytest.raises(SystemExit) as ended:
         program.find_program("py_pubsub", ["talker", "x"])()
     assert str(ended.value.code).startswith("3.")
     assert sys.argv == ["talker", "x"]
-    with pytest.raises(
-        program.NoProgramError, match="No program 'none' in package 'py_pubsub'; there is: talker"
-    ):
-        program.find_program("py_pubsub", ["none"])
+
+
+def test_a_package_has_any_spelling() -> None:
+    """As for `callboard run`."""
+    with pytest.raises(NoProgramError, match="No program 'none' in package 'CallBoard'; there is: callboard"):
+        program.find_program("CallBoard", ["none"])
+
+
+def test_a_missing_dependency_is_not_a_missing_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error is that of the import that fails."""
+    (tmp_path / "needs_more").mkdir()
+    (tmp_path / "needs_more" / "__init__.py").write_text("import no_such_dependency\n")
+    (tmp_path / "needs_more" / "talker.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ModuleNotFoundError, match="no_such_dependency"):
+        program.find_program("needs_more.talker", [], module=True)
+
+
+def test_ctrl_c_before_the_program_runs_has_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The exit code is that of SIGINT."""
+
+    def interrupt(**options: bool) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("actors.ros.finder.install", interrupt)
+    monkeypatch.setattr(sys, "argv", ["ros", "script.py"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 130
 
 
 @pytest.mark.parametrize(
     ("args", "text"),
     [
         (["none.py"], "No script 'none.py'"),
-        (["none"], "No script 'none'"),
-        (["no_such_package", "talker"], "No installed package 'no_such_package'"),
+        (["none"], "No script and no installed package 'none'; write SCRIPT.py [ARGS], or"),
+        (["calboard", "talker"], "No script and no installed package 'calboard'; did you mean 'callboard'?"),
+        (["callboard"], "Which program of 'callboard'? There is: callboard"),
         (["-m", "none"], "No module 'none'"),
         (["-m", "none.below"], "No module 'none.below'"),
     ],
