@@ -76,10 +76,13 @@ class RosFinder(MetaPathFinder):
 
     Args:
         force: Find them in any case.
+
+    Attributes:
+        force: The same.
     """
 
     def __init__(self, *, force: bool = False) -> None:
-        self._force = force
+        self.force = force
         self._module_names: dict[str, str | None] = {}
         self._found: dict[str, ModuleSpec] = {}
         """The specs of modules under callboard's names, for the loaders that import them next."""
@@ -116,7 +119,7 @@ class RosFinder(MetaPathFinder):
     def _module_name(self, top: str) -> str | None:
         if top not in _module_names():
             return None
-        if not self._force and is_installed(top):
+        if not self.force and is_installed(top):
             return None
         return _module_names()[top]
 
@@ -173,3 +176,8 @@ def install(*, force: bool = False) -> None:
             " to use callboard's."
         )
     sys.meta_path.insert(0, RosFinder(force=force))
+
+
+def is_forced() -> bool:
+    """Return whether the names of packages that are installed are found in callboard, too, in this process."""
+    return any(isinstance(each, RosFinder) and each.force for each in sys.meta_path)

@@ -6,15 +6,18 @@ import sys
 from typing import Final
 
 from actors.launch.resources.files import Files
+from actors.ros.finder import is_forced
 
 RUNNER: Final = (sys.executable, "-u", "-m", "actors.ros")
 """Runs a SCRIPT, or PACKAGE EXECUTABLE."""
 
 
-def ros_files(*, force: bool = False) -> Files:
+def ros_files(*, force: bool | None = None) -> Files:
     """Return a library that runs Python programs with ROS 2's names.
 
     Args:
-        force: Even if ROS 2's own rclpy is installed.
+        force: Even if ROS 2's own rclpy is installed; None: as it is for this process.
     """
+    if force is None:
+        force = is_forced()
     return Files(runner=(*RUNNER, "--force") if force else RUNNER)

@@ -197,6 +197,18 @@ def test_programs_import_ros_2s_names(tmp_path: Path) -> None:
         assert files.python_program(command) == command
 
 
+def test_the_programs_of_a_program_are_forced_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`--force` holds for what `LaunchService` and launch files start."""
+    script = tmp_path / "talker.py"
+    script.touch()
+    found = [LaunchContext().library.script(str(script))]
+    monkeypatch.setattr(sys, "meta_path", [RosFinder(force=True), *sys.meta_path])
+    found.append(LaunchContext().library.script(str(script)))
+    assert ["--force" in each for each in found] == [False, True]
+
+
 def test_a_context_evaluates_substitutions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without any launch."""
     monkeypatch.setenv("A_VARIABLE", "here")
