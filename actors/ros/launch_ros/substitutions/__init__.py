@@ -11,6 +11,8 @@ from actors.launch import (
     LaunchError,
 )
 from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.documents.errors import DocumentError
+from actors.launch.documents.parsing import yaml_data
 from actors.ros.launch.library import ros_files
 
 if TYPE_CHECKING:
@@ -71,7 +73,16 @@ class Parameter(Substitution):
         """
         name = resolve(self._name, scope)
         if name in scope.parameters:
-            return scope.parameters[name].strip('"')
+            return _plain(scope.parameters[name])
         if self._default is None:
             raise LaunchError(f"No parameter '{name}' has been set for all nodes")
         return resolve(self._default, scope)
+
+
+def _plain(text: str) -> str:
+    """Return the text that YAML means; a number or a truth value as it is written."""
+    try:
+        value = yaml_data(text.encode())
+    except DocumentError:
+        return text
+    return value if isinstance(value, str) else text

@@ -9,6 +9,7 @@ import pytest
 
 from actors.launch.errors import LaunchError
 from actors.launch.planning.plan import make_plan
+from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import ChangeStates, OutputMode, React, Start, Step
 from actors.ros import launch_ros
 from actors.ros.launch import LaunchDescription
@@ -119,6 +120,15 @@ def test_a_parameter_of_all_nodes_is_a_text() -> None:
     here = scope(parameters={"a": '"b"'})
     assert substitutions.Parameter("a").perform(here) == "b"
     assert substitutions.Parameter("c", default="d").perform(here) == "d"
+    set_for_all = scope()
+    for name, value in (
+        ("quoted", 'say "hi"'),
+        ("typed", 1.5),
+        ("yaml", LaunchConfiguration("x", default="[")),
+    ):
+        apply_setting(actions.SetParameter(name, value), set_for_all)
+    found = [substitutions.Parameter(name).perform(set_for_all) for name in ("quoted", "typed", "yaml")]
+    assert found == ['say "hi"', "1.5", "["]
     with pytest.raises(LaunchError, match="No parameter 'c'"):
         substitutions.Parameter("c").perform(here)
 
