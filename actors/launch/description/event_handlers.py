@@ -29,6 +29,9 @@ Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 class EventHandler(Part):
     """Something that may happen, and what to do then.
 
+    A class derived from it has `matcher`, which is called with each event and returns whether it is meant,
+    and `entities`, the reaction.
+
     Attributes:
         handle_once: Whether only the first time.
 

@@ -78,17 +78,10 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
             found = [_of_transition(handler, scope)]
         case OnShutdown():
             found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
-        case OnNodeUp(node=node):
-            if isinstance(node, Launched):
-                awaited = nodes.presence(node)
-            else:
-                awaited = _awaited(PresenceKind.NODE, node, scope)
-            found = [_of_presence(handler.on_up, awaited)]
-        case OnServiceAvailable():
-            service = _awaited(PresenceKind.SERVICE, handler.service, scope)
-            found = [_of_presence(handler.on_available, service)]
-        case OnTopicPublished():
-            found = [_of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, scope))]
+        case OnNodeUp() | OnServiceAvailable() | OnTopicPublished():
+            found = [_of_graph(handler, scope, nodes)]
+        case _ if callable(matcher := getattr(handler, "matcher", None)):
+            found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
         case _:
             raise LaunchError(f"{type(handler).__name__} is no event handler")
     return [Trigger(each.reaction, replace(each.step, once=handler.handle_once)) for each in found]
@@ -168,6 +161,21 @@ def _of_process(
 
     who = "a process" if target is None else _who(target)
     return _trigger(reaction, f"{who} {verb}", matches, **options)
+
+
+def _of_graph(
+    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, scope: Scope, nodes: KnownNodes
+) -> Trigger:
+    match handler:
+        case OnNodeUp(node=node):
+            if isinstance(node, Launched):
+                return _of_presence(handler.on_up, nodes.presence(node))
+            return _of_presence(handler.on_up, _awaited(PresenceKind.NODE, node, scope))
+        case OnServiceAvailable():
+            service = _awaited(PresenceKind.SERVICE, handler.service, scope)
+            return _of_presence(handler.on_available, service)
+        case OnTopicPublished():
+            return _of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, scope))
 
 
 def _of_output(handler: OnProcessIO) -> list[Trigger]:

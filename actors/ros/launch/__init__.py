@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from actors.launch import LaunchFileError
-from actors.launch.description.event_handlers import EventHandler as EventHandler
 from actors.launch.description.substitutions import Substitution as Substitution
 from actors.launch.planning.events import Event as Event
 from actors.ros.launch import (
@@ -31,6 +30,7 @@ from actors.ros.launch.description import (
     SomeEntitiesType as SomeEntitiesType,
     SomeSubstitutionsType as SomeSubstitutionsType,
 )
+from actors.ros.launch.event_handlers import EventHandler as EventHandler
 from actors.ros.launch.service import LaunchService as LaunchService
 
 InvalidLaunchFileError = LaunchFileError

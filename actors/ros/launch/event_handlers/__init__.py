@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import (
@@ -10,10 +11,29 @@ from actors.launch import (
     OnProcessStart as OnProcessStart,
     OnShutdown as OnShutdown,
 )
+from actors.launch.description.event_handlers import EventHandler as CallboardHandler
 from actors.ros.launch.unsupported import unsupported
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.launch.description.event_handlers import Reaction, Target
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventHandler(CallboardHandler):
+    """React to events that a function chooses.
+
+    Attributes:
+        matcher: Called with each event; returns whether it is meant.
+        entities: An action, a list of actions, or a function that is called with the event and the
+            `LaunchContext`.
+        handle_once: Whether to react only the first time.
+    """
+
+    matcher: Callable[..., Any]
+    entities: Reaction = ()
+
 
 OnIncludeLaunchDescription = unsupported("OnIncludeLaunchDescription", "put the actions behind the include")
 

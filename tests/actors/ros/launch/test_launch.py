@@ -15,6 +15,8 @@ from actors.ros.finder import LIBRARIES, RosFinder
 from actors.ros.launch import (
     Action,
     Condition,
+    Event,
+    EventHandler,
     InvalidLaunchFileError,
     LaunchContext,
     LaunchDescription,
@@ -158,6 +160,19 @@ def test_handlers_and_events_have_the_arguments_of_ros_2() -> None:
     assert reacts[2].steps(ShuttingDown("done")) == [LogText(text="done")]
     timer = actions.TimerAction(period=1.0, actions=iter([end]), cancel_on_shutdown=False)
     assert steps(timer)[0].after_sec == 1.0
+
+
+def test_a_handler_chooses_events_by_a_function() -> None:
+    """`EventHandler` itself has a matcher and actions."""
+    log = actions.LogInfo(msg="matched")
+    handler = EventHandler(matcher=lambda event: isinstance(event, ShuttingDown), entities=[log])
+    (react,) = steps(actions.RegisterEventHandler(handler))
+    assert isinstance(react, React)
+    assert [react.matches(each) for each in (ShuttingDown("done"), Event())] == [True, False]
+    assert react.steps(ShuttingDown("done")) == [LogText(text="matched")]
+    nothing, *_ = steps(actions.RegisterEventHandler(EventHandler(matcher=lambda event: True)))
+    assert isinstance(nothing, React)
+    assert nothing.steps(Event()) == []
 
 
 @pytest.mark.parametrize(
