@@ -179,5 +179,5 @@ def install(*, force: bool = False) -> None:
 
 
 def is_forced() -> bool:
-    """Return whether the names of packages that are installed are found in callboard, too, in this process."""
+    """Return whether this process finds even the names of installed packages in callboard."""
     return any(isinstance(each, RosFinder) and each.force for each in sys.meta_path)

@@ -131,6 +131,7 @@ class Node(Launched):
         remappings: Pairs of a name and the one to use instead.
         arguments: Arguments for the program itself.
         ros_arguments: Further arguments after `--ros-args`.
+        shell: Whether `/bin/sh` reads the texts of `arguments`, which are not quoted for it.
         condition: When to carry it out; None: always.
         cwd: The working folder of the process; None: the one of `callboard launch`.
         env: Its whole environment; None: the one that is set at this place of the description.
@@ -166,6 +167,7 @@ class Node(Launched):
     remappings: Iterable[tuple[Text, Text]] = ()
     arguments: Sequence[Text] = ()
     ros_arguments: Sequence[Text] = ()
+    shell: bool | Text = False
 
 
 @dataclass(frozen=True, kw_only=True)

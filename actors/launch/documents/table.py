@@ -172,6 +172,7 @@ _PROGRAM: Final = (
     _key("remap remappings", Pairs("from", "to"), "Names to use instead.", "remappings"),
     _key("args arguments", Texts(split=True), "Arguments for the program.", "arguments"),
     _key("ros_args ros_arguments", Texts(split=True), "More behind --ros-args.", "ros_arguments"),
+    _key("shell", FLAG, "Whether /bin/sh reads the arguments."),
     *_LAUNCHED,
 )
 _ALTERNATIVES: Final = (("package", "executable"), ("script",), ("node",))

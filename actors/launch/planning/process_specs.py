@@ -143,7 +143,8 @@ def _node(action: Node, scope: Scope, library: Library) -> _Program:
     programs = [each for each in (action.executable, action.script, action.node) if each is not None]
     if len(programs) != 1 or (action.package is not None and action.executable is None):
         raise LaunchError("A Node needs package= and executable=, or script=, or node=")
-    arguments = [resolve(each, scope) for each in action.arguments] + ros_arguments(action, scope)
+    own = [resolve(each, scope) for each in action.arguments]
+    arguments = own + ros_arguments(action, scope)
     if action.node is not None:
         return _own(action, action.node, arguments, library)
     if action.script is not None:
@@ -152,19 +153,23 @@ def _node(action: Node, scope: Scope, library: Library) -> _Program:
         sources = library.sources(script=path)
     elif action.package is None:
         path = resolve(cast("Any", action.executable), scope)
-        command = [*library.python_program((path,)), *arguments]
-        return _Program(PurePath(path).name, command, [path, *arguments])
+        name, typed, command, sources = PurePath(path).name, [path], library.python_program((path,)), ()
     else:
         package = resolve(action.package, scope)
         name = resolve(cast("Any", action.executable), scope)
         typed, command = [package, name], library.program(package, name)
         sources = library.sources(package=package)
-    return _Program(name, [*command, *arguments], ["callboard", "run", *typed, *arguments], sources)
+    if action.package is not None or action.script is not None:
+        typed = ["callboard", "run", *typed]
+    if truth(action.shell, scope):
+        line = " ".join((shlex.join(command), *own, shlex.join(arguments[len(own) :])))
+        return _Program(name, ["/bin/sh", "-c", line], [*typed, *arguments], sources)
+    return _Program(name, [*command, *arguments], [*typed, *arguments], sources)
 
 
 def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: Library) -> _Program:
     """Return a node that runs in the launch's process."""
-    for option in ("cwd", "env", "additional_env", "prefix"):
+    for option in ("cwd", "env", "additional_env", "prefix", "shell"):
         if getattr(action, option):
             raise LaunchError(f"A Node with node= runs in the launch's process: {option}= is not for it")
     factory = library.factory(node) if isinstance(node, str) else node

@@ -41,6 +41,16 @@ def test_a_node_is_labelled_by_its_program() -> None:
     assert process(actions.Node(executable="/bin/talker", exec_name="t")).label == "t-1"
 
 
+def test_a_shell_reads_the_arguments_of_a_node() -> None:
+    """Of them alone: the program and what callboard adds are quoted."""
+    found = process(
+        actions.Node(
+            package="p q", executable="e", shell=True, arguments=["$HOME"], parameters=[{"a": "b c"}]
+        )
+    )
+    assert found.command == ("/bin/sh", "-c", """'p q:e' $HOME --ros-args -p 'a:="b c"'""")
+
+
 def test_settings_are_for_all_nodes() -> None:
     """Simulated time, parameters, files of them, names and namespaces."""
     found = process(
