@@ -15,6 +15,7 @@ from actors.ros.ament_index_python.packages import (
 )
 from actors.ros.ament_index_python.resources import (
     get_resource as get_resource,
+    get_resource_path as get_resource_path,
     get_resource_types as get_resource_types,
     get_resources as get_resources,
     has_resource as has_resource,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path  # noqa: TC003 - as in ROS 2, annotations can be read
+
 from actors.tools.prefixes import INDEX, prefixes, resource
 
 
@@ -21,6 +23,18 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
         InvalidResourceTypeNameError: There can be no such type.
         InvalidResourceNameError: There can be no such name.
     """
+    path = get_resource_path(resource_type, resource_name)
+    return path.read_text(encoding="utf-8"), str(path.parents[len(INDEX.parts) + 1])
+
+
+def get_resource_path(resource_type: str, resource_name: str) -> Path:
+    """Return the file of a resource.
+
+    Raises:
+        LookupError: There is none.
+        InvalidResourceTypeNameError: There can be no such type.
+        InvalidResourceNameError: There can be no such name.
+    """
     _check(resource_type, resource_name)
     prefix = resource(resource_type, resource_name)
     if prefix is None:
@@ -28,8 +42,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
             f"No resource '{resource_name}' of type '{resource_type}' in any of: "
             f"{', '.join(map(str, prefixes()))}"
         )
-    path = prefix / INDEX / resource_type / resource_name
-    return path.read_text(encoding="utf-8"), str(prefix)
+    return prefix / INDEX / resource_type / resource_name
 
 
 def get_resources(resource_type: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Texts of substitutions, for functions of launch files."""
+"""Texts of substitutions, and checks of arguments, for launch files and actions of their own."""
 
 from __future__ import annotations
 
@@ -29,3 +29,30 @@ def normalize_to_list_of_substitutions(subs: Text) -> list[Substitution]:
     if isinstance(subs, str | PurePath):
         return [TextSubstitution(str(subs))]
     return [each for piece in subs for each in normalize_to_list_of_substitutions(piece)]
+
+
+def is_a(obj: object, entity_type: type) -> bool:
+    """Return whether an object is of a type."""
+    return isinstance(obj, entity_type)
+
+
+def is_a_subclass(obj: object, entity_type: type) -> bool:
+    """Return whether an object, or the class that it is, is of a type."""
+    return isinstance(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))
+
+
+def ensure_argument_type(
+    argument: object, types: type | Iterable[type], argument_name: str, caller: str | None = None
+) -> None:
+    """Check the type of an argument.
+
+    Raises:
+        TypeError: It is of none of the types.
+    """
+    wanted = (types,) if isinstance(types, type) else tuple(types)
+    if not isinstance(argument, wanted):
+        names = ", ".join(each.__name__ for each in wanted)
+        where = f" of {caller}" if caller else ""
+        raise TypeError(
+            f"'{argument_name}'{where} must be of type {names}, not {type(argument).__name__}: {argument!r}"
+        )

@@ -29,11 +29,17 @@ from actors.launch import (
     UnsetEnvironmentVariable as UnsetEnvironmentVariable,
     UnsetLaunchConfiguration as UnsetLaunchConfiguration,
 )
+from actors.ros.launch.description import Action as RosAction
+from actors.ros.launch.loops import (
+    ForEach as ForEach,
+    ForLoop as ForLoop,
+)
 from actors.ros.launch.unsupported import unsupported
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from actors.launch import LaunchContext
     from actors.launch.description.actions import Action
     from actors.launch.description.conditions import Condition
     from actors.launch.description.substitutions import Text
@@ -107,6 +113,26 @@ class IncludeLaunchDescription(CallboardInclude):
             condition=condition,
             scoped=False,
         )
+
+
+class ReplaceEnvironmentVariables(RosAction):
+    """Give programs these environment variables and no others.
+
+    Args:
+        environment: The variables.
+        given: The options of all actions, such as `condition`.
+    """
+
+    def __init__(self, environment: Mapping[Text, Text] | None = None, **given: Any) -> None:
+        super().__init__(**given)
+        self._environment = environment or {}
+
+    def execute(self, context: LaunchContext) -> list[Action]:
+        """Return the actions that change the environment."""
+        return [
+            *map(UnsetEnvironmentVariable, context.environment),
+            *(SetEnvironmentVariable(name, value) for name, value in self._environment.items()),
+        ]
 
 
 class TimerAction(CallboardTimer):

@@ -30,7 +30,7 @@ from actors.launch import (
     ThisLaunchFile as ThisLaunchFile,
     ThisLaunchFileDir as ThisLaunchFileDir,
 )
-from actors.launch.description.substitutions import Substitution
+from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -77,6 +77,37 @@ class PythonExpression(CallboardExpression):
 
     def __init__(self, expression: Text, python_modules: Iterable[Text] = ()) -> None:
         super().__init__(expression)
+
+
+class StringJoinSubstitution(Substitution):
+    """Texts with another one between them.
+
+    Args:
+        substitutions: The texts.
+        delimiter: What is between them.
+    """
+
+    def __init__(self, substitutions: Iterable[Text], delimiter: Text = "") -> None:
+        self._substitutions, self._delimiter = tuple(substitutions), delimiter
+
+    def perform(self, scope: Scope) -> str:
+        """Return the whole text."""
+        return resolve(self._delimiter, scope).join(resolve(each, scope) for each in self._substitutions)
+
+
+class PathSubstitution(PathJoinSubstitution):
+    """A path, to which `/` adds parts: `PathSubstitution(FindPackageShare("p")) / "launch"`.
+
+    Args:
+        path: The path, or its parts.
+    """
+
+    def __init__(self, path: Text) -> None:
+        super().__init__(path if isinstance(path, list | tuple) else (path,))
+
+    def __truediv__(self, part: Text) -> PathSubstitution:
+        """Return the path of something in it."""
+        return PathSubstitution((*self.substitutions, part))
 
 
 class LaunchLogDir(Substitution):

@@ -39,6 +39,7 @@ def test_packages_have_folders(prefix: Path) -> None:
 def test_resources_are_files_of_the_index(prefix: Path) -> None:
     """Their contents, and where they are."""
     assert index.get_resource("plugins", "one") == ("text of one", str(prefix))
+    assert index.get_resource_path("plugins", "one").read_text() == "text of one"
     assert index.get_resources("plugins") == {"one": str(prefix)}
     assert {"packages", "plugins"} <= index.get_resource_types()
     assert index.has_resource("plugins", "one") == str(prefix)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch import LaunchError
 from actors.launch.planning.events import ShuttingDown
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.steps import LogText, OutputMode, React, Start, Step
@@ -176,12 +177,21 @@ def test_a_handler_chooses_events_by_a_function() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["OpaqueCoroutine", "UnregisterEventHandler"], ids=lambda name: f"actions.{name}"
+    ("module", "name"),
+    [
+        (actions, "OpaqueCoroutine"),
+        (actions, "UnregisterEventHandler"),
+        (events.process, "SignalProcess"),
+        (events.process, "matches_name"),
+        (events.process, "matches_pid"),
+        (events.process, "matches_executable"),
+    ],
+    ids=str,
 )
-def test_what_is_absent_says_so(name: str) -> None:
+def test_what_is_absent_says_so(module: Any, name: str) -> None:
     """With what to do instead, where it is used and not where it is imported."""
     with pytest.raises(Exception, match=f"callboard has no {name}: "):
-        getattr(actions, name)(1, a=2)
+        getattr(module, name)(1, a=2)
 
 
 def test_substitutions_have_the_arguments_of_ros_2() -> None:
@@ -197,6 +207,52 @@ def test_substitutions_have_the_arguments_of_ros_2() -> None:
     assert conditions.evaluate_condition_expression(here, "true")
     assert conditions.IfCondition("1").evaluate(here)
     assert logging.get_logger("launch") is not None
+
+
+def test_paths_and_texts_are_joined() -> None:
+    """By operators, and with a text between them."""
+    here = scope()
+    assert (substitutions.PathSubstitution(["a", "b"]) / "c" / ["d", ".py"]).perform(here) == "a/b/c/d.py"
+    assert substitutions.StringJoinSubstitution(["a", ["b", "c"]], ", ").perform(here) == "a, bc"
+
+
+def test_actions_are_repeated() -> None:
+    """For values in YAML, and for numbers."""
+
+    def greet(name: str, times: int = 1) -> list[Any]:
+        return [actions.LogInfo(msg=name)] * times
+
+    values = actions.SetLaunchConfiguration("values", "{name: a};{times: 2, name: b};")
+    each = actions.ForEach(substitutions.LaunchConfiguration("values"), function=greet)
+    loop = actions.ForLoop("2", function=lambda i: [actions.LogInfo(msg=str(i))], condition=None)
+    found = steps(values, each, loop, actions.ForLoop("1", function=lambda i: None))
+    assert found == [LogText(text=text) for text in ("a", "b", "b", "0", "1")]
+    with pytest.raises(LaunchError, match="ForLoop needs a whole number, not 'x'"):
+        steps(actions.ForLoop("x", function=lambda i: None))
+    for wrong in ("[1]", "{"):
+        with pytest.raises(LaunchError, match="ForEach needs mappings such as"):
+            steps(actions.ForEach(wrong, function=greet))
+
+
+def test_the_environment_is_replaced() -> None:
+    """Programs get the new variables and no others."""
+    (start,) = steps(
+        actions.SetEnvironmentVariable("A", "1"),
+        actions.ReplaceEnvironmentVariables({"B": "2"}),
+        actions.ExecuteProcess(cmd=["ls"]),
+    )
+    assert isinstance(start, Start)
+    assert start.process.environment == {"B": "2"}
+
+
+def test_arguments_are_checked() -> None:
+    """By functions for actions of a program's own."""
+    assert utilities.is_a(1, int)
+    assert utilities.is_a_subclass(bool, int)
+    assert not utilities.is_a_subclass("a", int)
+    utilities.ensure_argument_type("a", [int, str], "name")
+    with pytest.raises(TypeError, match="'name' of Node must be of type str, not int: 1"):
+        utilities.ensure_argument_type(1, str, "name", "Node")
 
 
 def test_programs_import_ros_2s_names(tmp_path: Path) -> None:

@@ -10,6 +10,11 @@ from actors.launch.planning.events import (
 )
 from actors.ros.launch.unsupported import unsupported
 
+_MATCHERS = "give the event handler a target_action, or a matcher that looks at the event"
+
+matches_name = unsupported("matches_name", _MATCHERS)
+matches_pid = unsupported("matches_pid", _MATCHERS)
+matches_executable = unsupported("matches_executable", _MATCHERS)
 RunningProcessEvent = ProcessEvent
 ProcessStdin = unsupported("ProcessStdin", "the stdin of processes is empty")
 ProcessStdout = ProcessIO
