@@ -89,7 +89,12 @@ class RosParametersKind(Kind):
         below = spot.inner(what)
         if typed:
             kind = _type(found["type"], spot.inner("type"))
-            yield name, ParameterValue(_single(found[what], below), value_type=kind)
+            typed_value: Any = ParameterKind().read(found[what], below)
+            listed: Any = list[kind]  # type: ignore[valid-type]  # made at run time
+            yield (
+                name,
+                ParameterValue(typed_value, value_type=listed if isinstance(found[what], list) else kind),
+            )
             return
         if what == "value":
             yield name, ParameterKind().read(found[what], below)
@@ -109,7 +114,7 @@ def definitions() -> dict[str, Schema]:
     value = ParameterKind().schema()
     below = {"type": "array", "items": {"$ref": "#/definitions/parameter"}}
     alone = record_schema({"name": name, "value": value})
-    typed = record_schema({"name": name, "value": SCALAR, "type": {"enum": list(_TYPES)}})
+    typed = record_schema({"name": name, "value": value, "type": {"enum": list(_TYPES)}})
     group = record_schema({"name": name, "param": below})
     return {
         "parameter": {"anyOf": [alone, typed, group]},
