@@ -6,7 +6,8 @@
     </launch>
 
 Attributes are keys. An element within another is an entry of the key that it is named after, such as `param`,
-or else an action: an entry of `children` or `do`. Declarations of document types, with which a small file can
+or else an action: an entry of `children` or `do`. As in ROS 2, what an include sets applies after it, too,
+unless it is `scoped`. Declarations of document types, with which a small file can
 become any size, are errors.
 """
 
@@ -53,8 +54,12 @@ class XmlDocument:
     def __init__(self, source: bytes) -> None:
         self._lines: dict[tuple[str | int, ...], int] = {}
         root = _parse(source)
-        if root.tag != "launch" or not root.attributes.keys() <= _ROOT_ATTRIBUTES:
+        if root.tag != "launch":
             raise DocumentError("a launch file begins with <launch>", Spot(), root.line)
+        for name in root.attributes:
+            if name not in _ROOT_ATTRIBUTES:
+                hint = f"; there is {', '.join(sorted(_ROOT_ATTRIBUTES))}"
+                raise DocumentError(f"<launch> has no attribute '{escape(name)}'{hint}", Spot(), root.line)
         self.data = {"launch": self._elements(root.children, ("launch",))}
 
     def line(self, spot: Spot) -> int | None:
@@ -94,20 +99,25 @@ class XmlDocument:
         """Return an entry of a key, such as `param`, in which there may be others."""
         self._lines[steps] = node.line
         body: dict[str, object] = dict(node.attributes)
-        separator = body.pop("value-sep", None)
-        if node.tag == "param" and "value" in body and "type" not in body:
-            text = node.attributes["value"]
-            parts = text.split(str(separator)) if separator else None
-            body["value"] = [_parameter(each) for each in parts] if parts else _parameter(text)
+        if node.tag == "param" and "value" in body:
+            text, separator = node.attributes["value"], body.pop("value-sep", "")
+            read = str if "type" in body else _parameter
+            body["value"] = [read(each) for each in text.split(str(separator))] if separator else read(text)
         if node.children:
             tag = node.children[0].tag
             body[tag] = [self._record(each, (*steps, tag, at)) for at, each in enumerate(node.children)]
+            for each in node.children:
+                if each.tag != tag:
+                    text = f"<{escape(tag)}> and <{escape(each.tag)}> cannot both be in <{escape(node.tag)}>"
+                    raise DocumentError(text, Spot(steps), each.line)
         return body
 
 
 def _rewrite(node: _Node) -> None:
     """Replace an element that ROS 2 has for what another one can say."""
-    if node.tag == "ros_timer":
+    if node.tag == "include":
+        node.attributes = {"scoped": "false", **node.attributes}  # as in ROS 2
+    elif node.tag == "ros_timer":
         node.tag = "timer"
     elif node.tag == "set_use_sim_time":
         node.tag, node.attributes = "set_parameter", {"name": "use_sim_time", **node.attributes}
@@ -117,7 +127,7 @@ def _rewrite(node: _Node) -> None:
 
 
 def _switch(text: str) -> bool | str:
-    return {"true": True, "false": False}.get(text.strip().lower(), text)
+    return {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower(), text)
 
 
 def _parameter(text: str) -> object:

@@ -358,8 +358,8 @@ ERROR_CASES: list[tuple[str, str]] = [
         "launch[0].node.param[0].type: one of str, int, float, bool should be here",
     ),
     (
-        "node: {script: a, param: [{name: a, value: [1], type: int}]}",
-        "launch[0].node.param[0].value: a text should be here, not a list",
+        "node: {script: a, param: [{name: a, value: {b: 1}, type: int}]}",
+        "launch[0].node.param[0].value: a text should be here, not a mapping",
     ),
     ("node: {script: a, param: [{name: a}]}", "launch[0].node.param[0]: 'value' is missing"),
     (

@@ -37,7 +37,7 @@ PARAMETERS = """<node pkg='p' exec='e'>
     <param name='a' value='1.5'/><param name='b' value='[1, 2]'/>
     <param name='c' value='x: y'/><param name='d' value='$(var x)'/><param from='p.yaml'/>
     <param name='e'><param name='f' value='true'/></param><param name='g' value='1' type='str'/>
-    <param name='h' value='1;2' value-sep=';'/>
+    <param name='h' value='1;2' value-sep=';'/><param name='i' value='1;2' value-sep=';' type='str'/>
 </node>"""
 
 
@@ -84,6 +84,7 @@ def described(text: str) -> tuple[Action, ...]:
                     {"e.f": True},
                     {"g": ParameterValue("1", value_type=str)},
                     {"h": [1, 2]},
+                    {"i": ParameterValue(["1", "2"], value_type=list[str])},
                 ),
             ),
         ),
@@ -97,12 +98,13 @@ def described(text: str) -> tuple[Action, ...]:
         ),
         (
             "<include file='b.launch.py'><arg name='a' value='1'/></include>",
-            IncludeLaunchDescription("b.launch.py", launch_arguments={"a": "1"}),
+            IncludeLaunchDescription("b.launch.py", launch_arguments={"a": "1"}, scoped=False),
         ),
         (
-            "<include file='b'><let name='a' value='1'/></include>",
+            "<include file='b' scoped='true'><let name='a' value='1'/></include>",
             IncludeLaunchDescription("b", launch_arguments={"a": "1"}),
         ),
+        ("<group scoped='0'/>", GroupAction((), scoped=False)),
         ("<executable cmd='ls -l' output='screen'/>", ExecuteProcess(cmd=("ls", "-l"), output="screen")),
         (
             "<timer period='2'><shutdown reason='enough'/></timer>",
@@ -133,12 +135,21 @@ def test_an_element_is_the_action_that_ros_2_has(text: str, action: Action) -> N
         ("<launch>", "line 1: it is not XML: no element found"),
         ("", "it is not XML: no element found"),
         ("<robot/>", "line 1: a launch file begins with <launch>"),
-        ("<launch x='1'/>", "line 1: a launch file begins with <launch>"),
+        ("<launch x='1'/>", "line 1: <launch> has no attribute 'x'; there is deprecated, version"),
         ("<launch>\n<nod/></launch>", "line 2: launch[0].nod: no such element; did you mean 'node'?"),
         ("<launch>\n<log mesage='a'/></launch>", "line 2: launch[0].log.mesage: no such key; did you mean"),
         (
             "<launch>\n<node pkg='p'\nexec='e'>\n<param nam='a'/></node></launch>",
             "line 4: launch[0].node.param[0]",
+        ),
+        (
+            "<launch>\n<node pkg='p' exec='e'><param name='a'>\n<param name='b' value='1'/>\n<x/>"
+            "</param></node></launch>",
+            "line 4: launch[0].node.param[0]: <param> and <x> cannot both be in <param>",
+        ),
+        (
+            "<launch>\n<node pkg='p' exec='e'><param from='a' value-sep=';'/></node></launch>",
+            "line 2: launch[0].node.param[0].value-sep: no such key",
         ),
         ("<launch>\n<node pkg='p' exec='e'><x/></node></launch>", "line 2: launch[0].node.x: no such key"),
         (
