@@ -34,6 +34,13 @@ LIBRARIES: Final = {
     "sensor_msgs_py": "actors.ros.sensor_msgs_py",
 }
 """Top-level names of ROS 2's libraries, and what stands for them."""
+UNSUPPORTED: Final = {
+    "launch_pytest": "actors.testing.launch runs a launch in a test",
+    "launch_testing": "actors.testing.launch runs a launch in a test",
+    "launch_testing_ros": "actors.testing.launch runs a launch in a test",
+    "tf2_ros": "publish and read tf2_msgs.msg.TFMessage on /tf and /tf_static",
+}
+"""Top-level names of libraries that callboard does not have, and what to do instead."""
 INTERFACES: Final = "actors.interfaces"
 
 
@@ -94,11 +101,16 @@ class RosFinder(MetaPathFinder):
 
         Returns:
             None if the name is neither, or is installed.
+
+        Raises:
+            ModuleNotFoundError: callboard does not have this library of ROS 2; the text says what to do.
         """
         del target
         if fullname in self._found:
             return self._found.pop(fullname)
         top, dot, rest = fullname.partition(".")
+        if top in UNSUPPORTED and not is_installed(top):
+            raise ModuleNotFoundError(f"callboard has no {top}: {UNSUPPORTED[top]}", name=top)
         if top not in self._module_names:
             self._module_names[top] = self._module_name(top)
         found = self._module_names[top]

@@ -84,6 +84,18 @@ print(sum(type(each).__name__ == "RosFinder" for each in sys.meta_path))"""
     assert python(code).splitlines() == ["no_such_msgs", "rclpy.no_such_module", "1"]
 
 
+@pytest.mark.parametrize("name", sorted(finder.UNSUPPORTED))
+def test_a_library_that_is_absent_says_so(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """With what to do instead, unless it is installed."""
+    found = finder.RosFinder()
+    with pytest.raises(ModuleNotFoundError, match=f"callboard has no {name}: ") as caught:
+        found.find_spec(name, None)
+    assert caught.value.name == name
+    (tmp_path / f"{name}.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert found.find_spec(name, None) is None
+
+
 def test_modules_are_attributes_of_rclpy() -> None:
     """`import rclpy` is enough for `rclpy.logging`; what there is not has rclpy's name in its error."""
     code = """install()

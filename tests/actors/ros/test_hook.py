@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import sys
 from pathlib import Path
 
@@ -32,6 +34,12 @@ def test_each_name_that_callboard_has_is_found(name: str) -> None:
     assert found is not None
     assert isinstance(found.loader, finder.AliasLoader)
     assert isinstance(sys.meta_path[0], finder.RosFinder)
+
+
+def test_it_waits_for_no_other_libraries() -> None:
+    """Each library that the file names is one that callboard has."""
+    (names,) = re.findall(r"name in (\{[^}]*\})", (FOLDER / "callboard_ros.pth").read_text())
+    assert ast.literal_eval(names) == set(finder.LIBRARIES)
 
 
 @pytest.mark.parametrize(("name", "path"), [("asyncio", None), ("package.rclpy", ["/"])])

@@ -143,8 +143,7 @@ def test_an_element_is_the_action_that_ros_2_has(text: str, action: Action) -> N
             "line 4: launch[0].node.param[0]",
         ),
         (
-            "<launch>\n<node pkg='p' exec='e'><param name='a'>\n<param name='b' value='1'/>\n<x/>"
-            "</param></node></launch>",
+            "<launch>\n<node pkg='p' exec='e'><param name='a'>\n<param/>\n<x/></param></node></launch>",
             "line 4: launch[0].node.param[0]: <param> and <x> cannot both be in <param>",
         ),
         (
