@@ -56,26 +56,34 @@ async def test_arguments_are_ros_arguments(system: System) -> None:
     assert "/news" in shown.output
 
 
-PACKAGE = """
-from setuptools import setup
+CHILDREN = """
+import multiprocessing
+import subprocess
+import sys
 
-setup(
-    name="course", version="0.0.0", py_modules=["talker", "listener"],
-    entry_points={"console_scripts": ["talker = talker:main", "listener = listener:main"]},
-)
+import rclpy.constants
+
+
+def seconds(count):
+    return count * rclpy.constants.S_TO_NS
+
+
+if __name__ == "__main__":
+    for method in ("spawn", "forkserver"):
+        with multiprocessing.get_context(method).Pool(1) as pool:
+            print(method, pool.apply(seconds, (2,)), flush=True)
+    code = "import rclpy.constants; print('child', rclpy.constants.S_TO_NS)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 """
 
 
 @builds_packages
 async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path) -> None:
-    """With packaging/callboard-ros in the environment: a script, console scripts, and pytest's process."""
+    """With packaging/callboard-ros: the course's package and its launch file, child processes, and pytest."""
     environment = Environment(tmp_path / "environment")
     hook, package = tmp_path / "hook", tmp_path / "package"
     shutil.copytree(ROOT / "packaging" / "callboard-ros", hook)  # building writes there
-    package.mkdir()
-    (package / "setup.py").write_text(PACKAGE)
-    for module, name in (("talker", "minimal_publisher"), ("listener", "minimal_subscriber")):
-        shutil.copy(PROGRAMS / f"{name}.py", package / f"{module}.py")
+    shutil.copytree(PROGRAMS, package)
 
     async def run(program: str, *args: str) -> Program:
         command = str(environment.programs / program)
@@ -85,31 +93,31 @@ async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path
         installed = await run("pip", "install", str(folder))
         assert await installed.wait_for_exit() == 0, installed.output
     await system.broker()
-    programs = [
-        await run("talker"),
-        await run("listener"),
-        await run("python", str(PROGRAMS / "publishing_subscriber.py")),
-    ]
-    await programs[0].wait_for_line('Publishing: "Hi Automatic Addison: 1"')
-    await programs[1].wait_for_line('I heard: "Hi Automatic Addison: ')
-    await programs[2].wait_for_line("I heard Hi Automatic Addison: ")
-    for program in programs:
+    names = ("minimal_publisher", "minimal_subscriber", "publishing_subscriber", "add_two_ints_server")
+    programs = {name: await run("callboard", "run", "course_package", name) for name in names}
+    await programs["minimal_publisher"].wait_for_line('Publishing: "Hi Automatic Addison: 1"')
+    await programs["minimal_subscriber"].wait_for_line('I heard: "Hi Automatic Addison: ')
+    await programs["publishing_subscriber"].wait_for_line("I heard Hi Automatic Addison: ")
+    client = await run("callboard", "run", "course_package", "add_two_ints_client", "5", "3")
+    assert await client.wait_for_exit() == 0, client.output
+    assert "5 + 3 = 8" in client.output
+    for program in programs.values():
         program.send_signal(signal.SIGINT)
         assert await program.wait_for_exit() == 0, program.output
+    launch = await run("callboard", "launch", "course_package", "course_launch.py")
+    await launch.wait_for_line("[ns1.minimal_publisher]: Publishing")
+    launch.send_signal(signal.SIGINT)
+    assert await launch.wait_for_exit() == 0, launch.output
+    (tmp_path / "children.py").write_text(CHILDREN)
+    children = await run("python", str(tmp_path / "children.py"))
+    assert await children.wait_for_exit() == 0, children.output
+    for each in ("spawn 2000000000", "forkserver 2000000000", "child 1000000000"):
+        assert each in children.output
     (tmp_path / "test_names.py").write_text(
         "def test_name():\n    from rclpy.node import Node\n    assert Node\n"
     )
-    tested = await run(
-        "python",
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:randomly",
-        "-p",
-        "no:cacheprovider",
-        str(tmp_path / "test_names.py"),
-    )
+    options = ("-q", "-p", "no:randomly", "-p", "no:cacheprovider")
+    tested = await run("python", "-m", "pytest", *options, str(tmp_path / "test_names.py"))
     assert await tested.wait_for_exit() == 0, tested.output
 
 

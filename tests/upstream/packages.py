@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 BUILD_TIMEOUT_SEC = 600
+GIT_TIMEOUT_SEC = 60
 
 
 class Packages:
@@ -77,4 +78,5 @@ class Packages:
 
 def _commit(folder: Path) -> str:
     command = ["git", "-C", str(folder), "rev-parse", "--short=12", "HEAD"]
-    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip() or "?"
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=GIT_TIMEOUT_SEC)
+    return done.stdout.strip() or "?"

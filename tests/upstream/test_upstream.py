@@ -16,6 +16,7 @@ from tests.upstream.runner import Verdict, worst
 if TYPE_CHECKING:
     from pathlib import Path
 
+DEADLINE_SEC = 100
 PACKAGE = "examples_rclpy_guard_conditions"
 SETUP = f"""
 from setuptools import setup
@@ -53,7 +54,12 @@ def test_a_program_is_compared_with_the_table(more: str, verdict: str, tmp_path:
     (inside / "program.py").write_text(PROGRAM + more + "\n")
     command = [sys.executable, "-m", "tests.upstream", str(tmp_path / "checkouts"), "--only", PACKAGE]
     done = subprocess.run(
-        [*command, "--json", str(tmp_path / "json")], cwd=ROOT, capture_output=True, text=True, check=False
+        [*command, "--json", str(tmp_path / "json")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=DEADLINE_SEC,
     )
     assert done.returncode == (verdict != "same"), done.stderr
     assert done.stdout.startswith(f"{verdict:8} {PACKAGE} trigger_guard_condition")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
+DEADLINE_SEC = 100
 PROGRAM = """
 import rclpy
 from example_interfaces.action import Fibonacci
@@ -54,6 +55,7 @@ def test_a_type_checker_knows_the_names(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
+        timeout=DEADLINE_SEC,
     )
     found = json.loads(done.stdout)
     errors = [
