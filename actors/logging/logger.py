@@ -17,7 +17,7 @@ import sys
 import time
 from enum import IntEnum
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypedDict, Unpack
 
 from actors.logging.sinks import sinks_of
 
@@ -70,6 +70,19 @@ def node_logger_name(full_name: str) -> str:
     return full_name.strip("/").replace("/", ".")
 
 
+class _Time(Protocol):
+    @property
+    def nanoseconds(self) -> int: ...
+
+
+class ThrottleClock(Protocol):
+    """A clock that throttles log calls, such as a node's."""
+
+    def now(self) -> _Time:
+        """Return the current time."""
+        ...
+
+
 class LogOptions(TypedDict, total=False):
     """Options of a log call. Filters belong to the calling line of code."""
 
@@ -78,7 +91,9 @@ class LogOptions(TypedDict, total=False):
     skip_first: bool
     """Log all calls but the first."""
     throttle_duration_sec: float
-    """Log at most once per this many seconds, by the monotonic clock."""
+    """Log at most once per this many seconds."""
+    throttle_time_source_type: ThrottleClock
+    """The clock for that; without it the monotonic one."""
     exc_info: BaseException | None
     """Add this exception's traceback."""
 
@@ -93,10 +108,11 @@ _KNOWN_OPTIONS: Final = LogOptions.__annotations__.keys()
 class _Site:
     """State of the filters of one line of code."""
 
-    __slots__ = ("_done", "_last_sec", "_once", "_skip_first", "_skipped", "_throttle_sec", "level")
+    __slots__ = ("_done", "_last_sec", "_once", "_skip_first", "_skipped", "_throttle_sec", "clock", "level")
 
     def __init__(self, level: int, options: LogOptions) -> None:
         self.level = level
+        self.clock = options.get("throttle_time_source_type")
         self._throttle_sec = options.get("throttle_duration_sec", 0.0)
         self._skip_first = options.get("skip_first", False)
         self._once = options.get("once", False)
@@ -105,7 +121,7 @@ class _Site:
         self._done = False
 
     def settings(self) -> tuple[object, ...]:
-        return self.level, self._throttle_sec, self._skip_first, self._once
+        return self.level, self._throttle_sec, self._skip_first, self._once, self.clock
 
     def passes(self, now_sec: float) -> bool:
         """Apply the filters in rclpy's order; earlier ones count messages that a later one stops."""
@@ -329,7 +345,8 @@ class Logger:
             del self._sites[next(iter(self._sites))]
         if site.settings() != wanted.settings():
             raise ValueError("The severity and the filters of a log call cannot be changed between calls.")
-        return site.passes(self._monotonic())
+        clock = site.clock
+        return site.passes(self._monotonic() if clock is None else clock.now().nanoseconds / 1e9)
 
 
 def _skip(options: LogOptions) -> bool:

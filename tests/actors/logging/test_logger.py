@@ -16,6 +16,7 @@ from actors.logging.logger import (
     node_logger_name,
     severity_from_name,
 )
+from actors.time.types import Time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -131,6 +132,20 @@ def test_throttle(name: str, skip_first: bool, expected: list[bool]) -> None:
     times = iter([0.0, 0.4, 0.8, 1.2, 1.6])
     logger = Logger(name, monotonic=lambda: next(times))
     assert five(lambda: logger.info("x", throttle_duration_sec=1.0, skip_first=skip_first)) == expected
+
+
+def test_throttle_by_a_clock(name: str) -> None:
+    """A clock in the call is the one that throttles."""
+    times = iter([0.0, 0.4, 0.8, 1.2, 1.6])
+
+    class Simulated:
+        def now(self) -> Time:
+            return Time(seconds=next(times))
+
+    clock = Simulated()
+    logger = Logger(name, monotonic=lambda: 0.0)
+    logged = five(lambda: logger.info("x", throttle_duration_sec=1.0, throttle_time_source_type=clock))
+    assert logged == [True, False, False, True, False]
 
 
 def test_filters_belong_to_a_line(name: str) -> None:

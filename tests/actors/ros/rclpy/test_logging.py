@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.ros.rclpy import logging
+from actors.ros.rclpy.clock import Clock
 from actors.ros.rclpy.logging import LoggingSeverity
 
 if TYPE_CHECKING:
@@ -43,3 +44,12 @@ def test_severities_have_names() -> None:
     assert logging.get_logging_severity_from_string("warn") is LoggingSeverity.WARN
     with pytest.raises(ValueError, match="not a log level"):
         logging.get_logging_severity_from_string("loud")
+
+
+def test_a_clock_throttles() -> None:
+    """A log call takes the clock that throttles it, such as a node's."""
+    logger, clock = logging.get_logger("throttled"), Clock()
+    logged = [
+        logger.error("x", throttle_duration_sec=1000.0, throttle_time_source_type=clock) for _ in range(2)
+    ]
+    assert logged == [True, False]
