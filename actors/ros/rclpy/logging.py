@@ -48,5 +48,12 @@ def get_logger_effective_level(name: str) -> LoggingSeverity:
 
 
 def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
-    """Return the level of a name such as "INFO"."""
-    return severity_from_name(log_severity)
+    """Return the level of a name such as "INFO".
+
+    Raises:
+        RuntimeError: There is no such level.
+    """
+    try:
+        return severity_from_name(log_severity)
+    except ValueError as error:
+        raise RuntimeError(str(error)) from None

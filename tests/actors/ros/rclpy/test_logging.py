@@ -42,7 +42,7 @@ def test_levels_are_own_or_inherited() -> None:
 def test_severities_have_names() -> None:
     """A severity is found by its name in any case."""
     assert logging.get_logging_severity_from_string("warn") is LoggingSeverity.WARN
-    with pytest.raises(ValueError, match="not a log level"):
+    with pytest.raises(RuntimeError, match="not a log level"):
         logging.get_logging_severity_from_string("loud")
 
 
