@@ -146,20 +146,15 @@ class Logger:
     change between calls: one line has one state.
 
     Args:
-        name: Its name, with dots between the levels, not empty.
+        name: Its name, with dots between the levels; "" for the logger above all others.
         monotonic: Source of seconds for throttling.
-
-    Raises:
-        ValueError: The name is empty.
     """
 
     __slots__ = ("_logger", "_monotonic", "_sites", "name")
 
-    def __init__(self, name: str, *, monotonic: Callable[[], float] = time.monotonic) -> None:
-        if not name:
-            raise ValueError("Logger name must not be empty.")
+    def __init__(self, name: str = "", *, monotonic: Callable[[], float] = time.monotonic) -> None:
         self.name = name
-        self._logger = logging.getLogger(_PREFIX + name)
+        self._logger = logging.getLogger(_PREFIX + name if name else ROOT_NAME)
         self._monotonic = monotonic
         self._sites: dict[tuple[CodeType, int], _Site] = {}
 
@@ -182,7 +177,7 @@ class Logger:
         """
         if not name:
             raise ValueError("Child logger name must not be empty.")
-        return get_logger(f"{self.name}.{name}")
+        return get_logger(f"{self.name}.{name}" if self.name else name)
 
     def set_level(self, level: LoggingSeverity | int) -> None:
         """Set the least severity that is logged.
@@ -367,4 +362,6 @@ def get_logger(name: str) -> Logger:
     Raises:
         ValueError: The name is empty.
     """
+    if not name:
+        raise ValueError("Logger name must not be empty.")
     return Logger(name)

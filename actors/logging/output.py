@@ -119,7 +119,7 @@ def configure_logging(
 
 
 def _is_fatal_or_foreign(record: logging.LogRecord) -> bool:
-    return record.levelno >= logging.CRITICAL or not record.name.startswith(ROOT_NAME + ".")
+    return record.levelno >= logging.CRITICAL or not f"{record.name}.".startswith(ROOT_NAME + ".")
 
 
 def _wants_color(stream: TextIO) -> bool:

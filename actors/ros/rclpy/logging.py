@@ -13,6 +13,9 @@ from actors.logging.logger import get_logger as get_logger
 
 RcutilsLogger: TypeAlias = Logger
 
+_root_logger = RcutilsLogger()
+"""The logger above all others. Programs use it in spite of its name."""
+
 
 def initialize() -> None:
     """Do nothing: callboard's logging needs no preparation."""
@@ -31,20 +34,20 @@ def clear_config() -> None:
 
 
 def set_logger_level(name: str, level: LoggingSeverity | int, detailed_error: bool = False) -> None:
-    """Set the lowest level at which a logger logs."""
+    """Set the lowest level at which a logger logs; "" is the one above all others."""
     del detailed_error
-    get_logger(name).set_level(LoggingSeverity(level))
+    RcutilsLogger(name).set_level(level)
 
 
 def get_logger_level(name: str) -> LoggingSeverity:
     """Return the level that a logger has itself; UNSET if it has none."""
-    level = standard.getLogger(f"{ROOT_NAME}.{name}").level
+    level = standard.getLogger(f"{ROOT_NAME}.{name}" if name else ROOT_NAME).level
     return next((each for each in LoggingSeverity if each >= level), LoggingSeverity.FATAL)
 
 
 def get_logger_effective_level(name: str) -> LoggingSeverity:
     """Return the level of a logger, or of the nearest above it that has one."""
-    return get_logger(name).get_effective_level()
+    return RcutilsLogger(name).get_effective_level()
 
 
 def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.logger import Logger, LoggingSeverity, get_logger
 from actors.logging.output import RosFormatter, configure_logging
 
 if TYPE_CHECKING:
@@ -197,6 +197,7 @@ def test_only_fatal_records_are_printed(capsys: pytest.CaptureFixture[str]) -> N
         configure_logging(only_fatal=True)
         logger = get_logger("test_only_fatal")
         assert logger.info("hidden")
+        assert Logger().info("hidden")
         logger.fatal("shown")
         logging.getLogger("test_other_library").warning("theirs")
         configure_logging()

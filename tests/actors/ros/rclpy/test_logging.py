@@ -39,6 +39,17 @@ def test_levels_are_own_or_inherited() -> None:
     assert logging.get_logger_effective_level("arm.joint") is LoggingSeverity.INFO
 
 
+def test_the_root_logger_is_above_all_others() -> None:
+    """Its level is that of "", others inherit it, and programs log with it before they have a node."""
+    root = vars(logging)["_root_logger"]
+    logging.set_logger_level("", LoggingSeverity.ERROR)
+    assert logging.get_logger_level("") is logging.get_logger_effective_level("") is LoggingSeverity.ERROR
+    assert logging.get_logger_effective_level("arm") is root.get_effective_level() is LoggingSeverity.ERROR
+    assert root.get_child("arm") is logging.get_logger("arm")
+    assert not root.info("starting")
+    assert root.error("no map")
+
+
 def test_severities_have_names() -> None:
     """A severity is found by its name in any case."""
     assert logging.get_logging_severity_from_string("warn") is LoggingSeverity.WARN
