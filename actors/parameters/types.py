@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from dataclasses import fields as dataclass_fields
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.yaml_reader import YamlError, load_yaml
 
@@ -361,7 +361,7 @@ def parameter_value_to_python(value: rcl_interfaces.ParameterValue) -> Parameter
     """Return the Python value of ROS 2's message: lists for arrays, bytes for an array of bytes.
 
     Args:
-        value: The message.
+        value: The message. Its array of bytes may be a list of single bytes, as in rclpy.
 
     Raises:
         ValueError: There is no such type.
@@ -369,12 +369,10 @@ def parameter_value_to_python(value: rcl_interfaces.ParameterValue) -> Parameter
     kind = ParameterType(value.type)
     if kind is ParameterType.NOT_SET:
         return None
-    found: object = getattr(value, f"{kind.name.lower()}_value")
+    found: Any = getattr(value, f"{kind.name.lower()}_value")
     if kind is ParameterType.BYTE_ARRAY:
-        return bytes(cast("bytes", found))
-    if kind in _ARRAYS:
-        return [*cast("Sequence[int]", found)]
-    return cast("ParameterValue", found)
+        return b"".join(cast("list[bytes]", found)) if isinstance(found, list) else bytes(found)
+    return [*found] if kind in _ARRAYS else cast("ParameterValue", found)
 
 
 def parameter_value_from_string(text: str) -> ParameterValue:

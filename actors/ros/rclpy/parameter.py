@@ -31,7 +31,7 @@ def get_parameter_value(string_value: str) -> ParameterValue:
 
 
 def parameter_value_to_python(parameter_value: ParameterValue) -> Any:
-    """Return the value of a message; None if it has none.
+    """Return the value of a message, a list of single bytes for an array of bytes; None if it has none.
 
     Raises:
         RuntimeError: There is no such type.
@@ -40,7 +40,7 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Any:
         value = native.parameter_value_to_python(parameter_value)
     except ValueError as error:
         raise RuntimeError(str(error)) from None
-    return value
+    return [bytes((each,)) for each in value] if isinstance(value, bytes) else value
 
 
 def parameter_dict_from_yaml_file(

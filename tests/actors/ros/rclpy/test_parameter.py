@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from actors.interfaces.rcl_interfaces.msg import ParameterValue
+from actors.parameters.types import ParameterType
 from actors.ros.rclpy.parameter import (
     Parameter,
     get_parameter_value,
@@ -35,6 +37,16 @@ def test_texts_become_values() -> None:
     ]  # fmt: skip
     with pytest.raises(RuntimeError, match="42"):
         parameter_value_to_python(ParameterValue(type=42))
+
+
+def test_arrays_of_bytes_are_lists_of_single_bytes() -> None:
+    """Received messages have such lists; parameters and values are made of them."""
+    value = ParameterValue(type=ParameterType.BYTE_ARRAY)
+    unchecked: Any = value
+    unchecked.byte_array_value = [b"a", b"b"]
+    assert parameter_value_to_python(value) == [b"a", b"b"]
+    assert Parameter.from_parameter_msg(ParameterMessage(name="p", value=value)).value == b"ab"
+    assert parameter_value_to_python(Parameter("p", value=b"ab").get_parameter_value()) == [b"a", b"b"]
 
 
 def test_files_become_messages(tmp_path: Path) -> None:
