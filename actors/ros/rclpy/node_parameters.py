@@ -8,11 +8,18 @@ from __future__ import annotations
 
 import dataclasses
 import operator
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.rcl_interfaces.msg import ListParametersResult, SetParametersResult
 from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor as DescriptorMessage
-from actors.parameters.types import Parameter, ParameterDescriptor, ParameterType
+from actors.interfaces.rcl_interfaces.msg import ParameterValue as ValueMessage
+from actors.parameters.types import (
+    Parameter,
+    ParameterDescriptor,
+    ParameterType,
+    parameter_value_to_python,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -44,11 +51,14 @@ class NodeParameters:
 
         Returns:
             The parameter.
+
+        Raises:
+            ValueError: There is a descriptor, which does not have `dynamic_typing`, but neither a default nor
+                a type; or it has `dynamic_typing`, and there is a type.
         """
-        with self._callboard.parameters_lock:
-            return self._callboard.store.declare(
-                name, value, _descriptor(descriptor), ignore_override=ignore_override
-            )
+        only_name = value is None and descriptor is None
+        given = (name,) if only_name else (name, value, descriptor or DescriptorMessage())
+        return self.declare_parameters("", [given], ignore_override)[0]
 
     def declare_parameters(
         self,
@@ -57,16 +67,7 @@ class NodeParameters:
         ignore_override: bool = False,
     ) -> list[Parameter]:
         """Declare several parameters: tuples of a name, a default and a descriptor."""
-        wanted: list[Any] = []
-        for index, each in enumerate(parameters):
-            if not 1 <= len(each) <= 3:
-                raise TypeError(
-                    f"Invalid parameter tuple length at index {index} in parameters list: {each};"
-                    " expecting length between 1 and 3"
-                )
-            if not isinstance(each[0], str):
-                raise TypeError(f"First element {each[0]} at index {index} in parameters list is not a str.")
-            wanted.append((*each[:2], *map(_descriptor, each[2:])))
+        wanted = [_declaration(index, each) for index, each in enumerate(parameters)]
         with self._callboard.parameters_lock:
             return self._callboard.store.declare_many(namespace, wanted, ignore_override=ignore_override)
 
@@ -171,6 +172,36 @@ class NodeParameters:
     def remove_post_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Remove a function that `add_post_set_parameters_callback` has added; ValueError if it has not."""
         self._callboard.store.callbacks.post_set.remove(callback)
+
+
+def _declaration(index: int, given: tuple[Any, ...]) -> Any:
+    """Return the store's arguments for a tuple of `declare_parameters`; raise as rclpy does."""
+    if not 1 <= len(given) <= 3:
+        raise TypeError(
+            f"Invalid parameter tuple length at index {index} in parameters list: {given};"
+            " expecting length between 1 and 3"
+        )
+    name, value, descriptor = (*given, None, None)[:3]
+    if not isinstance(name, str):
+        raise TypeError(f"First element {name} at index {index} in parameters list is not a str.")
+    if descriptor is None:
+        descriptor = DescriptorMessage()
+    elif not isinstance(descriptor, DescriptorMessage):
+        raise TypeError(f"{descriptor!r} at index {index} in parameters list is no ParameterDescriptor")
+    if len(given) == 1:
+        warnings.warn(
+            f"Parameter '{name}' is declared by its name alone: give it a default, a Parameter.Type, or a"
+            " descriptor with dynamic_typing=True",
+            stacklevel=4,
+        )
+        return (name,)
+    if isinstance(value, ValueMessage):
+        value = parameter_value_to_python(value)
+    if isinstance(value, ParameterType) and descriptor.dynamic_typing:
+        raise ValueError(f"Parameter '{name}' has a type, and a descriptor with dynamic_typing=True")
+    if value is None and not descriptor.dynamic_typing:
+        raise ValueError(f"Parameter '{name}' needs a default, a Parameter.Type, or dynamic_typing=True")
+    return name, value, _descriptor(descriptor)
 
 
 def _descriptor(message: DescriptorMessage | None) -> ParameterDescriptor | None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from actors.interfaces.rcl_interfaces.msg import ParameterValue
+from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterValue
 from actors.parameters.types import ParameterType
+from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.parameter import (
     Parameter,
     get_parameter_value,
@@ -18,6 +19,8 @@ from actors.ros.rclpy.parameter import (
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from actors.ros.rclpy.context import Context
 
 FILE = """
 /**:
@@ -80,3 +83,25 @@ def test_unusable_files_are_named(tmp_path: Path) -> None:
     file.write_text("/**:\n  ros__parameters: {speed: 1}")
     with pytest.raises(RuntimeError, match="none of the wanted"):
         parameter_dict_from_yaml_file(str(file))
+
+
+def test_a_declared_parameter_has_a_type(context: Context) -> None:
+    """A name alone is a warning, a wrong descriptor an error; messages are defaults, too."""
+    node = Node("node", context=context)
+    with pytest.warns(UserWarning, match="'old' is declared by its name alone"):
+        assert node.declare_parameter("old").value is None
+    dynamic = ParameterDescriptor(dynamic_typing=True)
+    assert node.declare_parameter("any", descriptor=dynamic).value is None
+    assert node.declare_parameter("message", Parameter("", value=5).get_parameter_value()).value == 5
+    assert node.declare_parameter("empty", ParameterValue(), dynamic).value is None
+    for name, *rest in (
+        ("none", None),
+        ("none", ParameterValue()),
+        ("none", None, ParameterDescriptor(type=ParameterType.STRING)),
+        ("both", ParameterType.DOUBLE, dynamic),
+    ):
+        with pytest.raises(ValueError, match=f"Parameter '{name}'"):
+            node.declare_parameters("", [(name, *rest)])
+    with pytest.raises(TypeError, match="no ParameterDescriptor"):
+        node.declare_parameters("", [("wrong", 1, ParameterValue())])
+    assert not any(node.has_parameter(each) for each in ("none", "both", "wrong"))
