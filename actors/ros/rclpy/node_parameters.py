@@ -66,10 +66,18 @@ class NodeParameters:
         parameters: Sequence[tuple[Any, ...]],
         ignore_override: bool = False,
     ) -> list[Parameter]:
-        """Declare several parameters: tuples of a name, a default and a descriptor."""
+        """Declare several parameters: tuples of a name, a default and a descriptor.
+
+        Of several tuples with one name the last one counts.
+        """
         wanted = [_declaration(index, each) for index, each in enumerate(parameters)]
+        by_name = {each[0]: each for each in wanted}
         with self._callboard.parameters_lock:
-            return self._callboard.store.declare_many(namespace, wanted, ignore_override=ignore_override)
+            made = self._callboard.store.declare_many(
+                namespace, by_name.values(), ignore_override=ignore_override
+            )
+        declared = dict(zip(by_name, made, strict=True))
+        return [declared[each[0]] for each in wanted]
 
     def undeclare_parameter(self, name: str) -> None:
         """Remove a parameter."""

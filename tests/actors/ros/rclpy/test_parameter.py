@@ -9,6 +9,7 @@ import pytest
 from actors.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterValue
 from actors.parameters.types import ParameterType
+from actors.ros.rclpy.exceptions import ParameterAlreadyDeclaredException
 from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.parameter import (
     Parameter,
@@ -105,3 +106,12 @@ def test_a_declared_parameter_has_a_type(context: Context) -> None:
     with pytest.raises(TypeError, match="no ParameterDescriptor"):
         node.declare_parameters("", [("wrong", 1, ParameterValue())])
     assert not any(node.has_parameter(each) for each in ("none", "both", "wrong"))
+
+
+def test_of_several_declarations_of_a_name_the_last_counts(context: Context) -> None:
+    """In one call; a second call is an error."""
+    node = Node("node", context=context)
+    declared = node.declare_parameters("", [("a", 1), ("b", 2), ("a", 3)])
+    assert [(each.name, each.value) for each in declared] == [("a", 3), ("b", 2), ("a", 3)]
+    with pytest.raises(ParameterAlreadyDeclaredException):
+        node.declare_parameters("", [("a", 1)])
