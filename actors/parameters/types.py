@@ -194,7 +194,8 @@ class Parameter:
             return NotImplemented
         return (self._name, self._type, self._value) == (other._name, other._type, other._value)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return hash((self._name, self._type))  # a value may be a list
 
     def __repr__(self) -> str:
         return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"

@@ -115,3 +115,9 @@ def test_of_several_declarations_of_a_name_the_last_counts(context: Context) -> 
     assert [(each.name, each.value) for each in declared] == [("a", 3), ("b", 2), ("a", 3)]
     with pytest.raises(ParameterAlreadyDeclaredException):
         node.declare_parameters("", [("a", 1)])
+
+
+def test_parameters_are_members_of_sets() -> None:
+    """Also those with lists; equal ones are one member."""
+    lists = Parameter("a", value=[1]), Parameter("a", value=[1]), Parameter("a", value=[2])
+    assert {*lists} == {lists[0], lists[2]}
