@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import logging as standard
+from pathlib import Path
 
+from actors.config.environment import foreign_variables
 from actors.logging.logger import ROOT_NAME, severity_from_name
 from actors.logging.logger import Logger
 from actors.logging.logger import LoggingSeverity as LoggingSeverity
@@ -60,3 +62,13 @@ def get_logging_severity_from_string(log_severity: str) -> LoggingSeverity:
         return severity_from_name(log_severity)
     except ValueError as error:
         raise RuntimeError(str(error)) from None
+
+
+def get_logging_directory() -> Path:
+    """Return the folder for log files: `ROS_LOG_DIR`, `log` in `ROS_HOME`, or `~/.ros/log`.
+
+    Nodes write no log files; programs may.
+    """
+    variables = foreign_variables()
+    folder = variables.get("ROS_LOG_DIR") or Path(variables.get("ROS_HOME") or "~/.ros", "log")
+    return Path(folder).expanduser()

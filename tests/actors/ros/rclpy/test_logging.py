@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging as standard
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -64,3 +65,14 @@ def test_a_clock_throttles() -> None:
         logger.error("x", throttle_duration_sec=1000.0, throttle_time_source_type=clock) for _ in range(2)
     ]
     assert logged == [True, False]
+
+
+def test_the_folder_of_log_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Variables of ROS 2 name it, else it is in the user's home folder."""
+    for name in ("ROS_LOG_DIR", "ROS_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    assert logging.get_logging_directory() == Path.home() / ".ros" / "log"
+    monkeypatch.setenv("ROS_HOME", "~/robot")
+    assert logging.get_logging_directory() == Path.home() / "robot" / "log"
+    monkeypatch.setenv("ROS_LOG_DIR", "/var/log/robot")
+    assert logging.get_logging_directory() == Path("/var/log/robot")
