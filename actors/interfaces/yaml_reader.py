@@ -8,12 +8,14 @@ its value raises whatever Python raises.
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
+
+T = TypeVar("T")
 
 MAX_BYTES: Final = 16 * 1024 * 1024
 """Size of a document."""
@@ -67,19 +69,48 @@ def load_yaml(source: str | bytes, *, max_bytes: int = MAX_BYTES, max_depth: int
     Raises:
         YamlError: It is not YAML, or beyond a limit.
     """
+    return _load(source, max_bytes, max_depth, _document)
+
+
+def load_sections(source: str | bytes) -> list[object]:
+    """Return a document's mapping as a list of mappings with one key each, in order.
+
+    Unlike in a mapping, a key may occur several times. Other data, or None, is the only item of the list.
+
+    Args:
+        source: As for `load_yaml`, whose limits and errors it has, too.
+    """
+    return _load(source, MAX_BYTES, MAX_DEPTH, _sections)
+
+
+def _load(source: str | bytes, max_bytes: int, max_depth: int, construct: Callable[[Any, Any], T]) -> T:
     import yaml  # noqa: PLC0415 - slow to import, and not every program reads YAML
 
     if len(source) > max_bytes:
         raise YamlError(f"larger than {max_bytes} bytes")
     try:
-        loader, root = parse_yaml(source, max_depth=max_depth)
-        return None if root is None else loader.construct_document(root)
+        return construct(*parse_yaml(source, max_depth=max_depth))
     except YamlError:
         raise
     except yaml.YAMLError as error:
         raise yaml_error(error) from None
     except _CONSTRUCTION_ERRORS as error:
         raise YamlError(escape(str(error))[:_QUOTED_CHARS]) from None
+
+
+def _document(loader: Any, root: Any) -> object:
+    return None if root is None else loader.construct_document(root)
+
+
+def _sections(loader: Any, root: Any) -> list[object]:
+    if root is None or root.id != "mapping":
+        return [_document(loader, root)]
+    loader.flatten_mapping(root)
+    sections = list[object]()
+    for pair in root.value:
+        root.value = [pair]
+        sections.append(_document(loader, root))
+    return sections
 
 
 def parse_yaml(source: str | bytes, *, max_depth: int = MAX_DEPTH) -> tuple[Any, Any]:

@@ -1,7 +1,7 @@
 """Parameter values from outside the code: `-p [node:]name:=value`, and parameter files.
 
 A file is YAML in the form of `ros2 param dump`. Its keys are full node names (the first slash may be left
-out), also nested, also with `*` for one part and `**` for any number of them:
+out), also nested, also with `*` for one part and `**` for any number of them. A key may occur several times:
 
     /**:
       ros__parameters:
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from actors.interfaces.yaml_reader import load_yaml
+from actors.interfaces.yaml_reader import load_sections
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.types import ParameterType, ParameterValue, parameter_value_from_string
 from proto.names import validate_node_name
@@ -104,7 +104,8 @@ def load_parameter_file(path: str | Path) -> tuple[ParameterOverride, ...]:
     if len(data) > MAX_FILE_SIZE:
         raise InvalidParameterFileError(str(path), f"larger than {MAX_FILE_SIZE} bytes")
     try:
-        return tuple(_limited(_entries(load_yaml(data), ""), MAX_FILE_PARAMETERS))
+        entries = (entry for section in load_sections(data) for entry in _entries(section, ""))
+        return tuple(_limited(entries, MAX_FILE_PARAMETERS))
     except ValueError as error:
         raise InvalidParameterFileError(str(path), " ".join(str(error).split())) from None
 

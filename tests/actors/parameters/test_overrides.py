@@ -116,6 +116,23 @@ def test_later_entries_win(tmp_path: Path) -> None:
     assert overrides_for(overrides, "/other") == {"a": 3}
 
 
+def test_sections_of_one_name_add_up(tmp_path: Path) -> None:
+    """Files that were joined may have a key twice, also beside aliases; the order is that of the file."""
+    path = tmp_path / "p.yaml"
+    path.write_text(
+        "/**: &all {ros__parameters: {a: 1, b: 1}}\n"
+        "ns: {talker: {ros__parameters: {a: 2}}}\n"
+        "/**: {ros__parameters: {a: 3}}\n"
+        "ns: {listener: *all}\n"
+    )
+    entries = load_parameter_file(path)
+    assert overrides_for(entries, "/ns/talker") == {"a": 3, "b": 1}
+    assert [(each.pattern, each.name) for each in entries[-2:]] == [
+        ("/ns/listener", "a"),
+        ("/ns/listener", "b"),
+    ]
+
+
 def test_file_form(tmp_path: Path) -> None:
     """Nested maps flatten with dots, nested namespaces join, the first slash may be missing."""
     overrides = load(

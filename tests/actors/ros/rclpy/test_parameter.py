@@ -121,3 +121,14 @@ def test_parameters_are_members_of_sets() -> None:
     """Also those with lists; equal ones are one member."""
     lists = Parameter("a", value=[1]), Parameter("a", value=[1]), Parameter("a", value=[2])
     assert {*lists} == {lists[0], lists[2]}
+
+
+def test_sections_of_one_name_in_a_file_add_up(context: Context, tmp_path: Path) -> None:
+    """A node gets the parameters of all sections that fit."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text("/**: {ros__parameters: {a: 1}}\n/**: {node: {ros__parameters: {b: 2}}}\n")
+    arguments = ["--ros-args", "--params-file", str(file)]
+    node = Node(
+        "node", context=context, cli_args=arguments, automatically_declare_parameters_from_overrides=True
+    )
+    assert [each.value for each in node.get_parameters(["a", "b"])] == [1, 2]
