@@ -28,6 +28,8 @@ rclpy 8.0, by module.
 - **absent**: using it raises `AttributeError`, or `ImportError` for a module.
 - **own**: callboard's addition, for its other modules; ROS 2's rclpy does not have it.
 
+The texts of errors and warnings are callboard's own.
+
 What a module of rclpy has only imported, such as `Parameter` of `rclpy.node`, is not listed, but there.
 """
 
