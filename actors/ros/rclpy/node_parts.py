@@ -15,6 +15,7 @@ from actors.node.node import Node as NativeNode
 from actors.parameters.store import ParameterStore
 from actors.ros.rclpy.clock import ROSClock
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator, Sequence
@@ -31,6 +32,8 @@ T = TypeVar("T")
 
 JUMP_DEPTH: Final = 10
 """Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
+_OVERRIDDEN: Final = {START_TYPE_DESCRIPTION_SERVICE_PARAM}
+"""Parameters that callboard's node reads when it is made."""
 
 
 class NodeNameNonExistentError(RuntimeError):
@@ -81,8 +84,10 @@ class NodeParts:
         self.publishers: list[Publisher[Any]] = []
         self.entities: dict[type[Entity], list[Any]] = {}
         self.destroyed = False
+        values = {each.name: each.value for each in overrides}
         self.native: NativeNode = self.thread.call(
             lambda: NativeNode(
+                parameter_overrides={name: values[name] for name in values.keys() & _OVERRIDDEN},
                 domain=context.domain_id,
                 process_arguments=context.arguments,
                 start_parameter_services=False,
@@ -97,7 +102,7 @@ class NodeParts:
         self.thread.enter(self.native)
         self.parameters_lock = threading.RLock()
         self.store = ParameterStore(
-            overrides={each.name: each.value for each in overrides},
+            overrides=values,
             argument_overrides=self.native.argument_overrides,
             allow_undeclared=allow_undeclared,
         )

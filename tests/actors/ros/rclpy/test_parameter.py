@@ -17,6 +17,7 @@ from actors.ros.rclpy.parameter import (
     parameter_dict_from_yaml_file,
     parameter_value_to_python,
 )
+from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -132,3 +133,12 @@ def test_sections_of_one_name_in_a_file_add_up(context: Context, tmp_path: Path)
         "node", context=context, cli_args=arguments, automatically_declare_parameters_from_overrides=True
     )
     assert [each.value for each in node.get_parameters(["a", "b"])] == [1, 2]
+
+
+def test_a_parameter_switches_the_service_for_types(context: Context) -> None:
+    """A node has it under the name that programs import."""
+    switched_off = Parameter(START_TYPE_DESCRIPTION_SERVICE_PARAM, value=False)
+    node = Node("node", context=context, parameter_overrides=[switched_off])
+    assert node.get_parameter(START_TYPE_DESCRIPTION_SERVICE_PARAM).value is False
+    services = node.get_service_names_and_types_by_node("node", "/")
+    assert "/node/get_type_description" not in dict(services)
