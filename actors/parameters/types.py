@@ -166,7 +166,7 @@ class Parameter:
             value = b"".join(cast("Sequence[bytes]", value))
         elif self._type in _ARRAYS:
             value = [*cast("Sequence[object]", value)]
-        made = Value(type=self._type)
+        made = Value(type=int(self._type))
         if value is not None:
             setattr(made, f"{self._type.name.lower()}_value", value)
         return made
@@ -282,6 +282,7 @@ class ParameterDescriptor:
         from actors.interfaces.rcl_interfaces import msg as messages  # noqa: PLC0415 - seldom needed
 
         fields = {each.name: getattr(self, each.name) for each in dataclass_fields(self)}
+        fields["type"] = int(self.type)
         for name, kind in (
             ("floating_point_range", messages.FloatingPointRange),
             ("integer_range", messages.IntegerRange),

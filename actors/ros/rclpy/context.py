@@ -17,6 +17,7 @@ from actors.config.environment import domain_id
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
+from actors.ros.rclpy.destroyable import Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.utilities import forget_default_context
@@ -56,9 +57,9 @@ class Context:
         _contexts.add(self)
 
     @property
-    def handle(self) -> Self | None:
-        """The context itself once it is initialized, before that None."""
-        return self if self._initialized else None
+    def handle(self) -> Handle | None:
+        """There once the context is initialized, before that None."""
+        return _HANDLE if self._initialized else None
 
     @property
     def thread(self) -> NodeThread:
@@ -251,6 +252,7 @@ class Context:
         self.try_shutdown()
 
 
+_HANDLE: Final = Handle()
 _contexts: Final[weakref.WeakSet[Context]] = weakref.WeakSet()
 
 

@@ -8,8 +8,24 @@ if TYPE_CHECKING:
     from types import TracebackType
 
 
+class Handle:
+    """Stands for an object of C that rclpy has: programs see that it is there, and hold it."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Do nothing."""
+
+
 class Destroyable:
-    """A publisher, or an entity: something with `destroy`."""
+    """A publisher, or an entity: something with `destroy`.
+
+    Attributes:
+        handle: There as long as the object.
+    """
+
+    handle = Handle()
 
     def destroy(self) -> None:
         """Take it out of service."""

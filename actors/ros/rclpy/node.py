@@ -13,6 +13,7 @@ from actors.ros.rclpy.callback_groups import (
 )
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.clock import Clock
+from actors.ros.rclpy.destroyable import Destroyable, Handle
 from actors.ros.rclpy.event_handler import EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
@@ -148,6 +149,11 @@ class Node(NodeParameters, NodeGraph):
     def get_logger(self) -> Logger:
         """Return the logger."""
         return self._callboard.native.get_logger()
+
+    @property
+    def handle(self) -> Handle:
+        """Stands for rclpy's object of C."""
+        return Destroyable.handle
 
     @property
     def context(self) -> Context:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from actors.interfaces.rcl_interfaces.msg import ListParametersResult, SetParametersResult
 from actors.interfaces.rcl_interfaces.msg import ParameterDescriptor as DescriptorMessage
 from actors.interfaces.rcl_interfaces.msg import ParameterValue as ValueMessage
+from actors.parameters.errors import InvalidParameterValueError, ParameterUninitializedError
 from actors.parameters.types import (
     Parameter,
     ParameterDescriptor,
@@ -103,12 +104,15 @@ class NodeParameters:
         return self._callboard.store.get_or(name, alternative_value)
 
     def get_parameter_type(self, name: str) -> ParameterType:
-        """Return the type of a parameter."""
-        return self._callboard.store.get(name).type_
+        """Return the type of a parameter, NOT_SET if it has no value yet."""
+        try:
+            return self._callboard.store.get(name).type_
+        except ParameterUninitializedError:
+            return ParameterType.NOT_SET
 
     def get_parameter_types(self, names: list[str]) -> list[ParameterType]:
         """Return the types of parameters, in order."""
-        return [each.type_ for each in self.get_parameters(names)]
+        return [self.get_parameter_type(name) for name in names]
 
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters below a prefix, by the rest of their names."""
@@ -149,13 +153,28 @@ class NodeParameters:
             result = self._callboard.store.set_atomically(parameter_list)
         return SetParametersResult(successful=result.successful, reason=result.reason)
 
-    def set_descriptor(self, name: str, descriptor: DescriptorMessage, alternative_value: Any = None) -> Any:
-        """Replace the descriptor of a parameter, and its value if that is not allowed."""
+    def set_descriptor(
+        self, name: str, descriptor: DescriptorMessage, alternative_value: ValueMessage | None = None
+    ) -> ValueMessage:
+        """Replace the descriptor of a parameter, and its value if the new one does not allow that.
+
+        Args:
+            name: The parameter's name.
+            descriptor: The new descriptor.
+            alternative_value: The value to set then; None to raise InvalidParameterValueException.
+
+        Returns:
+            The value.
+        """
+        store, wanted = self._callboard.store, _descriptor(descriptor) or ParameterDescriptor()
         with self._callboard.parameters_lock:
-            self._callboard.store.set_descriptor(
-                name, _descriptor(descriptor) or ParameterDescriptor(), alternative_value
-            )
-            return self._callboard.store.get(name).get_parameter_value()
+            try:
+                return store.set_descriptor(name, wanted).get_parameter_value()
+            except InvalidParameterValueError:
+                if alternative_value is None:
+                    raise
+                other = parameter_value_to_python(alternative_value)
+                return store.set_descriptor(name, wanted, other).get_parameter_value()
 
     def add_pre_set_parameters_callback(self, callback: Callable[[list[Parameter]], list[Parameter]]) -> None:
         """Let a function change parameters before they are set."""

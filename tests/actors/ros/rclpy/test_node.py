@@ -18,6 +18,7 @@ from actors.ros.rclpy.clock import Clock, JumpThreshold
 from actors.ros.rclpy.event_handler import PublisherEventCallbacks
 from actors.ros.rclpy.exceptions import (
     InvalidHandle,
+    InvalidParameterValueException,
     InvalidTopicNameException,
     NotInitializedException,
     ParameterNotDeclaredException,
@@ -317,6 +318,31 @@ def test_wrong_use_is_an_error(context: Context, node: Node) -> None:
         publisher.publish(String())
     with pytest.raises(NotInitializedException):
         Node("late", context=context)
+
+
+def test_a_descriptor_takes_the_alternative_only_if_it_must(node: Node) -> None:
+    """A value that the new descriptor allows stays; of a parameter without a value the type is NOT_SET."""
+    node.declare_parameter("n", 5)
+    seven = Parameter("n", value=7).get_parameter_value()
+    allowed = ParameterDescriptor(integer_range=[IntegerRange(to_value=10)])
+    assert node.set_descriptor("n", allowed, seven).integer_value == 5
+    higher = ParameterDescriptor(integer_range=[IntegerRange(from_value=6, to_value=10)])
+    with pytest.raises(InvalidParameterValueException):
+        node.set_descriptor("n", higher)
+    assert node.set_descriptor("n", higher, seven).integer_value == 7
+    node.declare_parameter("unset", Parameter.Type.STRING)
+    assert node.get_parameter_types(["n", "unset"]) == [Parameter.Type.INTEGER, Parameter.Type.NOT_SET]
+    assert "type=2," in repr(node.describe_parameter("n"))
+    assert "(type=2," in repr(seven)
+
+
+def test_objects_have_a_handle(context: Context, node: Node) -> None:
+    """Programs see that rclpy's objects of C are there, and hold them."""
+    guard = node.create_guard_condition(lambda: None)
+    for each in (context, node, guard, node.create_publisher(String, "t", 1)):
+        with each.handle:
+            pass
+    assert context.ok()
 
 
 def test_nodes_come_and_go(context: Context) -> None:
