@@ -179,6 +179,9 @@ class Task(Future[T]):
             result = self._handler(*self._args, **self._kwargs)
         except Exception as error:  # noqa: BLE001 - the user's: it is the task's outcome
             self._end(None, error)
+        except BaseException as error:
+            self._interrupted(error)
+            raise
         else:
             self._end(result, None)
 
@@ -191,9 +194,17 @@ class Task(Future[T]):
             self._end(end.value, None)
         except Exception as error:  # noqa: BLE001 - the user's: it is the task's outcome
             self._end(None, error)
+        except BaseException as error:
+            self._interrupted(error)
+            raise
         else:
             return True
         return False
+
+    def _interrupted(self, error: BaseException) -> None:
+        """End with an error that is for the thread that runs this, such as KeyboardInterrupt."""
+        self._end(None, error)
+        self._retrieved = True
 
     def _end(self, result: Any, error: BaseException | None) -> None:
         self._handler, self._args, self._kwargs = None, (), {}

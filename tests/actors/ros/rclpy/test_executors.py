@@ -323,3 +323,25 @@ def test_a_group_of_two_executors_lets_the_other_one_run(context: Context) -> No
         waiting.spin_until_future_complete(ran, 20)
         thread.join()
     assert ran.done()
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit])
+def test_an_interrupted_coroutine_frees_its_group(
+    node: Node, executor: SingleThreadedExecutor, error: type[BaseException]
+) -> None:
+    """Spinning raises what interrupts it, once, and goes on with the group's callbacks afterwards."""
+    seen = list[int]()
+
+    async def interrupt() -> None:
+        seen.append(1)
+        if len(seen) == 1:
+            raise error
+
+    guard = node.create_guard_condition(interrupt)
+    executor.add_node(node)
+    guard.trigger()
+    with pytest.raises(error):
+        executor.spin_once(DEADLINE_SEC)
+    guard.trigger()
+    executor.spin_once(DEADLINE_SEC)
+    assert len(seen) == 2
