@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import weakref
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.node.node import Node as NativeNode
@@ -18,7 +18,7 @@ from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Iterator, Sequence
+    from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator, Sequence
 
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.callback_groups import CallbackGroup
@@ -99,7 +99,7 @@ class NodeParts:
         self.jumps = QueuedCalls(self.thread, group)
         jump_calls = RecentCalls(self.jumps, JUMP_DEPTH)
         self.clock = self.thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
-        self.thread.enter(self.native)
+        self.thread.enter(_entered(self.native, weakref.ref(self)))
         self.parameters_lock = threading.RLock()
         self.store = ParameterStore(
             overrides=values,
@@ -124,6 +124,12 @@ class NodeParts:
         """Yield everything that has callbacks."""
         for each in tuple(self.entities.values()):
             yield from tuple(each)
+
+    def give_up_calls(self) -> None:
+        """Let no callback of callboard's node wait for an executor; in the loop."""
+        for each in self.all_entities():
+            if isinstance(each, QueuedCalls):
+                each.give_up()
 
     def detach(self, entity: Entity) -> None:
         """Run the callbacks of an entity no more, if it is this node's."""
@@ -161,6 +167,18 @@ class NodeParts:
     def set_native_parameter(self, parameter: Parameter) -> None:
         """Set one of the parameters that callboard's node has, too, such as `use_sim_time`."""
         self.thread.call(lambda: self.native.set_parameters([parameter]))
+
+
+@asynccontextmanager
+async def _entered(native: NativeNode, parts: weakref.ref[NodeParts]) -> AsyncGenerator[NativeNode]:
+    """Enter callboard's node. It is left at once: otherwise it waits for callbacks that have begun."""
+    async with native:
+        try:
+            yield native
+        finally:
+            entered = parts()
+            if entered is not None:
+                entered.give_up_calls()
 
 
 def parts_of(node: Any) -> NodeParts:

@@ -6,8 +6,10 @@ import asyncio
 import inspect
 from collections import deque
 from concurrent.futures import CancelledError
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from actors.callbacks.callback_task import current_callback_task
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.task import Future
 from actors.threads.errors import ThreadStoppedError
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
     from concurrent.futures import Future as Reply
 
+    from actors.callbacks.callback_task import CallbackTask
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.threads.node_thread import NodeThread
 
@@ -32,6 +35,9 @@ class QueuedCalls(Entity):
         super().__init__(callback_group)
         self._thread = thread
         self._calls: deque[Callable[[], Any]] = deque()
+        self._unanswered: dict[asyncio.Future[Any], CallbackTask | None] = {}
+        """The answers that callbacks of callboard's node wait for; used in the loop."""
+        self._gives_up = False
 
     def enqueue(self, call: Callable[[], Any]) -> None:
         """Make a call soon; in any thread."""
@@ -51,20 +57,48 @@ class QueuedCalls(Entity):
 
         If it raises, spinning raises the error, and so does this.
         """
-        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        self.enqueue(lambda: self._serve(answer, callback, args))
-        return await answer
+        return await self._answer_of(partial(self._serve, callback, args))
 
     async def run_task(self, callback: Callable[..., Any], *args: Any) -> Any:
         """Make a call as a task of the executor, outside the callback group.
 
         If it raises, this does, and spinning goes on.
         """
-        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        self.enqueue(lambda: self._create_task(answer, callback, args))
-        return await answer
+        return await self._answer_of(partial(self._create_task, callback, args))
 
-    def _create_task(self, answer: asyncio.Future[Any], callback: Callable[..., Any], args: Any) -> None:
+    async def _answer_of(self, call: Callable[[asyncio.Future[Any]], Any]) -> Any:
+        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        self._unanswered[answer] = current_callback_task.get()
+        try:
+            if self._gives_up:
+                self._give_up(answer)
+            else:
+                self.enqueue(partial(call, answer))
+            return await answer
+        finally:
+            del self._unanswered[answer]
+
+    def give_up(self) -> None:
+        """Cancel what waits for answers, from now on, too: the executor makes no calls; in the loop."""
+        self._gives_up = True
+        for answer in tuple(self._unanswered):
+            self._give_up(answer)
+
+    def _give_up(self, answer: asyncio.Future[Any]) -> None:
+        task = self._unanswered.get(answer)
+        if answer.done():  # and is about to be used
+            return
+        if task is None:
+            answer.cancel()
+        else:
+            task.cancel()
+
+    def _create_task(self, callback: Callable[..., Any], args: Any, answer: asyncio.Future[Any]) -> None:
+        executor = self.executor
+        if executor is None:  # the node was removed from the one that makes this call
+            self.enqueue(partial(self._create_task, callback, args, answer))
+            return
+
         async def work() -> None:
             try:
                 result = callback(*args)
@@ -72,14 +106,16 @@ class QueuedCalls(Entity):
                     result = await result
             except Exception as error:  # noqa: BLE001 - the user's: raised where `run_task` was called
                 self._answer(answer, None, error)
+            except BaseException as error:  # such as KeyboardInterrupt, which is for the thread that spins
+                self._answer(answer, None, error)
+                raise
             else:
                 self._answer(answer, result, None)
 
-        executor = self.executor
-        assert executor is not None  # it makes this call
-        executor.create_task(work)
+        if not answer.done():
+            executor.create_task(work)
 
-    def _serve(self, answer: asyncio.Future[Any], callback: Callable[..., Any], args: Any) -> Any:
+    def _serve(self, callback: Callable[..., Any], args: Any, answer: asyncio.Future[Any]) -> Any:
         if answer.done():  # who wanted it has given up
             return None
         try:
@@ -102,9 +138,19 @@ class QueuedCalls(Entity):
 
     def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
         try:
-            self._thread.post(_complete, answer, result, error)
+            self._thread.post(self._set_answer, answer, result, error)
         except ThreadStoppedError:  # the program ends, and who waited has been told
             return
+
+    def _set_answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
+        if answer.done():
+            return
+        if error is None:
+            answer.set_result(result)
+        elif isinstance(error, Exception):
+            answer.set_exception(error)
+        else:  # such as KeyboardInterrupt: no error of the callback
+            self._give_up(answer)
 
     def start(self, work: Callable[[], Coroutine[Any, Any, Any]]) -> Future[Any]:
         """Run a coroutine in the loop.
@@ -163,12 +209,3 @@ class RecentCalls:
 
     def _make(self) -> Any:
         return self._calls.popleft()()
-
-
-def _complete(answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
-    if answer.done():
-        return
-    if error is None:
-        answer.set_result(result)
-    else:
-        answer.set_exception(error if isinstance(error, Exception) else RuntimeError(repr(error)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from asyncio import CancelledError
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
@@ -173,13 +175,19 @@ class ActionServer(QueuedCalls):
         return answer if isinstance(answer, CancelResponse) else CancelResponse.REJECT
 
     async def _accepted(self, native: NativeHandle[Any, Any, Any]) -> None:
-        await self.run(self._handle_accepted_callback, self._handle_of(native))
+        with suppress(CancelledError):  # the node is being left, which aborts the goal
+            await self.run(self._handle_accepted_callback, self._handle_of(native))
 
     def executing(self, callback: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
         """Return what callboard calls to execute a goal; None: the callback that is registered then."""
 
         async def execute(native: NativeHandle[Any, Any, Any]) -> Any:
-            return await self.run_task(callback or self._execute_callback, self._handle_of(native))
+            try:
+                return await self.run_task(callback or self._execute_callback, self._handle_of(native))
+            except CancelledError:  # the node is being left
+                if native.is_active:
+                    native.abort()
+                return None
 
         return execute
 
