@@ -91,6 +91,11 @@ class WorkQueue:
         self._suspended: set[Task[Any]] = set()
         """Tasks that wait for a future: nobody else may refer to them."""
         self._wake_up = WakeUp()
+        """For one of the threads that wait: the one that has `_first`."""
+        self._first = threading.Lock()
+        self._others: tuple[WakeUp, ...] = ()
+        """One for each of the other threads that wait. Replaced, never changed: a signal handler reads it."""
+        self._others_lock = threading.RLock()
         self._next_timer_sec = inf
         """When the next timer is due, by the steady clock."""
         self._timers_changed = True
@@ -100,12 +105,14 @@ class WorkQueue:
         entity.queued_in = self
         self._ready.append(entity)
         self._wake_up.set()
+        if self._others:
+            self.wake()
 
     def add_task(self, task: Task[Any]) -> None:
         """Run or resume a task soon; in any thread."""
         self._suspended.discard(task)
         self._ready.append(task)
-        self._wake_up.set()
+        self.wake()
 
     def resume_later(self, task: Task[Any], awaited: Future[Any] | None) -> None:
         """Resume a task when what it awaits is done; None: something unknown."""
@@ -116,13 +123,15 @@ class WorkQueue:
             awaited.when_done(lambda: self.add_task(task))
 
     def wake(self) -> None:
-        """Let `wait` look again at everything."""
+        """Let all threads that wait look again at everything."""
         self._wake_up.set()
+        for each in self._others:
+            each.set()
 
     def timers_changed(self) -> None:
         """Look again at when timers are due."""
         self._timers_changed = True
-        self._wake_up.set()
+        self.wake()
 
     def wait(self, timeout_sec: float | None, condition: Callable[[], bool]) -> Work:
         """Return the next work; wait for it.
@@ -136,26 +145,52 @@ class WorkQueue:
             ConditionReachedException: There is none, and the condition holds.
             ShutdownException, ExternalShutdownException: The executor, or the context, has been shut down.
         """
-        executor = self._executor
         limited = timeout_sec is not None and timeout_sec >= 0
         deadline = time.monotonic() + timeout_sec if limited and timeout_sec is not None else inf
-        while True:
-            if executor.is_shut_down or not executor.context.ok():
-                self._wake_up.set()  # another thread that waits here must see it, too
-                raise ShutdownException if executor.is_shut_down else ExternalShutdownException
-            _move_all(self._waiting, self._ready)
-            _move_all(self._blocked, self._ready)
-            if self._timers_changed or time.monotonic() >= self._next_timer_sec:
-                self._add_timers()
-            work = self._take() if executor.has_capacity() else None
-            if work is not None:
-                return work
-            if condition():
-                raise ConditionReachedException
-            now = time.monotonic()
-            if now >= deadline:
-                raise TimeoutException
-            self._wake_up.wait(max(0.0, min(deadline, self._next_timer_sec) - now))
+        wake_up: WakeUp | None = None
+        try:
+            while True:
+                work = self._next_work()
+                if work is not None:
+                    return work
+                if condition():
+                    raise ConditionReachedException
+                now = time.monotonic()
+                if now >= deadline:
+                    raise TimeoutException
+                if wake_up is None:  # look again, at what has come before
+                    wake_up = self._claim_wake_up()
+                else:
+                    wake_up.wait(max(0.0, min(deadline, self._next_timer_sec) - now))
+        finally:
+            if wake_up is not None:
+                self._release_wake_up(wake_up)
+
+    def _next_work(self) -> Work | None:
+        executor = self._executor
+        if executor.is_shut_down or not executor.context.ok():
+            raise ShutdownException if executor.is_shut_down else ExternalShutdownException
+        _move_all(self._waiting, self._ready)
+        _move_all(self._blocked, self._ready)
+        if self._timers_changed or time.monotonic() >= self._next_timer_sec:
+            self._add_timers()
+        return self._take() if executor.has_capacity() else None
+
+    def _claim_wake_up(self) -> WakeUp:
+        """Return what `wake` sets for this thread from now on."""
+        if self._first.acquire(blocking=False):
+            return self._wake_up
+        wake_up = WakeUp()
+        with self._others_lock:
+            self._others = (*self._others, wake_up)
+        return wake_up
+
+    def _release_wake_up(self, wake_up: WakeUp) -> None:
+        if wake_up is self._wake_up:
+            self._first.release()
+            return
+        with self._others_lock:
+            self._others = tuple(each for each in self._others if each is not wake_up)
 
     def _add_timers(self) -> None:
         self._timers_changed = False  # before they are looked at: one may change meanwhile
@@ -199,7 +234,7 @@ class WorkQueue:
         self._blocked.append(entity)
         group.refused_in.add(self)
         if group.can_execute(entity):  # another thread's callback has ended before the group knew of this
-            self._wake_up.set()
+            self.wake()
         return False
 
     def ended(self, entity: Entity) -> None:

@@ -345,3 +345,25 @@ def test_an_interrupted_coroutine_frees_its_group(
     guard.trigger()
     executor.spin_once(DEADLINE_SEC)
     assert len(seen) == 2
+
+
+def test_each_of_two_threads_that_wait_is_woken(context: Context) -> None:
+    """Tasks that need both threads run at once, and each future ends the spinning of its thread."""
+    barrier, futures = threading.Barrier(2, timeout=DEADLINE_SEC), [Future[None]() for _ in range(2)]
+    with SingleThreadedExecutor(context=context) as executor:
+        threads = [
+            threading.Thread(target=executor.spin_until_future_complete, args=(each, DEADLINE_SEC))
+            for each in futures
+        ]
+        for thread in threads:
+            thread.start()
+        for _ in range(100):
+            for task in [executor.create_task(barrier.wait) for _ in range(2)]:
+                ended = threading.Event()
+                task.when_done(ended.set)
+                assert ended.wait(DEADLINE_SEC)
+        started = time.monotonic()
+        for future, thread in zip(futures, threads, strict=True):
+            future.set_result(None)
+            thread.join()
+    assert time.monotonic() - started < DEADLINE_SEC / 2
