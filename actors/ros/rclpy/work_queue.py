@@ -11,7 +11,7 @@ import time
 from collections import deque
 from contextlib import suppress
 from math import inf
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 from actors.ros.rclpy.executor_errors import (
     ConditionReachedException,
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 
 Work: TypeAlias = "tuple[Callable[[], Any], Entity] | Task[Any]"
 """A call of a callback, and whose it is; or a task."""
+
+
+POLL_SEC: Final = 0.001
+"""How often a coroutine is resumed that waits for something else than a future, until it has that."""
 
 
 class WakeUp:
@@ -87,7 +91,9 @@ class WorkQueue:
         self._blocked: deque[Entity] = deque()
         """Entities whose callback group has refused them; they count as queued."""
         self._waiting: deque[Task[Any]] = deque()
-        """Tasks that wait for something else than a future; they are tried at each spin."""
+        """Tasks that wait for something else than a future."""
+        self._next_poll_sec = inf
+        """When they are tried again, by the steady clock."""
         self._suspended: set[Task[Any]] = set()
         """Tasks that wait for a future: nobody else may refer to them."""
         self._wake_up = WakeUp()
@@ -118,6 +124,8 @@ class WorkQueue:
         """Resume a task when what it awaits is done; None: something unknown."""
         if awaited is None:
             self._waiting.append(task)
+            self._next_poll_sec = min(self._next_poll_sec, time.monotonic() + POLL_SEC)  # after the former
+            self.wake()
         else:
             self._suspended.add(task)
             awaited.when_done(lambda: self.add_task(task))
@@ -161,7 +169,8 @@ class WorkQueue:
                 if wake_up is None:  # look again, at what has come before
                     wake_up = self._claim_wake_up()
                 else:
-                    wake_up.wait(max(0.0, min(deadline, self._next_timer_sec) - now))
+                    until = min(deadline, self._next_timer_sec, self._next_poll_sec)
+                    wake_up.wait(max(0.0, until - now))
         finally:
             if wake_up is not None:
                 self._release_wake_up(wake_up)
@@ -170,7 +179,9 @@ class WorkQueue:
         executor = self._executor
         if executor.is_shut_down or not executor.context.ok():
             raise ShutdownException if executor.is_shut_down else ExternalShutdownException
-        _move_all(self._waiting, self._ready)
+        if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
+            self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
+            _move_all(self._waiting, self._ready)
         _move_all(self._blocked, self._ready)
         if self._timers_changed or time.monotonic() >= self._next_timer_sec:
             self._add_timers()

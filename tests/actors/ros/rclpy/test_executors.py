@@ -293,6 +293,22 @@ def test_a_pool_resumes_coroutines_that_await_something_unknown(context: Context
     assert done.done()
 
 
+def test_a_coroutine_that_waits_for_time_leaves_the_processor_alone(
+    executor: SingleThreadedExecutor,
+) -> None:
+    """One that gives way until a time has come is resumed about every millisecond."""
+    resumed = list[int]()
+
+    async def wait() -> None:
+        until = time.monotonic() + 0.2
+        while time.monotonic() < until:
+            resumed.append(1)
+            await asyncio.sleep(0)
+
+    spin_until(executor, executor.create_task(wait))
+    assert len(resumed) <= 201
+
+
 def test_a_group_of_two_executors_lets_the_other_one_run(context: Context) -> None:
     """A callback that the group refused in one executor runs once the one in the other executor has ended."""
     group = MutuallyExclusiveCallbackGroup()
