@@ -20,7 +20,7 @@ from actors.ros.rclpy.executor_errors import ConditionReachedException as Condit
 from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
 from actors.ros.rclpy.executor_errors import ShutdownException as ShutdownException
 from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutException
-from actors.ros.rclpy.task import Task
+from actors.ros.rclpy.task import Future, Task
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.work_queue import WorkQueue
 from actors.ros.rclpy.node_parts import parts_of
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity
     from actors.ros.rclpy.node import Node
-    from actors.ros.rclpy.task import Future
     from actors.ros.rclpy.work_queue import Work
 
 __getattr__ = imported_names(
@@ -223,7 +222,7 @@ class Executor:
         """Run callbacks until a future is done, or the time is over.
 
         Args:
-            future: The future.
+            future: The future; one that is not rclpy's needs `done` and `add_done_callback`.
             timeout_sec: Seconds; None or negative for no limit.
         """
         seconds = _seconds(timeout_sec)
@@ -248,8 +247,12 @@ class Executor:
             self._spin_once_until(future.done, _seconds(timeout_sec))
 
     @contextmanager
-    def _woken_by(self, future: Future[Any]) -> Generator[None]:
+    def _woken_by(self, future: Any) -> Generator[None]:
         wake = self.work.wake
+        if not isinstance(future, Future):  # such as one of `concurrent.futures`
+            future.add_done_callback(lambda _: wake())
+            yield
+            return
         future.when_done(wake)
         try:
             yield

@@ -7,6 +7,7 @@ import gc
 import threading
 import time
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -252,6 +253,17 @@ def test_a_node_moves_between_executors(
         other.spin_once(0)
         assert seen == ["ran"]
         assert (executor.get_nodes(), other.get_nodes()) == ([], [node])
+
+
+def test_spinning_ends_with_a_future_of_another_library(executor: SingleThreadedExecutor) -> None:
+    """Such as that of a pool of threads."""
+    begun = threading.Event()
+    with ThreadPoolExecutor(1) as pool:
+        future: Any = pool.submit(begun.wait, DEADLINE_SEC)
+        executor.create_task(begun.set)
+        executor.spin_until_future_complete(future, DEADLINE_SEC)
+        assert future.done()
+    assert future.result()
 
 
 def test_a_future_does_not_keep_the_executors_that_waited_for_it(context: Context) -> None:
