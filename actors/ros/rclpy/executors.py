@@ -20,6 +20,7 @@ from actors.ros.rclpy.executor_errors import ConditionReachedException as Condit
 from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
 from actors.ros.rclpy.executor_errors import ShutdownException as ShutdownException
 from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutException
+from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.task import Future, Task
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.work_queue import WorkQueue
@@ -250,7 +251,12 @@ class Executor:
     def _woken_by(self, future: Any) -> Generator[None]:
         wake = self.work.wake
         if not isinstance(future, Future):  # such as one of `concurrent.futures`
-            future.add_done_callback(lambda _: wake())
+
+            def done(future: object) -> None:
+                del future
+                wake()
+
+            future.add_done_callback(done)
             yield
             return
         future.when_done(wake)
@@ -316,10 +322,26 @@ class MultiThreadedExecutor(Executor):
                 stacklevel=2,
             )
         self._threads = num_threads
-        self._pool = ThreadPoolExecutor(num_threads, thread_name_prefix="rclpy-callbacks")
+        self._this_thread = threading.local()
+        """`in_pool` if it is one of the pool's."""
+        self._pool = ThreadPoolExecutor(
+            num_threads,
+            thread_name_prefix="rclpy-callbacks",
+            initializer=setattr,
+            initargs=(self._this_thread, "in_pool", True),
+        )
         self._running = 0
+        self._shutting_down = 0
+        """Those of the running callbacks that wait in `shutdown`."""
         self._idle = threading.Condition()
         self._failures: deque[BaseException] = deque()
+        self._left = False
+        """Whether spinning has ended for good, so that nobody raises failures any more."""
+
+    def spin(self) -> None:
+        """Run callbacks until the context or the executor is shut down."""
+        super().spin()
+        self._leave()
 
     def has_capacity(self) -> bool:
         """Return whether a thread is free."""
@@ -333,7 +355,10 @@ class MultiThreadedExecutor(Executor):
     def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
         try:
             work = self.work.wait(timeout_sec, lambda: bool(self._failures) or condition())
-        except (ExternalShutdownException, ShutdownException, TimeoutException, ConditionReachedException):
+        except (ExternalShutdownException, ShutdownException):
+            self._leave()
+            return
+        except (TimeoutException, ConditionReachedException):
             self._raise_failure()
             return
         with self._idle:
@@ -346,6 +371,11 @@ class MultiThreadedExecutor(Executor):
         self._pool.submit(self._run, work)
         self._raise_failure()
 
+    def _leave(self) -> None:
+        with self._idle:
+            self._left = True
+        self._raise_failure()
+
     def _raise_failure(self) -> None:
         if self._failures:
             raise self._failures.popleft()
@@ -354,29 +384,48 @@ class MultiThreadedExecutor(Executor):
         try:
             self._execute(work)
         except BaseException as error:  # noqa: BLE001 - raised where the executor spins
-            self._failures.append(error)
+            self._failed(error)
         finally:
             with self._idle:
                 self._running -= 1
                 self._idle.notify_all()
             self.work.wake()
 
+    def _failed(self, error: BaseException) -> None:
+        with self._idle:
+            left = self._left
+            if not left:
+                self._failures.append(error)
+        if left and not isinstance(error, (ExternalShutdownException, InvalidHandle)):  # the end causes these
+            arguments = (type(error), error, error.__traceback__, threading.current_thread())
+            threading.excepthook(threading.ExceptHookArgs(arguments))
+
     def shutdown(self, timeout_sec: float | None = None, *, wait_for_threads: bool = True) -> bool:
         """Run no further callbacks.
 
         Args:
-            timeout_sec: Seconds to wait for those that run; None or negative for no limit.
-            wait_for_threads: Whether to wait for the end of the pool's threads, too.
+            timeout_sec: Seconds to wait for those that run; None or negative for no limit. A callback that
+                calls this waits for the others.
+            wait_for_threads: Whether to wait for the end of the pool's threads, too; in a callback nobody
+                does.
 
         Returns:
             Whether none runs any more.
         """
         super().shutdown()
         unlimited = timeout_sec is None or timeout_sec < 0
+        in_callback: bool = getattr(self._this_thread, "in_pool", False)
         with self._idle:
-            ended = self._idle.wait_for(lambda: not self._running, None if unlimited else timeout_sec)
+            self._shutting_down += in_callback
+            self._idle.notify_all()
+            try:
+                ended = self._idle.wait_for(
+                    lambda: self._running <= self._shutting_down, None if unlimited else timeout_sec
+                )
+            finally:
+                self._shutting_down -= in_callback
         if ended:
-            self._pool.shutdown(wait=wait_for_threads)
+            self._pool.shutdown(wait=wait_for_threads and not in_callback)
         return ended
 
 

@@ -204,6 +204,58 @@ def test_an_error_in_a_pool_is_raised_by_spin(context: Context, node: Node) -> N
             executor.spin_until_future_complete(Future[None](), DEADLINE_SEC)
 
 
+def test_callbacks_in_a_pool_may_shut_it_down(context: Context, node: Node) -> None:
+    """Two that do so at the same time wait for no callback but the others, and spinning ends."""
+    barrier, group = threading.Barrier(2, timeout=DEADLINE_SEC), ReentrantCallbackGroup()
+    executor, ended = MultiThreadedExecutor(2, context=context), list[bool]()
+
+    def stop() -> None:
+        barrier.wait()
+        ended.append(executor.shutdown(DEADLINE_SEC))
+
+    for _ in range(2):
+        node.create_guard_condition(stop, group).trigger()
+    executor.add_node(node)
+    executor.spin()
+    assert executor.shutdown(DEADLINE_SEC)
+    assert ended == [True, True]
+
+
+def test_an_error_in_a_pool_after_the_end_of_spinning_is_printed(
+    context: Context, node: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that of any thread; but not what the end of the context itself has caused."""
+    begun, left, printed = threading.Semaphore(0), threading.Event(), list[object]()
+
+    def print_error(arguments: threading.ExceptHookArgs) -> None:
+        printed.append(arguments.exc_type)
+
+    monkeypatch.setattr(threading, "excepthook", print_error)
+
+    def fail(error: Exception) -> None:
+        begun.release()
+        left.wait(DEADLINE_SEC)
+        raise error
+
+    executor = MultiThreadedExecutor(2, context=context)
+    executor.add_node(node)
+    for error in (ValueError("late"), ExternalShutdownException()):
+        executor.create_task(fail, error)
+
+    def shut_down() -> None:
+        for _ in range(2):
+            assert begun.acquire(timeout=DEADLINE_SEC)
+        context.end()
+
+    thread = threading.Thread(target=shut_down)
+    thread.start()
+    executor.spin()
+    left.set()
+    thread.join()
+    assert executor.shutdown(DEADLINE_SEC)
+    assert printed == [ValueError]
+
+
 def test_an_executor_of_a_user_gets_tasks(context: Context, node: Node) -> None:
     """`wait_for_ready_callbacks` gives a task, its entity and its node; without work it raises in time."""
     seen = list[str]()
