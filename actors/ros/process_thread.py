@@ -8,7 +8,7 @@ from typing import Final
 
 from actors.threads.node_thread import NodeThread
 
-_lock: Final = threading.Lock()
+_lock: Final = threading.RLock()
 _current: NodeThread | None = None
 _pid = 0
 

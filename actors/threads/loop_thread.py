@@ -35,6 +35,9 @@ T = TypeVar("T")
 STOP_TIMEOUT_SEC: Final = 30.0
 """How long to wait for the thread's end: longer than four nodes take whose callbacks ignore cancellation."""
 
+LOCK_SEC: Final = 0.1
+"""How long to wait for the thread that posts: it may be in a signal handler that waits for the loop's end."""
+
 MAX_CALLS: Final = 100_000
 """Calls that have not ended. More of them mean that the loop is blocked, or that nobody waits for results."""
 
@@ -64,7 +67,7 @@ class LoopThread:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._pid = 0
         self._running = False
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a signal handler may interrupt `post`, and post as well
         """Held while `_running` changes, and from a look at it until a callback is in the loop's queue."""
         self._calls: set[Future[Any]] = set()
         self._tasks: dict[asyncio.Task[Any], Future[Any]] = {}
@@ -153,7 +156,11 @@ class LoopThread:
         self.require_running()  # before the lock: in a forked child nobody may be left to release it
         with self._lock:
             self.require_running()
-            self._loop.call_soon_threadsafe(callback, *args)
+            try:
+                self._loop.call_soon_threadsafe(callback, *args)
+            except RuntimeError:  # closed: a signal handler has stopped the thread just now
+                self.require_running()
+                raise
 
     def submit(self, work: Work) -> Future[Any]:
         """Run a coroutine, or a function and the coroutine that it returns, in the loop."""
@@ -232,8 +239,10 @@ class LoopThread:
 
     def refuse_calls(self) -> None:
         """Accept no further calls, and end those that run with ThreadStoppedError."""
-        with self._lock:
-            self._running = False
+        locked = self._lock.acquire(timeout=LOCK_SEC)
+        self._running = False
+        if locked:
+            self._lock.release()
         for future in self._calls.copy():
             self._complete(future, None)
 

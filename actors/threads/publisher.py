@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections import deque
@@ -25,6 +26,10 @@ QUEUED_MESSAGES: Final = 10_000
 """Messages that may wait for the loop: more than a thread publishes while it keeps the GIL, about 5 ms."""
 QUEUED_BYTES: Final = 64 * 1024 * 1024
 """Their size. A single message may be larger."""
+LOCK_SEC: Final = 0.01
+"""How long the loop waits for the lock: longer than a thread has it that runs."""
+RETRY_SEC: Final = 0.001
+"""When it tries again."""
 
 
 class ThreadPublisher(Generic[T]):
@@ -38,7 +43,6 @@ class ThreadPublisher(Generic[T]):
     Attributes:
         topic_name: The full name of the topic.
         published: Messages that `publish` has accepted.
-        dropped: Messages dropped here because the queue was full, or the publisher was destroyed meanwhile.
     """
 
     def __init__(self, thread: LoopThread, publisher: Publisher[T], limit: int) -> None:
@@ -46,7 +50,10 @@ class ThreadPublisher(Generic[T]):
             raise ValueError(f"limit must be at least 1, not {limit}")
         self.topic_name = publisher.topic_name
         self.published = 0
-        self.dropped = 0
+        self._overflowed = 0
+        """Messages dropped because the queue was full."""
+        self._refused = 0
+        """Messages that the publisher has not taken; only the loop changes it."""
         self._reported = 0
         """Those of `dropped` that the node's diagnostics have."""
         self._thread = thread
@@ -65,6 +72,11 @@ class ThreadPublisher(Generic[T]):
     def queued(self) -> int:
         """Messages that wait for the loop."""
         return len(self._queue)
+
+    @property
+    def dropped(self) -> int:
+        """Messages dropped here because the queue was full, or the publisher was destroyed meanwhile."""
+        return self._overflowed + self._refused
 
     def publish(self, msg: T | bytes) -> None:
         """Send a message as `Publisher.publish` does, from any thread. Never blocks.
@@ -120,29 +132,31 @@ class ThreadPublisher(Generic[T]):
                 raise PublisherFull(f"'{self.topic_name}': {waiting} messages wait; call ready()")
         while full:
             self._queued_bytes -= len(queue.popleft())
-            self.dropped += 1
+            self._overflowed += 1
             full = queue and self._queued_bytes + size > QUEUED_BYTES
 
     def _hand_over(self) -> None:
         """Give everything that waits to the publisher; in the loop."""
-        with self._lock:
+        # A thread that has the lock may be in a signal handler that waits for the loop.
+        if not self._lock.acquire(timeout=LOCK_SEC):
+            asyncio.get_running_loop().call_later(RETRY_SEC, self._hand_over)
+            return
+        try:
             queue, self._queue = self._queue, deque()
             self._queued_bytes = 0
             self._posted = False
-            dropped = self.dropped
-        refused = 0
+        finally:
+            self._lock.release()
         for data in queue:
             try:
                 self._publisher.publish_encoded(data)
             except PublisherFull:  # `publish` has checked this; others have published since
                 self._endpoint.collect(data)
             except (NodeDestroyed, InvalidMessageError):  # has been destroyed, or has another broker now
-                refused += 1
-        if refused:
-            with self._lock:
-                self.dropped += refused
-        self._endpoint.overflowed += dropped + refused - self._reported
-        self._reported = dropped + refused
+                self._refused += 1
+        dropped = self.dropped
+        self._endpoint.overflowed += dropped - self._reported
+        self._reported = dropped
 
     def ready(self, timeout_sec: float | None = None) -> None:
         """Block until there is space, as `Publisher.ready` does.

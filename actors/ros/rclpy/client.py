@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-import threading
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -13,6 +13,7 @@ from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
+from actors.threads.errors import ThreadStoppedError
 from proto.errors import CallboardError
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -21,6 +22,22 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.qos import QoSProfile
+
+
+class _Call:
+    """A call whose future is to be completed.
+
+    Attributes:
+        reply: What waits for it in the loop; None before that.
+        given_up: Whether the future is not to be completed any more.
+    """
+
+    __slots__ = ("given_up", "reply")
+
+    def __init__(self) -> None:
+        self.reply: asyncio.Future[Any] | None = None
+        self.given_up = False
+
 
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
@@ -46,9 +63,8 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         prepare(srv_type.Response)
         self.context = context
         self._native = native
-        self._lock = threading.Lock()
-        self._pending: dict[Future[ResponseT], asyncio.Future[Any] | None] = {}
-        """The calls whose futures are to be completed, with what waits for them in the loop."""
+        self._pending: dict[Future[ResponseT], _Call] = {}
+        """No lock, which the loop would wait for while a signal handler that has it waits for the loop."""
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT:
         """Call the service and wait for the response, in any thread, in callbacks, too.
@@ -91,26 +107,26 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         self._check(request)
         request = copied(request)
         future = Future[ResponseT]()
-        with self._lock:
-            self._pending[future] = None
+        call = self._pending[future] = _Call()
         future.when_done(partial(self.remove_pending_request, future))
-        self._thread.post(self._begin, request, future)
+        self._thread.post(self._begin, request, future, call)
         return future
 
     def _check(self, request: RequestT) -> None:
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected a {self.srv_type.Request.__qualname__}, got {request!r}")
 
-    def _begin(self, request: RequestT, future: Future[ResponseT]) -> None:
-        with self._lock:
-            if future not in self._pending:
-                return
-            if self._native.service_is_ready():
-                reply = self._call_now(request)
-            else:
-                reply = asyncio.ensure_future(self._call(request))
-            self._pending[future] = reply
-        reply.add_done_callback(partial(self._call_ended, future))
+    def _begin(self, request: RequestT, future: Future[ResponseT], call: _Call) -> None:
+        if call.given_up:
+            return
+        if self._native.service_is_ready():
+            reply = self._call_now(request)
+        else:
+            reply = asyncio.ensure_future(self._call(request))
+        call.reply = reply
+        if call.given_up:  # meanwhile, by a thread that has not seen the reply
+            reply.cancel()
+        reply.add_done_callback(partial(self._call_ended, future, call))
 
     def _call_now(self, request: RequestT) -> asyncio.Future[Any]:
         try:
@@ -120,15 +136,14 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             failed.set_exception(error)
             return failed
 
-    def _call_ended(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
+    def _call_ended(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
         if reply.cancelled():
             return
-        self.enqueue(partial(self._complete, future, reply))
+        self.enqueue(partial(self._complete, future, call, reply))
 
-    def _complete(self, future: Future[ResponseT], reply: asyncio.Future[ResponseT]) -> None:
-        with self._lock:
-            if future not in self._pending:
-                return
+    def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
+        if call.given_up:
+            return
         future.set_executor(self.executor)
         error = reply.exception()
         if error is None:
@@ -138,10 +153,13 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def remove_pending_request(self, future: Future[ResponseT]) -> None:
         """Give a call up: its future will not be completed."""
-        with self._lock:
-            reply = self._pending.pop(future, None)
-        if reply is not None and not reply.done():
-            self._thread.post(reply.cancel)
+        call = self._pending.pop(future, None)
+        if call is None:
+            return
+        call.given_up = True
+        if call.reply is not None and not call.reply.done():
+            with suppress(ThreadStoppedError):
+                self._thread.post(call.reply.cancel)
 
     def service_is_ready(self) -> bool:
         """Return whether there is a server."""
@@ -163,8 +181,10 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def destroy(self) -> None:
         """Take the client out of service; calls in flight are given up."""
-        with self._lock:
-            replies = [each for each in self._pending.values() if each is not None]
-            self._pending.clear()
-        self._thread.call(lambda: [each.cancel() for each in replies])
+        calls = list[_Call]()
+        while self._pending:
+            call = self._pending.popitem()[1]
+            call.given_up = True
+            calls.append(call)
+        self._thread.call(lambda: [each.reply.cancel() for each in calls if each.reply is not None])
         super().destroy()

@@ -75,7 +75,8 @@ class Timer(Entity):
         super().__init__(callback_group)
         self.callback = callback
         self.clock = clock
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # a callback that a signal handler interrupts may be in `reset`
+        self._has_jumped = False
         self._period = int(timer_period_ns)
         self._last = clock.now().nanoseconds
         self._next = self._last + self._period
@@ -99,6 +100,7 @@ class Timer(Entity):
 
     def is_ready(self) -> bool:
         """Return whether a call is due."""
+        self._follow()
         return not self._canceled and self._now() >= self._next
 
     def is_canceled(self) -> bool:
@@ -126,6 +128,7 @@ class Timer(Entity):
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next call, negative if it is late; None if it is cancelled."""
         now = self._now()
+        self._follow()
         return None if self._canceled else self._next - now
 
     def rearm(self) -> None:
@@ -135,17 +138,26 @@ class Timer(Entity):
             executor.work.timers_changed()
 
     def jumped(self) -> None:
-        """Follow the clock after a jump; after one back the next call is at most one period away."""
-        with self._lock:
-            now = self.clock.now().nanoseconds
-            if self._next - now > self._period:
-                self._last, self._next = now, now + self._period
+        """Follow the clock after a jump; in the loop, which takes no lock."""
+        self._has_jumped = True
         self.rearm()
+
+    def _follow(self) -> None:
+        """After a jump back let the next call be at most one period away."""
+        if not self._has_jumped:
+            return
+        with self._lock:
+            if self._has_jumped:
+                self._has_jumped = False
+                now = self.clock.now().nanoseconds
+                if self._next - now > self._period:
+                    self._last, self._next = now, now + self._period
 
     def remaining_sec(self) -> float:
         """Return for how long the executor need not look at it: zero or less if it is due."""
         if self._canceled or self._destroyed:
             return inf
+        self._follow()
         rest = (self._next - self.clock.now().nanoseconds) / 1e9
         if rest <= 0:
             return rest
@@ -162,6 +174,7 @@ class Timer(Entity):
         with self._lock:
             if self._canceled or self._destroyed:
                 return None
+            self._follow()
             now, expected = self.clock.now().nanoseconds, self._next
             if now < expected:
                 return None

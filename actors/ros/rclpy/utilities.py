@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from actors.ros.rclpy.context import Context
 
-_lock: Final = threading.Lock()
+_lock: Final = threading.RLock()
 _default: Context | None = None
 
 __getattr__ = imported_names(__name__, "Context S_TO_NS")
@@ -25,6 +25,9 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
     global _default  # noqa: PLW0603 - rclpy's: the one of programs that name none
     from actors.ros.rclpy.context import Context  # noqa: PLC0415 - circular
 
+    context = _default
+    if context is not None and not shutting_down:  # without the lock, which a signal handler may interrupt
+        return context
     with _lock:
         context = _default or Context()
         _default = None if shutting_down else context

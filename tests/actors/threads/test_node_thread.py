@@ -10,6 +10,7 @@ import sys
 import threading
 from concurrent.futures import CancelledError
 from contextlib import asynccontextmanager
+from queue import Queue
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -20,7 +21,7 @@ from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
 from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
+    from collections.abc import AsyncGenerator, Callable
 
     from tests.actors.threads.conftest import Host
 
@@ -480,3 +481,34 @@ def test_functions_are_posted_in_order(host: Host) -> None:
     assert seen == list(range(100))
     with pytest.raises(ThreadStoppedError):
         thread.post(seen.append, 0)
+
+
+class InterruptedLoop(asyncio.SelectorEventLoop):
+    """A loop whose callers are interrupted as they post: `interrupt` is called once."""
+
+    interrupt: Callable[[], object] | None = None
+
+    def call_soon_threadsafe(self, *args: Any, **kwargs: Any) -> asyncio.Handle:
+        """Post a callback."""
+        interrupt, self.interrupt = self.interrupt, None
+        if interrupt is not None:
+            interrupt()
+        return super().call_soon_threadsafe(*args, **kwargs)
+
+
+def test_a_signal_handler_that_interrupts_a_post_may_post() -> None:
+    """And stop the thread: then the interrupted one raises ThreadStoppedError."""
+    loop, posted = InterruptedLoop(), Queue[str]()
+    with NodeThread(loop_factory=lambda: loop) as thread:
+
+        def post() -> None:
+            loop.interrupt = lambda: thread.post(posted.put, "handler")
+            thread.post(posted.put, "interrupted")
+            loop.interrupt = thread.stop
+            try:
+                thread.post(posted.put, "late")
+            except ThreadStoppedError:
+                posted.put("stopped")
+
+        threading.Thread(target=post, daemon=True).start()
+        assert [posted.get(timeout=DEADLINE_SEC) for _ in range(3)] == ["handler", "interrupted", "stopped"]

@@ -206,6 +206,19 @@ def test_ctrl_c_does_not_lock_the_publisher(host: Host, monkeypatch: pytest.Monk
         other.join(DEADLINE_SEC)
 
 
+def test_the_loop_goes_on_while_a_publisher_is_locked(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A signal handler that interrupts `publish` may call into the loop; the messages are sent afterwards."""
+    with NodeThread() as thread:
+        pair = Pair(host, thread, 10)
+        lock = threading.RLock()
+        monkeypatch.setattr(pair.publisher, "_lock", lock)
+        with lock:
+            pair.publish([1, 2])
+            assert thread.call(lambda: "called", DEADLINE_SEC) == "called"
+            assert pair.publisher.queued == 2
+        assert pair.received(2) == [1, 2]
+
+
 def test_the_counts_add_up_when_threads_overflow_the_queue(host: Host) -> None:
     """Each message is handed over, dropped or queued."""
     count, threads = 3000, 4
