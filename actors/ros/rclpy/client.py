@@ -139,6 +139,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def _call_ended(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
         if reply.cancelled():
             return
+        reply.exception()  # the program may never spin again: then asyncio need not report it
         self.enqueue(partial(self._complete, future, call, reply))
 
     def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 import time
@@ -163,3 +164,23 @@ def test_a_goal_begins_in_the_executor_that_the_node_has_then(context: Context) 
         task.result()
         second.add_node(node)
         assert list(spun(second, result).result.sequence) == [1]
+
+
+def test_an_error_that_comes_when_nobody_spins_is_not_logged(
+    context: Context, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The program ends with a call under way, whose server ends as well."""
+    with running_context() as inner, SingleThreadedExecutor(context=inner) as executor:
+        node = Node("client", context=inner)
+        client = node.create_client(Trigger, "wait")
+        executor.add_node(node)
+        server = Node("server", context=context)
+        server.create_service(Trigger, "wait", lambda request, response: response)
+        assert client.wait_for_service(DEADLINE_SEC)
+        client.call_async(Trigger.Request())
+        server.destroy_node()
+        task, entity, _ = executor.wait_for_ready_callbacks(DEADLINE_SEC)
+        assert entity is client
+    del task, entity, _, client, node
+    gc.collect()
+    assert not [each for each in caplog.records if each.name == "asyncio"]
