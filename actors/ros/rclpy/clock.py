@@ -38,13 +38,13 @@ class Clock:
 
     Attributes:
         native: callboard's clock.
-        followers: Timers to be told of jumps.
     """
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self.native = NativeClock(clock_type)
         self._jump_calls: RecentCalls | None = None
-        self.followers: weakref.WeakSet[Timer] = weakref.WeakSet()
+        self._followers: dict[int, weakref.ref[Timer]] = {}
+        """Timers by their ids. A dict, since its values can be copied while other threads change it."""
 
     @property
     def clock_type(self) -> ClockType:
@@ -62,6 +62,15 @@ class Clock:
     def now(self) -> Time:
         """Return the current time."""
         return self.native.now()
+
+    def follow(self, timer: Timer) -> None:
+        """Tell a timer of jumps while it exists."""
+        followers, number = self._followers, id(timer)
+        followers[number] = weakref.ref(timer, lambda _: followers.pop(number, None))
+
+    def unfollow(self, timer: Timer) -> None:
+        """Tell a timer of jumps no more."""
+        self._followers.pop(id(timer), None)
 
     def create_jump_callback(
         self,
@@ -145,5 +154,7 @@ class ROSClock(Clock):
 
     def _jumped(self, jump: TimeJump) -> None:
         del jump
-        for timer in tuple(self.followers):
-            timer.jumped()
+        for each in tuple(self._followers.values()):
+            timer = each()
+            if timer is not None:
+                timer.jumped()

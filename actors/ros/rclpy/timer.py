@@ -82,7 +82,7 @@ class Timer(Entity):
         self._next = self._last + self._period
         self._canceled = not autostart
         self._destroyed = False
-        clock.followers.add(self)
+        clock.follow(self)
 
     @property
     def timer_period_ns(self) -> int:
@@ -194,7 +194,7 @@ class Timer(Entity):
     def destroy(self) -> None:
         """Make no further calls."""
         self._destroyed = True
-        self.clock.followers.discard(self)
+        self.clock.unfollow(self)
 
 
 def _info_parameter(callback: Callable[..., Any]) -> str | None:
