@@ -211,20 +211,25 @@ class Rate:
     def __init__(self, timer: Timer, *, context: Context) -> None:
         self._timer = timer
         self._context = context
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._sleeps: list[Future[None]] = []
+        self._missed = False
+        """Whether it has ticked while nobody slept."""
         self._destroyed = False
         timer.callback = self._ticked
 
     def _ticked(self) -> None:
         with self._lock:
             sleeps, self._sleeps = self._sleeps, []
+            self._missed = not sleeps
         for sleep in sleeps:
             if sleep.set_running_or_notify_cancel():
                 sleep.set_result(None)
 
     def sleep(self) -> None:
         """Sleep until the next tick of the timer; somebody else must spin.
+
+        Return at once if it has ticked since the last sleep: the loop has taken longer than its period.
 
         Raises:
             ROSInterruptException: The context is shut down.
@@ -234,6 +239,9 @@ class Rate:
         with self._lock:
             if self._destroyed and self._context.ok():
                 raise RuntimeError("Rate cannot sleep because it has been destroyed")
+            if self._missed and self._context.ok():
+                self._missed = False
+                return
             self._sleeps.append(sleep)
         try:
             self._context.wait_for(sleep)

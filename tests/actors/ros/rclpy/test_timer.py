@@ -50,3 +50,29 @@ def test_timers_come_and_go_while_simulated_time_jumps(
         thread.join()
     assert len(timers) == 100
     assert not caplog.records
+
+
+def test_a_rate_remembers_one_tick(context: Context) -> None:
+    """A loop that has taken longer than its period does not sleep; the sleep after that does."""
+    rate, seen = Node("node", context=context).create_rate(1000), list[str]()
+    ticked = rate.timer.callback
+    assert ticked is not None
+    for _ in range(2):
+        ticked()
+
+    def sleep() -> None:
+        for _ in range(2):
+            rate.sleep()
+            seen.append("slept")
+            slept.release()
+
+    slept = threading.Semaphore(0)
+    thread = threading.Thread(target=sleep, daemon=True)
+    thread.start()
+    assert slept.acquire(timeout=DEADLINE_SEC)
+    seen.append("ticks")
+    ticked()
+    while not slept.acquire(timeout=0.001):
+        ticked()
+    thread.join(DEADLINE_SEC)
+    assert seen == ["slept", "ticks", "slept"]
