@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 import threading
@@ -24,7 +25,7 @@ from actors.ros.rclpy.utilities import forget_default_context
 from actors.runtime.run import set_up_logging
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Sequence
+    from collections.abc import Callable, Coroutine, Iterator, Sequence
     from concurrent.futures import Future as Reply
     from types import TracebackType
 
@@ -42,6 +43,7 @@ class Context:
     Attributes:
         arguments: The ROS arguments of its nodes.
         domain_id: Its domain; None for the environment's.
+        failure: The error with which the thread of its nodes has failed, which has ended the context.
     """
 
     def __init__(self) -> None:
@@ -54,7 +56,8 @@ class Context:
         self._executors: tuple[weakref.ref[Executor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
         self._waits: tuple[Reply[Any], ...] = ()
-        _contexts.add(self)
+        self._thread: NodeThread | None = None
+        self.failure: BaseException | None = None
 
     @property
     def handle(self) -> Handle | None:
@@ -64,9 +67,10 @@ class Context:
     @property
     def thread(self) -> NodeThread:
         """The thread in which the nodes live; raise NotInitializedException unless the context is ok."""
-        if not self.ok():
+        thread = self._thread
+        if thread is None or not self.ok():
             raise NotInitializedException
-        return process_thread()
+        return thread
 
     def init(
         self,
@@ -95,8 +99,10 @@ class Context:
             self.domain_id = domain_id
             if initialize_logging:
                 set_up_logging(self.arguments)
-            process_thread()
+            self._thread = _thread_for(self)
             self._initialized = self._ok = True
+            if self._thread.ended.done():  # has failed just now
+                self.thread_ended(self._thread.ended)
 
     def ok(self) -> bool:
         """Return whether it is initialized and not shut down.
@@ -116,10 +122,13 @@ class Context:
         self._ended = self._forked = self._initialized
         self._ok = False
 
-    def track_node(self, node: Node) -> None:
-        """Destroy a node when the context is shut down."""
+    def track_node(self, node: Node) -> bool:
+        """Destroy a node when the context is shut down; return False if it has been."""
         with self._lock:
+            if self._ended:
+                return False
             self._nodes = (*(each for each in self._nodes if each() is not None), weakref.ref(node))
+            return True
 
     def untrack_node(self, node: Node) -> None:
         """Forget a node."""
@@ -141,6 +150,18 @@ class Context:
             executor = each()
             if executor is not None:
                 executor.wake()
+
+    def thread_ended(self, ended: Reply[None]) -> None:
+        """End because the thread of the nodes has ended."""
+        if self._thread is not None and self._thread.ended is ended:
+            if self._ok:
+                self.failure = ended.exception()
+            self.end()
+
+    def end_error(self) -> BaseException:
+        """Return what a wait raises that the end of the context ends."""
+        park_at_exit()
+        return self.failure or ExternalShutdownException()
 
     def shutdown(self) -> None:
         """Destroy the nodes, end all spinning, and call the callbacks of `on_shutdown`.
@@ -205,6 +226,7 @@ class Context:
 
         Raises:
             ExternalShutdownException: The context has ended meanwhile, also by a signal.
+            Exception: The context has ended because the thread of the nodes has failed, with this error.
             TimeoutError: The coroutine did not end in time, and has been cancelled.
             Exception: The coroutine's.
         """
@@ -221,7 +243,7 @@ class Context:
         except (CancelledError, NodeDestroyed):
             if self._ok:
                 raise
-            raise ExternalShutdownException from None
+            raise self.end_error() from None
         finally:
             wait.cancel()  # it goes on after a timeout, or Ctrl-C
             with self._lock:
@@ -253,11 +275,61 @@ class Context:
 
 
 _HANDLE: Final = Handle()
-_contexts: Final[weakref.WeakSet[Context]] = weakref.WeakSet()
+_lock: Final = threading.RLock()
+_contexts: tuple[weakref.ref[Context], ...] = ()
+"""Those that have been initialized. Replaced, never changed, so that every thread may read it."""
+_watched: NodeThread | None = None
+"""The thread whose end ends contexts."""
+_exiting = False
+
+
+def _thread_for(context: Context) -> NodeThread:
+    """Return the thread for a context; its end, and that of the program, will end the context."""
+    global _contexts, _watched  # noqa: PLW0603 - the process's
+    with _lock:
+        _contexts = (*(each for each in _contexts if each() is not None), weakref.ref(context))
+        thread = process_thread()
+        if thread is not _watched:
+            _watched = thread
+            thread.ended.add_done_callback(_thread_ended)
+            atexit.unregister(_end_all)
+            atexit.register(_end_all)  # after the thread's own function, so that it is called before
+    return thread
+
+
+def _initialized_contexts() -> Iterator[Context]:
+    for each in _contexts:
+        context = each()
+        if context is not None:
+            yield context
+
+
+def _thread_ended(ended: Reply[None]) -> None:
+    for context in _initialized_contexts():
+        context.thread_ended(ended)
+
+
+def _end_all() -> None:
+    global _exiting  # noqa: PLW0603 - the process's
+    _exiting = True
+    for context in _initialized_contexts():
+        context.end()
+
+
+def park_at_exit(*, pools_ended: bool = False) -> None:
+    """While the program exits, block a daemon thread for ever: everything it uses is gone.
+
+    Python kills it. Without this its traceback would be the program's last words.
+
+    Args:
+        pools_ended: The program does exit: Python has ended the pools of threads, which comes first.
+    """
+    if (_exiting or pools_ended) and threading.current_thread().daemon:
+        threading.Event().wait()
 
 
 def _after_fork_in_child() -> None:
-    for context in tuple(_contexts):
+    for context in _initialized_contexts():
         context.forked()
     forget_default_context()
 

@@ -20,6 +20,7 @@ from actors.ros.rclpy.executor_errors import ConditionReachedException as Condit
 from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
 from actors.ros.rclpy.executor_errors import ShutdownException as ShutdownException
 from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutException
+from actors.ros.rclpy.context import park_at_exit
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.task import Future, Task
 from actors.ros.rclpy.utilities import get_default_context
@@ -205,9 +206,19 @@ class Executor:
     # Spinning
 
     def spin(self) -> None:
-        """Run callbacks until the context or the executor is shut down."""
+        """Run callbacks until the context or the executor is shut down.
+
+        Raises:
+            ExternalShutdownException: The context was shut down while this waited, as by SIGTERM.
+            Exception: A callback's, or that with which the thread of the nodes has failed.
+        """
         while self._context.ok() and not self._is_shutdown:
             self.spin_once()
+        self._raise_failure_of_context()
+
+    def _raise_failure_of_context(self) -> None:
+        if self._context.failure is not None:
+            raise self._context.failure
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait for one callback and run it.
@@ -234,6 +245,8 @@ class Executor:
                 self._spin_once_until(future.done, None if rest == inf else max(0.0, rest))
                 if time.monotonic() >= end:
                     return
+        if not future.done():
+            self._raise_failure_of_context()
 
     def spin_once_until_future_complete(
         self, future: Future[Any], timeout_sec: float | TimeoutObject | None = None
@@ -299,7 +312,11 @@ class SingleThreadedExecutor(Executor):
             work = self.work.wait(timeout_sec, condition)
         except (ShutdownException, TimeoutException, ConditionReachedException):
             return
-        self._execute(work)
+        try:
+            self._execute(work)
+        except BaseException:
+            park_at_exit()
+            raise
 
 
 class MultiThreadedExecutor(Executor):
@@ -368,7 +385,11 @@ class MultiThreadedExecutor(Executor):
             if not isinstance(work, Task):
                 self.work.ended(work[1])
             return
-        self._pool.submit(self._run, work)
+        try:
+            self._pool.submit(self._run, work)
+        except RuntimeError:  # the program exits, which ends all pools
+            park_at_exit(pools_ended=True)
+            raise
         self._raise_failure()
 
     def _leave(self) -> None:
@@ -378,6 +399,7 @@ class MultiThreadedExecutor(Executor):
 
     def _raise_failure(self) -> None:
         if self._failures:
+            park_at_exit()
             raise self._failures.popleft()
 
     def _run(self, work: Work) -> None:

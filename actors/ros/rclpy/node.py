@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 from actors.interfaces.message import Message, is_message_type
@@ -30,6 +31,7 @@ from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.imported_names import imported_names
+from actors.threads.errors import ThreadStoppedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -126,7 +128,9 @@ class Node(NodeParameters, NodeGraph):
             store.declare_overrides()
         if start_parameter_services:
             serve_parameters(self, store, self._callboard.parameters_lock)
-        self._context.track_node(self)
+        if not self._context.track_node(self):  # another thread has shut it down meanwhile
+            self.destroy_node()
+            raise NotInitializedException("cannot create node")
 
     # Identity
 
@@ -457,7 +461,8 @@ class Node(NodeParameters, NodeGraph):
         executor = self.executor
         if executor is not None:
             executor.remove_node(self)
-        parts.thread.leave(parts.native)
+        with suppress(ThreadStoppedError, LookupError):  # the thread has failed, and left all nodes
+            parts.thread.leave(parts.native)
         for each in self.timers:
             each.destroy()
         parts.publishers.clear()

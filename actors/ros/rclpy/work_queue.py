@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 from actors.ros.rclpy.executor_errors import (
     ConditionReachedException,
-    ExternalShutdownException,
     ShutdownException,
     TimeoutException,
 )
@@ -178,7 +177,7 @@ class WorkQueue:
     def _next_work(self) -> Work | None:
         executor = self._executor
         if executor.is_shut_down or not executor.context.ok():
-            raise ShutdownException if executor.is_shut_down else ExternalShutdownException
+            raise ShutdownException if executor.is_shut_down else executor.context.end_error()
         if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
             self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
             _move_all(self._waiting, self._ready)

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import subprocess
 import sys
+from typing import Any, Self
 
 import pytest
 
 from actors.ros.rclpy.context import Context
-from actors.ros.rclpy.exceptions import InvalidHandle
-from actors.ros.rclpy.executors import SingleThreadedExecutor
+from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
+from actors.ros.rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.task import Future
+from tests.actors.ros.conftest import running_context
+
+DEADLINE_SEC = 20.0
 
 CHILD = """
 import os, sys
@@ -38,6 +44,46 @@ if os.fork() == 0:
 os.wait()
 print(parents.get_node_names())
 """
+
+EXIT = """
+import threading
+from actors.ros import finder
+finder.install()
+import rclpy
+from rclpy.executors import {kind}
+from std_msgs.msg import String
+
+def publish():
+    begun.set()
+    while {endless}:
+        publisher.publish(String())
+
+rclpy.init()
+node = rclpy.create_node("node")
+begun = threading.Event()
+publisher = node.create_publisher(String, "t", 1)
+node.create_timer(0.0, publish)
+executor = {kind}()
+executor.add_node(node)
+threading.Thread(target=executor.spin, daemon=True).start()
+begun.wait()
+"""
+
+
+class Failing:
+    """A context in a thread that fails on request."""
+
+    async def __aenter__(self) -> Self:
+        self._task = asyncio.current_task()
+        return self
+
+    def fail(self) -> None:
+        """Fail, as a node does."""
+        assert self._task is not None
+        self._task.cancel()
+
+    async def __aexit__(self, *error: object) -> None:
+        raise ValueError("failed")
 
 
 def test_a_context_is_of_no_use_in_a_forked_child(context: Context) -> None:
@@ -77,3 +123,64 @@ def test_a_forked_child_makes_nodes_of_its_own() -> None:
     assert "runs in the parent process" in lines[0]
     assert "forked after rclpy.init()" in lines[1]
     assert lines[2:] == ["['child', 'parent']", "['parent']"], child.stdout + child.stderr
+
+
+@pytest.mark.parametrize("kind", [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_a_failure_of_the_thread_ends_the_context(
+    context: Context, kind: type[SingleThreadedExecutor | MultiThreadedExecutor]
+) -> None:
+    """Spinning raises the error, a shutdown does not; the next context has another thread."""
+    node, thread, failing = Node("node", context=context), context.thread, Failing()
+    thread.enter(failing)
+    executor = kind(context=context)
+    executor.add_node(node)
+    executor.create_task(thread.post, failing.fail)
+    with pytest.raises(ValueError, match="failed"):
+        executor.spin_until_future_complete(Future[None](), DEADLINE_SEC)
+    assert not context.ok()
+    with pytest.raises(ValueError, match="failed"):
+        executor.spin()
+    with pytest.raises(NotInitializedException):
+        Node("other", context=context)
+    context.shutdown()
+    assert executor.shutdown(DEADLINE_SEC)
+    with pytest.raises(ValueError, match="failed"):
+        thread.stop()
+    with running_context() as later:
+        assert Node("later", context=later).get_node_names() == ["later"]
+
+
+def test_a_node_that_is_made_during_a_shutdown_is_destroyed(context: Context) -> None:
+    """Whoever makes it gets an error, and the graph has no such node."""
+    watching = Node("watching", context=context)
+
+    class Late(Node):
+        def create_service(self, *args: Any, **options: Any) -> Any:
+            """Shut down before the node is complete."""
+            self.context.try_shutdown()
+            return super().create_service(*args, **options)
+
+    with running_context() as inner, pytest.raises(NotInitializedException):
+        Late("late", context=inner)
+    assert watching.get_node_names() == ["watching"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "endless"),
+    [
+        (SingleThreadedExecutor, True),
+        (SingleThreadedExecutor, False),
+        (MultiThreadedExecutor, False),  # Python waits for the threads of pools
+    ],
+)
+@pytest.mark.usefixtures("context")
+def test_a_program_ends_silently_while_a_daemon_thread_spins(kind: type[object], *, endless: bool) -> None:
+    """It need not shut down; a callback may be publishing as everything ends."""
+    program = subprocess.run(
+        [sys.executable, "-c", EXIT.format(kind=kind.__name__, endless=endless)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert not program.stderr
