@@ -196,16 +196,20 @@ class RecentCalls:
     def __init__(self, entity: QueuedCalls, depth: int) -> None:
         self.dropped = 0
         self._entity = entity
-        self._calls: deque[Callable[[], Any]] = deque(maxlen=depth)
+        self._depth = depth
+        self._calls: deque[Callable[[], Any]] = deque()
+        """As many as the entity has turns for: each takes one."""
 
     def add(self, call: Callable[[], Any]) -> None:
         """Make a call soon; in the loop."""
-        full = len(self._calls) == self._calls.maxlen
         self._calls.append(call)
-        if full:  # the turn of the one that was dropped is left
-            self.dropped += 1
-        else:
-            self._entity.enqueue(self._make)
+        if len(self._calls) > self._depth:
+            oldest = self._calls.popleft()
+            if oldest is not call:  # its turn is left for this one
+                self.dropped += 1
+                return
+            self._calls.append(call)  # the executor has made the others meanwhile
+        self._entity.enqueue(self._make)
 
     def _make(self) -> Any:
         return self._calls.popleft()()

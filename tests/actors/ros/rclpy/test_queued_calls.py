@@ -6,7 +6,8 @@ import gc
 import subprocess
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pytest
 
@@ -15,10 +16,13 @@ from actors.interfaces.action_msgs.msg import GoalStatus
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.node.node_runner import STOP_TIMEOUT_SEC
+from actors.ros.rclpy import queued_calls
 from actors.ros.rclpy.action.client import ActionClient
 from actors.ros.rclpy.action.server import ActionServer
+from actors.ros.rclpy.callback_groups import ReentrantCallbackGroup
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from tests.actors.ros.conftest import running_context
 
 if TYPE_CHECKING:
@@ -184,3 +188,36 @@ def test_an_error_that_comes_when_nobody_spins_is_not_logged(
     del task, entity, _, client, node
     gc.collect()
     assert not [each for each in caplog.records if each.name == "asyncio"]
+
+
+class InterruptedDeque(deque[Any]):
+    """A deque in which another thread runs when its length is asked for: each of `interrupts` once."""
+
+    interrupts: ClassVar[list[Callable[[], object]]] = []
+
+    def __len__(self) -> int:
+        length = super().__len__()
+        if self.interrupts:
+            self.interrupts.pop()()
+        return length
+
+
+def test_the_last_call_is_made(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also if it is added just as the executor makes the one before it."""
+    monkeypatch.setattr(queued_calls, "deque", InterruptedDeque)
+    calls, made = QueuedCalls(context.thread, ReentrantCallbackGroup()), list[str]()
+    recent = RecentCalls(calls, 1)
+
+    def make_next() -> None:
+        call = calls.take()
+        assert call is not None
+        call()
+
+    recent.add(lambda: made.append("before"))
+    InterruptedDeque.interrupts.append(make_next)
+    recent.add(lambda: made.append("last"))
+    assert made == ["before"]
+    make_next()
+    assert made == ["before", "last"]
+    assert not calls.has_work()
+    assert not recent.dropped
