@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import weakref
@@ -73,3 +74,14 @@ def uninstall_signal_handlers() -> None:
 def get_current_signal_handlers_options() -> SignalHandlerOptions:
     """Return which signals are handled."""
     return _options
+
+
+def _after_fork_in_child() -> None:
+    """Leave a child the handlers from before: its parent's contexts are not for it to end."""
+    global _contexts  # noqa: PLW0603 - see above
+    _contexts = ()
+    uninstall_signal_handlers()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)

@@ -20,7 +20,7 @@ from tests.actors.ros.conftest import running_context
 DEADLINE_SEC = 20.0
 
 CHILD = """
-import os, sys
+import os, signal, sys
 from actors.ros import finder
 finder.install()
 import rclpy
@@ -36,6 +36,7 @@ if os.fork() == 0:
         except RuntimeError as error:
             print(type(error).__name__, error)
     assert not rclpy.ok()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     with rclpy.init():
         with rclpy.create_node("child") as node:
             print(sorted(node.get_node_names()))
