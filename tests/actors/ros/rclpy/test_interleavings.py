@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.errors import NodeDestroyed
 from actors.interfaces.std_msgs.msg import Int64
 from actors.ros.rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
 from actors.ros.rclpy.executors import (
     ExternalShutdownException,
     MultiThreadedExecutor,
@@ -124,8 +126,8 @@ def create_and_destroy(node: Node) -> None:
 
 
 def until_it_ends(work: Callable[[], object]) -> None:
-    """Call a function until the context is shut down: rclpy's errors are RuntimeErrors."""
-    with suppress(RuntimeError):
+    """Call a function until it says that the context is shut down, or its node destroyed."""
+    with suppress(InvalidHandle, NotInitializedException, NodeDestroyed):
         while True:
             work()
 
