@@ -158,6 +158,26 @@ class Task(Future[T]):
         self._args, self._kwargs = args, kwargs or {}
         self._running = threading.Lock()
 
+    def cancel(self) -> None:
+        """Complete the task without a result, if it is not done; a coroutine ends where it waits."""
+        if self._running.acquire(blocking=False):
+            try:
+                self._close()
+                super().cancel()
+            finally:
+                self._running.release()
+        else:
+            super().cancel()  # it is closed when it waits next
+        executor = None if self._executor is None else self._executor()
+        if executor is not None:
+            executor.work.forget(self)
+
+    def _close(self) -> None:
+        handler = self._handler
+        if inspect.iscoroutine(handler):
+            self._handler = None
+            handler.close()
+
     def __call__(self) -> None:
         """Run the function, or the coroutine until it waits; do nothing if it is done or runs already."""
         if self._done or not self._running.acquire(blocking=False):
@@ -166,6 +186,9 @@ class Task(Future[T]):
         try:
             if inspect.iscoroutine(self._handler):
                 suspended = self._resume(self._handler)
+                if suspended and self._done:  # cancelled meanwhile
+                    suspended = False
+                    self._close()
             elif not self._done:
                 self._run()
         finally:

@@ -128,6 +128,12 @@ class WorkQueue:
         else:
             self._suspended.add(task)
             awaited.when_done(lambda: self.add_task(task))
+            if task.done():  # cancelled just now
+                self.forget(task)
+
+    def forget(self, task: Task[Any]) -> None:
+        """Keep a task no longer that waits for a future: it was cancelled."""
+        self._suspended.discard(task)
 
     def wake(self) -> None:
         """Let all threads that wait look again at everything."""

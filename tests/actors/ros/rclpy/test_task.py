@@ -94,3 +94,29 @@ def test_a_task_goes_on_when_it_is_called_again() -> None:
     thread.join()
     task()
     assert task.result() == 2
+
+
+def test_a_cancelled_task_closes_its_coroutine() -> None:
+    """Where it waits, or at once if it has not begun; and in itself, when it waits next."""
+    seen, future = list[str](), Future[None]()
+
+    async def wait(name: str) -> None:
+        try:
+            if name == "itself":
+                tasks[-1].cancel()
+            await future
+        finally:
+            seen.append(name)
+
+    tasks = list[Task[None]]()
+    for name in ("waits", "itself"):
+        tasks.append(Task[None](wait, (name,)))
+        tasks[-1]()
+        tasks[-1].cancel()
+        assert tasks[-1].cancelled()
+    tasks.append(Task[None](wait, ("not begun",)))
+    tasks[-1].cancel()
+    future.set_result(None)
+    for task in tasks:
+        task()
+    assert seen == ["waits", "itself"]
