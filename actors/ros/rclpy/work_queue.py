@@ -98,6 +98,8 @@ class WorkQueue:
         self._wake_up = WakeUp()
         """For one of the threads that wait: the one that has `_first`."""
         self._first = threading.Lock()
+        self._last_first = 0
+        """The thread that had it last."""
         self._others: tuple[WakeUp, ...] = ()
         """One for each of the other threads that wait. Replaced, never changed: a signal handler reads it."""
         self._others_lock = threading.RLock()
@@ -171,11 +173,12 @@ class WorkQueue:
                 now = time.monotonic()
                 if now >= deadline:
                     raise TimeoutException
-                if wake_up is None:  # look again, at what has come before
-                    wake_up = self._claim_wake_up()
-                else:
-                    until = min(deadline, self._next_timer_sec, self._next_poll_sec)
-                    wake_up.wait(max(0.0, until - now))
+                if wake_up is None:
+                    wake_up, missed_nothing = self._claim_wake_up()
+                    if not missed_nothing:
+                        continue
+                until = min(deadline, self._next_timer_sec, self._next_poll_sec)
+                wake_up.wait(max(0.0, until - now))
         finally:
             if wake_up is not None:
                 self._release_wake_up(wake_up)
@@ -192,14 +195,18 @@ class WorkQueue:
             self._add_timers()
         return self._take() if executor.has_capacity() else None
 
-    def _claim_wake_up(self) -> WakeUp:
-        """Return what `wake` sets for this thread from now on."""
+    def _claim_wake_up(self) -> tuple[WakeUp, bool]:
+        """Return what `wake` sets for this thread from now on, and whether it was this thread's before, too.
+
+        If not, another thread may have taken what had come since this one looked.
+        """
         if self._first.acquire(blocking=False):
-            return self._wake_up
+            former, self._last_first = self._last_first, threading.get_ident()
+            return self._wake_up, former == self._last_first
         wake_up = WakeUp()
         with self._others_lock:
             self._others = (*self._others, wake_up)
-        return wake_up
+        return wake_up, False
 
     def _release_wake_up(self, wake_up: WakeUp) -> None:
         if wake_up is self._wake_up:
