@@ -9,7 +9,7 @@ from tests.upstream.runs import OURS, Run, command, demo
 PUBLISHING: Final = (r'Publishing: "Hello World: 0"', r'Publishing: "Hello World: 2"')
 BRACKETS: Final = (r"I heard: \[Hello World: \d+\]",) * 2
 FEEDBACK: Final = r"eedback: array\('i', \[0, 1, 1\b"
-RESULT: Final = r"0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55"
+RESULT: Final = r"Result: .*0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55"
 CALLED: Final = (r"Incoming request\na: \d+ b: \d+",)
 QOS: Final = "quality_of_service_demo_py"
 
