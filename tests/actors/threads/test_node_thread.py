@@ -488,7 +488,7 @@ class InterruptedLoop(asyncio.SelectorEventLoop):
 
     interrupt: Callable[[], object] | None = None
 
-    def call_soon_threadsafe(self, *args: Any, **kwargs: Any) -> asyncio.Handle:
+    def call_soon_threadsafe(self, *args: Any, **kwargs: Any) -> asyncio.Handle:  # type: ignore[override]
         """Post a callback."""
         interrupt, self.interrupt = self.interrupt, None
         if interrupt is not None:

@@ -340,6 +340,7 @@ def test_objects_have_a_handle(context: Context, node: Node) -> None:
     """Programs see that rclpy's objects of C are there, and hold them."""
     guard = node.create_guard_condition(lambda: None)
     for each in (context, node, guard, node.create_publisher(String, "t", 1)):
+        assert each.handle is not None
         with each.handle:
             pass
     assert context.ok()
