@@ -190,7 +190,8 @@ class WorkQueue:
         if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
             self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
             _move_all(self._waiting, self._ready)
-        _move_all(self._blocked, self._ready)
+        if self._blocked:
+            _move_all(self._blocked, self._ready)
         if self._timers_changed or time.monotonic() >= self._next_timer_sec:
             self._add_timers()
         return self._take() if executor.has_capacity() else None
@@ -264,8 +265,8 @@ class WorkQueue:
         """Let the entity's callback group run others, also those of other executors."""
         group = entity.callback_group
         group.ending_execution(entity)
-        with suppress(KeyError):  # empty
-            while group.refused_in:
+        while group.refused_in:
+            with suppress(KeyError):  # another thread has taken it
                 group.refused_in.pop().wake()
 
 
