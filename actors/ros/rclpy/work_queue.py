@@ -1,7 +1,7 @@
-"""What an executor has to do.
+"""The work of an executor: entities with callbacks to run, tasks to resume, and the wait for both.
 
-Entities that have work enter the queue once, from whichever thread gave it to them. One piece of work of the
-first entity is taken at a time, and the entity goes to the end if it has more, so that all get their turn.
+An entity enters the queue when it has work, in any thread, and is in it once. The executor takes one piece of
+work of the first entity; if the entity has more, it goes to the end, so that all get their turn.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.task import Future
 
 Work: TypeAlias = "tuple[Callable[[], Any], Entity] | Task[Any]"
-"""A call of a callback, and whose it is; or a task."""
+"""A call of a callback with the entity that has the callback; or a task."""
 
 
 POLL_SEC: Final = 0.001
-"""How often a coroutine is resumed that waits for something else than a future, until it has that."""
+"""How often a coroutine that awaits something other than a `Future` is resumed, until that is there."""
 
 
 class WakeUp:
@@ -56,7 +56,7 @@ class WakeUp:
 
 
 class WorkOwner(Protocol):
-    """What the queue asks its executor."""
+    """What the queue needs of its executor."""
 
     @property
     def context(self) -> Context:
@@ -89,17 +89,17 @@ class WorkQueue:
         self._ready: deque[Entity | Task[Any]] = deque()
         self._blocked: deque[Entity] = deque()
         """Entities whose callback group has refused them; they count as queued."""
-        self._waiting: deque[Task[Any]] = deque()
-        """Tasks that wait for something else than a future."""
+        self._polled: deque[Task[Any]] = deque()
+        """Tasks that await something other than a `Future`."""
         self._next_poll_sec = inf
-        """When they are tried again, by the steady clock."""
+        """When they are resumed, by the steady clock."""
         self._suspended: set[Task[Any]] = set()
-        """Tasks that wait for a future: nobody else may refer to them."""
+        """Tasks that await a `Future`. The queue keeps them alive: there may be no other reference."""
         self._wake_up = WakeUp()
-        """For one of the threads that wait: the one that has `_first`."""
-        self._first = threading.Lock()
-        self._last_first = 0
-        """The thread that had it last."""
+        """For one of the threads that wait: the one that holds `_claim`."""
+        self._claim = threading.Lock()
+        self._last_claimant = 0
+        """The thread that held it last."""
         self._others: tuple[WakeUp, ...] = ()
         """One for each of the other threads that wait. Replaced, never changed: a signal handler reads it."""
         self._others_lock = threading.RLock()
@@ -122,10 +122,10 @@ class WorkQueue:
         self.wake()
 
     def resume_later(self, task: Task[Any], awaited: Future[Any] | None) -> None:
-        """Resume a task when what it awaits is done; None: something unknown."""
+        """Resume a task when the future that it awaits is done; None: it awaits something else."""
         if awaited is None:
-            self._waiting.append(task)
-            self._next_poll_sec = min(self._next_poll_sec, time.monotonic() + POLL_SEC)  # after the former
+            self._polled.append(task)  # first: `_next_work` resets the time before it moves the tasks
+            self._next_poll_sec = min(self._next_poll_sec, time.monotonic() + POLL_SEC)
             self.wake()
         else:
             self._suspended.add(task)
@@ -134,11 +134,11 @@ class WorkQueue:
                 self.forget(task)
 
     def forget(self, task: Task[Any]) -> None:
-        """Keep a task no longer that waits for a future: it was cancelled."""
+        """Forget a task that awaits a future: it was cancelled."""
         self._suspended.discard(task)
 
     def wake(self) -> None:
-        """Let all threads that wait look again at everything."""
+        """Let all threads that wait look for work again."""
         self._wake_up.set()
         for each in self._others:
             each.set()
@@ -153,7 +153,7 @@ class WorkQueue:
 
         Args:
             timeout_sec: Seconds to wait; None or negative for no limit.
-            condition: Waits end when it holds; whoever makes it true calls `wake`.
+            condition: The wait ends when it holds; code that makes it true calls `wake`.
 
         Raises:
             TimeoutException: There was none within `timeout_sec`.
@@ -174,8 +174,8 @@ class WorkQueue:
                 if now >= deadline:
                     raise TimeoutException
                 if wake_up is None:
-                    wake_up, missed_nothing = self._claim_wake_up()
-                    if not missed_nothing:
+                    wake_up, is_current = self._claim_wake_up()
+                    if not is_current:
                         continue
                 until = min(deadline, self._next_timer_sec, self._next_poll_sec)
                 wake_up.wait(max(0.0, until - now))
@@ -189,7 +189,7 @@ class WorkQueue:
             raise ShutdownException if executor.is_shut_down else executor.context.end_error()
         if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
             self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
-            _move_all(self._waiting, self._ready)
+            _move_all(self._polled, self._ready)
         if self._blocked:
             _move_all(self._blocked, self._ready)
         if self._timers_changed or time.monotonic() >= self._next_timer_sec:
@@ -197,13 +197,14 @@ class WorkQueue:
         return self._take() if executor.has_capacity() else None
 
     def _claim_wake_up(self) -> tuple[WakeUp, bool]:
-        """Return what `wake` sets for this thread from now on, and whether it was this thread's before, too.
+        """Return what `wake` sets for this thread from now on, and whether it can wait on it at once.
 
-        If not, another thread may have taken what had come since this one looked.
+        It can if it was the last thread that waited on it: what has come since then has set it. Otherwise
+        another thread may have been woken for what came after this one looked for work.
         """
-        if self._first.acquire(blocking=False):
-            former, self._last_first = self._last_first, threading.get_ident()
-            return self._wake_up, former == self._last_first
+        if self._claim.acquire(blocking=False):
+            former, self._last_claimant = self._last_claimant, threading.get_ident()
+            return self._wake_up, former == self._last_claimant
         wake_up = WakeUp()
         with self._others_lock:
             self._others = (*self._others, wake_up)
@@ -211,7 +212,7 @@ class WorkQueue:
 
     def _release_wake_up(self, wake_up: WakeUp) -> None:
         if wake_up is self._wake_up:
-            self._first.release()
+            self._claim.release()
             return
         with self._others_lock:
             self._others = tuple(each for each in self._others if each is not wake_up)
@@ -229,7 +230,7 @@ class WorkQueue:
         self._next_timer_sec = time.monotonic() + soonest
 
     def _take(self) -> Work | None:
-        """Take work of the first entity that has some, and may run."""
+        """Take work of the first entity that may run."""
         while self._ready:
             item = self._ready.popleft()
             if isinstance(item, Task):
@@ -238,7 +239,7 @@ class WorkQueue:
                 item.queued_in = None
             if item.executor is not self._executor:
                 continue
-            if not self._begins(item):
+            if not self._try_begin(item):
                 continue
             call = item.take()
             if item.has_work() and item.queued_in is None:
@@ -249,8 +250,8 @@ class WorkQueue:
             self.ended(item)
         return None
 
-    def _begins(self, entity: Entity) -> bool:
-        """Return whether the entity's callback group lets it begin; if not, ask again at the next wake-up."""
+    def _try_begin(self, entity: Entity) -> bool:
+        """Return whether the callback group lets the entity begin; if not, keep it for the next wake-up."""
         group = entity.callback_group
         if group.can_execute(entity) and group.beginning_execution(entity):
             return True
@@ -262,7 +263,7 @@ class WorkQueue:
         return False
 
     def ended(self, entity: Entity) -> None:
-        """Let the entity's callback group run others, also those of other executors."""
+        """Let the callback group of an entity run its other callbacks, in other executors, too."""
         group = entity.callback_group
         group.ending_execution(entity)
         while group.refused_in:
