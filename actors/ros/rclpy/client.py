@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class _Call:
-    """A call whose future is to be completed.
+    """A call of a service.
 
     Attributes:
-        reply: What waits for it in the loop; None before that.
-        given_up: Whether the future is not to be completed any more.
+        reply: The reply in the loop; None before the call is made there.
+        given_up: Whether its future will not be completed any more.
     """
 
     __slots__ = ("given_up", "reply")
@@ -64,7 +64,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         self.context = context
         self._native = native
         self._pending: dict[Future[ResponseT], _Call] = {}
-        """No lock, which the loop would wait for while a signal handler that has it waits for the loop."""
+        """Without a lock: a signal handler that holds it may wait for the loop, which would wait for it."""
 
     def call(self, request: RequestT, timeout_sec: float | None = None) -> ResponseT:
         """Call the service and wait for the response, in any thread, in callbacks, too.
@@ -139,7 +139,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def _call_ended(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
         if reply.cancelled():
             return
-        reply.exception()  # the program may never spin again: then asyncio need not report it
+        reply.exception()  # if the program never spins again, asyncio must not report it
         self.enqueue(partial(self._complete, future, call, reply))
 
     def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:

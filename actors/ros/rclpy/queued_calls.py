@@ -1,4 +1,4 @@
-"""Entities whose work comes from the loop: calls to be made where the executor spins."""
+"""Calls that the loop wants made where the executor spins, and answers for the loop."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class QueuedCalls(Entity):
-    """Calls that wait for the executor. Who enqueues them limits their number.
+    """Calls that wait for the executor. The callers of `enqueue` limit their number.
 
     Args:
         thread: The thread of the loop.
@@ -36,8 +36,8 @@ class QueuedCalls(Entity):
         self._thread = thread
         self._calls: deque[Callable[[], Any]] = deque()
         self._unanswered: dict[asyncio.Future[Any], CallbackTask | None] = {}
-        """The answers that callbacks of callboard's node wait for; used in the loop."""
-        self._gives_up = False
+        """Answers that the loop waits for, with the callback tasks of callboard's node that do."""
+        self._given_up = False
 
     def enqueue(self, call: Callable[[], Any]) -> None:
         """Make a call soon; in any thread."""
@@ -70,8 +70,8 @@ class QueuedCalls(Entity):
         answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         self._unanswered[answer] = current_callback_task.get()
         try:
-            if self._gives_up:
-                self._give_up(answer)
+            if self._given_up:
+                self._cancel_answer(answer)
             else:
                 self.enqueue(partial(call, answer))
             return await answer
@@ -79,14 +79,15 @@ class QueuedCalls(Entity):
             del self._unanswered[answer]
 
     def give_up(self) -> None:
-        """Cancel what waits for answers, from now on, too: the executor makes no calls; in the loop."""
-        self._gives_up = True
+        """Cancel all waits for answers, later ones, too: no executor will make the calls. In the loop."""
+        self._given_up = True
         for answer in tuple(self._unanswered):
-            self._give_up(answer)
+            self._cancel_answer(answer)
 
-    def _give_up(self, answer: asyncio.Future[Any]) -> None:
+    def _cancel_answer(self, answer: asyncio.Future[Any]) -> None:
+        """Cancel the callback task that waits for an answer, or the answer if there is no task."""
         task = self._unanswered.get(answer)
-        if answer.done():  # and is about to be used
+        if answer.done():  # the task will read it in this loop turn
             return
         if task is None:
             answer.cancel()
@@ -116,7 +117,7 @@ class QueuedCalls(Entity):
             executor.create_task(work)
 
     def _serve(self, callback: Callable[..., Any], args: Any, answer: asyncio.Future[Any]) -> Any:
-        if answer.done():  # who wanted it has given up
+        if answer.done():  # its wait was cancelled
             return None
         try:
             result = callback(*args)
@@ -139,7 +140,7 @@ class QueuedCalls(Entity):
     def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
         try:
             self._thread.post(self._set_answer, answer, result, error)
-        except ThreadStoppedError:  # the program ends, and who waited has been told
+        except ThreadStoppedError:  # the program ends, and so has the wait
             return
 
     def _set_answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
@@ -150,7 +151,7 @@ class QueuedCalls(Entity):
         elif isinstance(error, Exception):
             answer.set_exception(error)
         else:  # such as KeyboardInterrupt: no error of the callback
-            self._give_up(answer)
+            self._cancel_answer(answer)
 
     def start(self, work: Callable[[], Coroutine[Any, Any, Any]]) -> Future[Any]:
         """Run a coroutine in the loop.
@@ -183,7 +184,7 @@ class QueuedCalls(Entity):
 
 
 class RecentCalls:
-    """Calls of an entity of which a limited number wait for the executor; then the oldest is dropped.
+    """Calls of an entity that wait for the executor, up to a limit; beyond it the oldest is dropped.
 
     Args:
         entity: Makes the calls.
@@ -198,17 +199,17 @@ class RecentCalls:
         self._entity = entity
         self._depth = depth
         self._calls: deque[Callable[[], Any]] = deque()
-        """As many as the entity has turns for: each takes one."""
+        """As many as there are calls of `_make` in the entity's queue."""
 
     def add(self, call: Callable[[], Any]) -> None:
         """Make a call soon; in the loop."""
         self._calls.append(call)
         if len(self._calls) > self._depth:
             oldest = self._calls.popleft()
-            if oldest is not call:  # its turn is left for this one
+            if oldest is not call:  # its `_make` will make another one of these
                 self.dropped += 1
                 return
-            self._calls.append(call)  # the executor has made the others meanwhile
+            self._calls.append(call)  # the executor has just made the others
         self._entity.enqueue(self._make)
 
     def _make(self) -> Any:
