@@ -87,7 +87,7 @@ class EventCalls(QueuedCalls):
     def _happened(self, kind: str, callback: Callable[[Any], Any], info: Any) -> None:
         with self._lock:
             earlier = self._pending.get(kind)
-            self._pending[kind] = info if earlier is None else _together(earlier, info)
+            self._pending[kind] = info if earlier is None else _merged(earlier, info)
         if earlier is None:
             self.enqueue(partial(self._call, kind, callback))
 
@@ -100,8 +100,8 @@ class EventCalls(QueuedCalls):
         """Do nothing: the events end with the endpoint."""
 
 
-def _together(earlier: Any, later: Any) -> Any:
-    """Return the later counts, with the changes since before the earlier ones."""
+def _merged(earlier: Any, later: Any) -> Any:
+    """Return one event for two: the later counts, and the sums of the changes."""
     changes = {
         name: getattr(earlier, name) + getattr(later, name)
         for name in later._fields

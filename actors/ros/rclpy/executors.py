@@ -1,7 +1,4 @@
-"""Executors: they run the callbacks of nodes in the threads that spin.
-
-`work_queue.py` has what is to be done.
-"""
+"""Executors run the callbacks of nodes in the threads that spin. `work_queue.py` has their work."""
 
 from __future__ import annotations
 
@@ -181,7 +178,7 @@ class Executor:
         nodes: Iterable[Node] | None = None,
         condition: Callable[[], bool] = lambda: False,
     ) -> tuple[Task[Any], Entity | None, Node | None]:
-        """Wait for work and return it, for executors of users.
+        """Wait for work and return it, for executors that programs define.
 
         Args:
             timeout_sec: Seconds to wait; None or negative for no limit.
@@ -279,7 +276,7 @@ class Executor:
             future.forget(wake)
 
     def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
-        """Run one callback, unless the condition holds first; executors of users have `spin_once` only."""
+        """Run one callback, unless the condition holds first. Executors of programs may lack this."""
         del condition
         self.spin_once(timeout_sec)
 
@@ -340,7 +337,7 @@ class MultiThreadedExecutor(Executor):
             )
         self._threads = num_threads
         self._this_thread = threading.local()
-        """`in_pool` if it is one of the pool's."""
+        """Has `in_pool` in the pool's threads."""
         self._pool = ThreadPoolExecutor(
             num_threads,
             thread_name_prefix="rclpy-callbacks",
@@ -352,17 +349,17 @@ class MultiThreadedExecutor(Executor):
         """Those of the running callbacks that wait in `shutdown`."""
         self._idle = threading.Condition()
         self._failures: deque[BaseException] = deque()
-        self._left = False
-        """Whether spinning has ended for good, so that nobody raises failures any more."""
+        self._spinning_ended = False
+        """Whether spinning has ended for good: later failures are printed, as nothing raises them."""
 
     def spin(self) -> None:
         """Run callbacks until the context or the executor is shut down."""
         super().spin()
-        self._leave()
+        self._end_spinning()
 
     def has_capacity(self) -> bool:
         """Return whether a thread is free."""
-        # What waits for a thread should wait in its subscription, whose depth bounds it.
+        # Messages should wait for a thread in their subscription, whose depth limits them.
         return self._running < self._threads
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
@@ -373,7 +370,7 @@ class MultiThreadedExecutor(Executor):
         try:
             work = self.work.wait(timeout_sec, lambda: bool(self._failures) or condition())
         except (ExternalShutdownException, ShutdownException):
-            self._leave()
+            self._end_spinning()
             return
         except (TimeoutException, ConditionReachedException):
             self._raise_failure()
@@ -392,9 +389,9 @@ class MultiThreadedExecutor(Executor):
             raise
         self._raise_failure()
 
-    def _leave(self) -> None:
+    def _end_spinning(self) -> None:
         with self._idle:
-            self._left = True
+            self._spinning_ended = True
         self._raise_failure()
 
     def _raise_failure(self) -> None:
@@ -415,10 +412,10 @@ class MultiThreadedExecutor(Executor):
 
     def _failed(self, error: BaseException) -> None:
         with self._idle:
-            left = self._left
-            if not left:
+            ended = self._spinning_ended
+            if not ended:
                 self._failures.append(error)
-        if left and not isinstance(error, (ExternalShutdownException, InvalidHandle)):  # the end causes these
+        if ended and not isinstance(error, (ExternalShutdownException, InvalidHandle)):  # caused by the end
             arguments = (type(error), error, error.__traceback__, threading.current_thread())
             threading.excepthook(threading.ExceptHookArgs(arguments))
 
@@ -428,8 +425,7 @@ class MultiThreadedExecutor(Executor):
         Args:
             timeout_sec: Seconds to wait for those that run; None or negative for no limit. A callback that
                 calls this waits for the others.
-            wait_for_threads: Whether to wait for the end of the pool's threads, too; in a callback nobody
-                does.
+            wait_for_threads: Whether to wait for the end of the pool's threads, too; not in a callback.
 
         Returns:
             Whether none runs any more.

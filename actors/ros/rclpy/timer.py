@@ -53,7 +53,7 @@ class TimerInfo:
 class Timer(Entity):
     """Calls a callback again and again. Made by `Node.create_timer`.
 
-    Calls are due at whole periods from the start; those that pass while nobody spins are made up for by one.
+    Calls are due at whole periods from the start. One call replaces all that were missed while nobody spun.
 
     Attributes:
         callback: `()`, or with one parameter that is annotated as TimerInfo.
@@ -100,7 +100,7 @@ class Timer(Entity):
 
     def is_ready(self) -> bool:
         """Return whether a call is due."""
-        self._follow()
+        self._apply_jump()
         return not self._canceled and self._now() >= self._next
 
     def is_canceled(self) -> bool:
@@ -128,7 +128,7 @@ class Timer(Entity):
     def time_until_next_call(self) -> int | None:
         """Return the nanoseconds until the next call, negative if it is late; None if it is cancelled."""
         now = self._now()
-        self._follow()
+        self._apply_jump()
         return None if self._canceled else self._next - now
 
     def rearm(self) -> None:
@@ -138,12 +138,12 @@ class Timer(Entity):
             executor.work.timers_changed()
 
     def jumped(self) -> None:
-        """Follow the clock after a jump; in the loop, which takes no lock."""
+        """Note a jump of the clock; in the loop, so without the lock."""
         self._has_jumped = True
         self.rearm()
 
-    def _follow(self) -> None:
-        """After a jump back let the next call be at most one period away."""
+    def _apply_jump(self) -> None:
+        """After a jump back in time, make the next call due within one period."""
         if not self._has_jumped:
             return
         with self._lock:
@@ -157,12 +157,12 @@ class Timer(Entity):
         """Return for how long the executor need not look at it: zero or less if it is due."""
         if self._canceled or self._destroyed:
             return inf
-        self._follow()
+        self._apply_jump()
         rest = (self._next - self.clock.now().nanoseconds) / 1e9
         if rest <= 0:
             return rest
         if self.clock.ros_time_is_active:
-            return inf  # `jumped` tells
+            return inf  # `jumped` wakes the executor
         return rest if self.clock.clock_type is ClockType.STEADY_TIME else min(rest, _LONGEST_WAIT_SEC)
 
     def has_work(self) -> bool:
@@ -174,7 +174,7 @@ class Timer(Entity):
         with self._lock:
             if self._canceled or self._destroyed:
                 return None
-            self._follow()
+            self._apply_jump()
             now, expected = self.clock.now().nanoseconds, self._next
             if now < expected:
                 return None
