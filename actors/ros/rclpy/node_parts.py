@@ -1,7 +1,7 @@
-"""What a node is made of, apart from it.
+"""The parts of a node, in an object of their own.
 
 Programs derive classes from `Node` and give them attributes and methods of their own, such as `_thread`.
-Therefore a node has one attribute that rclpy's does not have, `_callboard`, with everything else.
+Therefore a node has a single attribute that rclpy's does not have, `_callboard`, which holds these parts.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ T = TypeVar("T")
 
 JUMP_DEPTH: Final = 10
 """Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
-_OVERRIDDEN: Final = {START_TYPE_DESCRIPTION_SERVICE_PARAM}
-"""Parameters that callboard's node reads when it is made."""
+_NATIVE_OVERRIDES: Final = {START_TYPE_DESCRIPTION_SERVICE_PARAM}
+"""Parameters whose overrides callboard's node gets, too: it reads them when it is made."""
 
 
 class NodeNameNonExistentError(RuntimeError):
@@ -60,9 +60,9 @@ class NodeParts:
         allow_undeclared: As given.
         store: The parameters.
         parameters_lock: Held while they change.
-        executor: Who runs the callbacks, or None.
+        executor: Runs the callbacks; None without one.
         publishers: The publishers.
-        entities: What has callbacks, by its class.
+        entities: The entities by their classes.
         destroyed: Whether the node is out of service.
     """
 
@@ -87,7 +87,7 @@ class NodeParts:
         values = {each.name: each.value for each in overrides}
         self.native: NativeNode = self.thread.call(
             lambda: NativeNode(
-                parameter_overrides={name: values[name] for name in values.keys() & _OVERRIDDEN},
+                parameter_overrides={name: values[name] for name in values.keys() & _NATIVE_OVERRIDES},
                 domain=context.domain_id,
                 process_arguments=context.arguments,
                 start_parameter_services=False,
@@ -121,12 +121,12 @@ class NodeParts:
         return self.entities.setdefault(kind, [])
 
     def all_entities(self) -> Iterator[Entity]:
-        """Yield everything that has callbacks."""
+        """Yield the entities of all classes."""
         for each in tuple(self.entities.values()):
             yield from tuple(each)
 
     def give_up_calls(self) -> None:
-        """Let no callback of callboard's node wait for an executor; in the loop."""
+        """End the waits of callboard's callbacks for an executor; in the loop."""
         for each in self.all_entities():
             if isinstance(each, QueuedCalls):
                 each.give_up()
@@ -149,18 +149,18 @@ class NodeParts:
 
     # The graph
 
-    def ask(self, query: Callable[..., Coroutine[Any, Any, T]], *args: Any) -> T:
+    def query(self, query: Callable[..., Coroutine[Any, Any, T]], *args: Any) -> T:
         """Return the answer of callboard's node to a query."""
         return self.thread.call(lambda: query(*args))
 
-    def ask_of_node(
+    def query_node(
         self, query: Callable[[str, str], Coroutine[Any, Any, T]], node_name: str, node_namespace: str
     ) -> T:
         """Return the answer to a query about a node; raise NodeNameNonExistentError without such a node."""
         namespace = node_namespace or "/"
-        if (node_name, namespace) not in self.ask(self.native.get_node_names_and_namespaces):
+        if (node_name, namespace) not in self.query(self.native.get_node_names_and_namespaces):
             raise NodeNameNonExistentError(f"Cannot find node '{node_name}' in namespace '{namespace}'")
-        return self.ask(query, node_name, namespace)
+        return self.query(query, node_name, namespace)
 
     # Parameters
 
@@ -171,7 +171,7 @@ class NodeParts:
 
 @asynccontextmanager
 async def _entered(native: NativeNode, parts: weakref.ref[NodeParts]) -> AsyncGenerator[NativeNode]:
-    """Enter callboard's node. It is left at once: otherwise it waits for callbacks that have begun."""
+    """Enter callboard's node; end its callbacks that wait for an executor before it is left."""
     async with native:
         try:
             yield native

@@ -14,7 +14,7 @@ def get_action_client_names_and_types_by_node(
     node: Node, remote_node_name: str, remote_node_namespace: str
 ) -> list[tuple[str, list[str]]]:
     """Return the actions of which a node has clients; raise NodeNameNonExistentError without such a node."""
-    return parts_of(node).ask_of_node(
+    return parts_of(node).query_node(
         parts_of(node).native.get_action_client_names_and_types_by_node,
         remote_node_name,
         remote_node_namespace,
@@ -25,7 +25,7 @@ def get_action_server_names_and_types_by_node(
     node: Node, remote_node_name: str, remote_node_namespace: str
 ) -> list[tuple[str, list[str]]]:
     """Return the actions that a node serves; raise NodeNameNonExistentError without such a node."""
-    return parts_of(node).ask_of_node(
+    return parts_of(node).query_node(
         parts_of(node).native.get_action_server_names_and_types_by_node,
         remote_node_name,
         remote_node_namespace,
@@ -35,4 +35,4 @@ def get_action_server_names_and_types_by_node(
 def get_action_names_and_types(node: Node) -> list[tuple[str, list[str]]]:
     """Return all actions with their types."""
     parts = parts_of(node)
-    return parts.ask(parts.native.get_action_names_and_types)
+    return parts.query(parts.native.get_action_names_and_types)
