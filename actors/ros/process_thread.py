@@ -1,4 +1,4 @@
-"""The one thread of a process in which the nodes of rclpy programs live."""
+"""The thread of a process in which all nodes of rclpy programs live."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _pid = 0
 
 
 def process_thread() -> NodeThread:
-    """Return the process's thread; start it if it does not run. It is stopped when the program ends."""
+    """Return the process's thread; start it unless it runs. It is stopped when the program ends."""
     global _current, _pid
     with _lock:
         if _current is None or _pid != os.getpid() or _current.ended.done():

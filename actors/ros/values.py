@@ -2,10 +2,10 @@
 
 callboard's messages have bytes for `uint8[]`, which are not copied, and need no NumPy. ROS 2's have an
 `array.array` that can be changed, a list for `byte[]`, and NumPy arrays for fixed arrays of numbers. Messages
-that such a program gets are converted after they have been decoded; the classes are the same.
+that such a program receives are converted after they have been decoded; the classes are the same.
 
-ROS 2's messages also make such a value of a list that is assigned to a field of numbers. A program's messages
-do that from when it makes an entity (a publisher, client, service or action) of their class.
+ROS 2's messages also convert a list that is assigned to a field of numbers. The classes do that once the
+program has made an entity (a publisher, client, service or action) that uses them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _BYTES: Final = (memoryview, bytes)
 
 
 def rosidl_values(message: T) -> T:
-    """Convert the values of a received message in place, once for all who get it.
+    """Convert the values of a received message in place. Callbacks that share it find it converted.
 
     Args:
         message: The message, or anything else, which is left alone.
@@ -121,13 +121,13 @@ def _conversions(cls: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
     for field in fields_of(cls):
         nested, convert = field.type.message, _for_received(field.type)
         if nested is not None and _has_conversions(nested):
-            convert = _each if field.type.is_array else rosidl_values
+            convert = _convert_each if field.type.is_array else rosidl_values
         if convert is not None:
             found.append((field.name, convert))
     return tuple(found)
 
 
-def _each(messages: list[Any]) -> list[Any]:
+def _convert_each(messages: list[Any]) -> list[Any]:
     return [rosidl_values(message) for message in messages]
 
 

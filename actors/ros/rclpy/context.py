@@ -61,7 +61,7 @@ class Context:
 
     @property
     def handle(self) -> Handle | None:
-        """There once the context is initialized, before that None."""
+        """A handle once the context is initialized; None before that."""
         return _HANDLE if self._initialized else None
 
     @property
@@ -118,12 +118,12 @@ class Context:
         return self._ok
 
     def forked(self) -> None:
-        """Be of no use in a forked child."""
+        """Refuse all use in a forked child."""
         self._ended = self._forked = self._initialized
         self._ok = False
 
     def track_node(self, node: Node) -> bool:
-        """Destroy a node when the context is shut down; return False if it has been."""
+        """Destroy a node when the context is shut down; return False if it is shut down already."""
         with self._lock:
             if self._ended:
                 return False
@@ -142,7 +142,7 @@ class Context:
             self._executors = (*alive, weakref.ref(executor))
 
     def end(self) -> None:
-        """Be no longer ok, wake the executors and end waits. For signal handlers: it takes no lock."""
+        """Stop being ok, wake the executors and cancel the waits. Takes no lock: signal handlers call it."""
         self._ok = False
         for wait in self._waits:
             wait.cancel()
@@ -159,7 +159,10 @@ class Context:
             self.end()
 
     def end_error(self) -> BaseException:
-        """Return what a wait raises that the end of the context ends."""
+        """Return the exception for waits that end because the context has ended.
+
+        While the program exits, this blocks daemon threads for ever: see `park_at_exit`.
+        """
         park_at_exit()
         return self.failure or ExternalShutdownException()
 
@@ -192,7 +195,7 @@ class Context:
             nodes, callbacks = self._nodes, self._callbacks
             self._callbacks = []
         self.end()
-        with ExitStack() as last_first:  # an error does not keep the others from their end
+        with ExitStack() as last_first:  # after an error it still calls the others
             for callback in reversed(callbacks):
                 last_first.callback(_call, callback)
             for each in reversed(nodes):
@@ -284,7 +287,7 @@ _exiting = False
 
 
 def _thread_for(context: Context) -> NodeThread:
-    """Return the thread for a context; its end, and that of the program, will end the context."""
+    """Return the thread for a context, which ends with the thread, or with the program."""
     global _contexts, _watched  # noqa: PLW0603 - the process's
     with _lock:
         _contexts = (*(each for each in _contexts if each() is not None), weakref.ref(context))
@@ -317,12 +320,12 @@ def _end_all() -> None:
 
 
 def park_at_exit(*, pools_ended: bool = False) -> None:
-    """While the program exits, block a daemon thread for ever: everything it uses is gone.
+    """While the program exits, block a daemon thread until Python kills it: what it uses is gone.
 
-    Python kills it. Without this its traceback would be the program's last words.
+    Otherwise it would print a traceback after the program's own output.
 
     Args:
-        pools_ended: The program does exit: Python has ended the pools of threads, which comes first.
+        pools_ended: Whether Python has ended the pools of threads, the first thing it does at exit.
     """
     if (_exiting or pools_ended) and threading.current_thread().daemon:
         threading.Event().wait()

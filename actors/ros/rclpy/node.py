@@ -1,4 +1,4 @@
-"""Nodes. Each has one of callboard's, in the process's thread; its callbacks run where its executor spins."""
+"""Nodes. Each has a node of callboard in the process's thread; callbacks run where its executor spins."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def default_callback_group(self) -> CallbackGroup:
-        """The group of what is made without one."""
+        """The callback group of entities that are made without one."""
         return self._default_callback_group
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
@@ -181,7 +181,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def executor(self) -> Executor | None:
-        """Who runs its callbacks."""
+        """The executor that runs its callbacks."""
         executor = self._callboard.executor
         return None if executor is None else executor()
 
@@ -228,16 +228,16 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def waitables(self) -> Iterator[Entity]:
-        """What else has callbacks, such as action servers."""
+        """Its other entities, such as action servers."""
         kinds = (Subscription, Client, Service, Timer, GuardCondition)
         yield from (each for each in self._callboard.all_entities() if not isinstance(each, kinds))
 
     def add_waitable(self, waitable: Entity) -> None:
-        """Run what else has callbacks, such as an action server."""
+        """Run the callbacks of another entity, such as an action server."""
         self._callboard.add(waitable)
 
     def remove_waitable(self, waitable: Entity) -> None:
-        """Run it no more."""
+        """Stop running the callbacks of an entity that was added."""
         self._callboard.detach(waitable)
 
     def create_publisher(
@@ -506,7 +506,7 @@ def _queue_events(
     callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks | None,
     group: CallbackGroup | None,
 ) -> tuple[Any, list[EventCalls]]:
-    """Return callboard's callbacks of the same events, and the entities that make the calls."""
+    """Return callboard's callbacks for the same events, and the entities that queue the calls."""
     if callbacks is None:
         return None, []
     events = EventCalls(parts_of(node).thread, group or node.default_callback_group)

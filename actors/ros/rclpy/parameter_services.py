@@ -31,7 +31,7 @@ def publish_changes(node: Node, store: ParameterStore) -> None:
 
     store.listeners.append(publish)
     simulated = store.get("use_sim_time")
-    if simulated.value:  # an argument of the constructor, which has told no listener
+    if simulated.value:  # from an override, which is set before there are listeners
         parts_of(node).set_native_parameter(simulated)
 
 
