@@ -1,7 +1,7 @@
 """Finds ROS 2's Python packages in callboard: `rclpy`, and interface packages such as `std_msgs`.
 
-A module that is found so is the same object under both names, such as `std_msgs.msg` and
-`actors.interfaces.std_msgs.msg`: no class exists twice.
+A module has two names then, such as `std_msgs.msg` and `actors.interfaces.std_msgs.msg`, and is the same
+object under both: no class exists twice.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LIBRARIES: Final = {
     "rpyutils": "actors.ros.rpyutils",
     "sensor_msgs_py": "actors.ros.sensor_msgs_py",
 }
-"""Top-level names of ROS 2's libraries, and what stands for them."""
+"""Top-level names of ROS 2's libraries, and callboard's packages for them."""
 UNSUPPORTED: Final = {
     "launch_pytest": "actors.testing.launch runs a launch in a test",
     "launch_testing": "actors.testing.launch runs a launch in a test",
@@ -49,7 +49,7 @@ class RealPackageError(ImportError):
 
 
 def module_names() -> dict[str, str]:
-    """Return the top-level names that callboard has, with those of the modules that stand for them."""
+    """Return the top-level names that callboard has, with the names of its packages for them."""
     interfaces = importlib.import_module(INTERFACES)
     packages = {each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg}
     return {**{name: f"{INTERFACES}.{name}" for name in packages}, **LIBRARIES}
@@ -82,15 +82,16 @@ class RosFinder(MetaPathFinder):
     """Finds ROS 2's names in callboard, unless a regular package of that name is installed.
 
     Args:
-        force: Find them in any case.
+        force: Find them even then.
 
     Attributes:
-        force: The same.
+        force: As given.
     """
 
     def __init__(self, *, force: bool = False) -> None:
         self.force = force
-        self._module_names: dict[str, str | None] = {}
+        self._targets: dict[str, str | None] = {}
+        """Top-level names, and callboard's packages for them; None if they are found elsewhere."""
         self._found: dict[str, ModuleSpec] = {}
         """The specs of modules under callboard's names, for the loaders that import them next."""
 
@@ -111,13 +112,13 @@ class RosFinder(MetaPathFinder):
         top, dot, rest = fullname.partition(".")
         if top in UNSUPPORTED and not is_installed(top):
             raise ModuleNotFoundError(f"callboard has no {top}: {UNSUPPORTED[top]}", name=top)
-        if top not in self._module_names:
-            self._module_names[top] = self._module_name(top)
-        found = self._module_names[top]
-        if found is None:
+        if top not in self._targets:
+            self._targets[top] = self._target(top)
+        target_package = self._targets[top]
+        if target_package is None:
             spec = find_in_folders(fullname, path)
             return None if spec is not None and path is None and is_installed(top) else spec
-        name = found + dot + rest
+        name = target_package + dot + rest
         spec = PathFinder.find_spec(name, path or importlib.import_module(name.rpartition(".")[0]).__path__)
         if spec is None and _is_module_of_class(name):
             name = name.rpartition(".")[0]
@@ -128,18 +129,15 @@ class RosFinder(MetaPathFinder):
             self._found[name] = spec
         return ModuleSpec(fullname, AliasLoader(name), is_package=spec.submodule_search_locations is not None)
 
-    def _module_name(self, top: str) -> str | None:
-        if top not in _module_names():
-            return None
-        if not self.force and is_installed(top):
-            return None
-        return _module_names()[top]
+    def _target(self, top: str) -> str | None:
+        target = _cached_module_names().get(top)
+        return None if target is None or (not self.force and is_installed(top)) else target
 
 
 def _is_module_of_class(name: str) -> bool:
-    """Return whether the last part is the module in which ROS 2 has a class that is in the package itself.
+    """Return whether ROS 2 has a module of this name for a class that callboard has in the package itself.
 
-    So `launch.actions.execute_process`, as the package `launch.actions` has `ExecuteProcess`.
+    For example `launch.actions.execute_process`, since the package `launch.actions` has `ExecuteProcess`.
     """
     package, _, module = name.rpartition(".")
     word = module.replace("_", "")
@@ -147,10 +145,10 @@ def _is_module_of_class(name: str) -> bool:
     return not classes.isdisjoint((word, word.removesuffix("action")))
 
 
-def _module_names() -> dict[str, str]:
+def _cached_module_names() -> dict[str, str]:
     global _cached_names  # noqa: PLW0603 - read from the disk once, at the first import after `install`
     if _cached_names is None:
-        _cached_names = {}  # what `module_names` imports comes here, too
+        _cached_names = {}  # `module_names` imports modules, for which this is called again
         _cached_names = module_names()
         if checks_fields():
             from actors.interfaces.checking import check_assignments  # noqa: PLC0415 - seldom needed
