@@ -7,7 +7,7 @@ import sys
 from argparse import REMAINDER, ArgumentParser
 from typing import TYPE_CHECKING
 
-# Everything else is imported where Ctrl-C ends the command without a traceback.
+# The other imports are in functions, where Ctrl-C ends the command without a traceback.
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
@@ -20,24 +20,26 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog="python -m actors.ros", description="Run a program for ROS 2, with callboard in place of rclpy."
     )
-    parser.add_argument("--force", action="store_true", help="even if ROS 2's own rclpy is installed")
+    parser.add_argument("--force", action="store_true", help="run it even if ROS 2's own rclpy is installed")
     parser.add_argument("--no-broker", action="store_true", help="start no broker, even if none answers")
     parser.add_argument("-m", dest="module", action="store_true", help="the program is the name of a module")
-    parser.add_argument("program", metavar="SCRIPT | PACKAGE EXECUTABLE", help="a file, or a console script")
-    parser.add_argument("arguments", nargs=REMAINDER, help="for the program")
+    parser.add_argument(
+        "program", metavar="SCRIPT | PACKAGE EXECUTABLE", help="a file, or a package and its console script"
+    )
+    parser.add_argument("arguments", nargs=REMAINDER, help="arguments of the program")
     return parser
 
 
 def main() -> None:
-    """Run the program of the command line in this process, with a broker if none answers."""
+    """Run the program that the command line names in this process; start a broker if none answers."""
     try:
-        program = _prepared()
+        program = _prepare()
     except KeyboardInterrupt:
         raise SystemExit(128 + signal.SIGINT) from None
     program()
 
 
-def _prepared() -> Callable[[], object]:
+def _prepare() -> Callable[[], object]:
     from actors.processes.local_broker import BrokerStartError
     from actors.ros.finder import RealPackageError, install
     from actors.ros.program import find_program

@@ -1,4 +1,4 @@
-"""Runs a program of a script, a module or an installed package in this process."""
+"""Runs a program in this process: a script, a module, or an executable of an installed package."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 
 
 def find_program(name: str, arguments: list[str], *, module: bool = False) -> Callable[[], object]:
-    """Prepare this process for a program, as Python does: its `sys.argv` and `sys.path`.
+    """Find a program, and set `sys.argv` and `sys.path` for it, as Python does.
 
     Args:
         name: A file, a folder with a `__main__.py`, or a package whose executable is the first of the
             arguments.
         arguments: Its arguments.
-        module: `name` is that of a module, as for `python -m`.
+        module: Whether `name` is the name of a module, as for `python -m`.
 
     Returns:
         A function that runs the program. It raises SystemExit if the program does.
 
     Raises:
         NoProgramError: There is no such program.
-        ModuleNotFoundError: A package that the module is in imports another module that does not exist.
+        ModuleNotFoundError: A package of the module's name imports another module, which does not exist.
     """
     if module:
-        return _module(name, arguments)
+        return _find_module(name, arguments)
     script = find_script(name)
     if script is not None:
         sys.argv = [name, *arguments]
@@ -47,10 +47,10 @@ def find_program(name: str, arguments: list[str], *, module: bool = False) -> Ca
     sys.argv = arguments
     if not executable.module:
         return partial(runpy.run_path, str(executable.path), run_name="__main__")
-    return partial(_run, executable)
+    return partial(_run_function, executable)
 
 
-def _module(name: str, arguments: list[str]) -> Callable[[], object]:
+def _find_module(name: str, arguments: list[str]) -> Callable[[], object]:
     if "" not in sys.path and str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
@@ -65,6 +65,6 @@ def _module(name: str, arguments: list[str]) -> Callable[[], object]:
     return partial(runpy.run_module, name, run_name="__main__", alter_sys=True)
 
 
-def _run(executable: Executable) -> NoReturn:
+def _run_function(executable: Executable) -> NoReturn:
     function = attrgetter(executable.function)(import_module(executable.module))
     sys.exit(function())

@@ -1,7 +1,9 @@
 """Finds the program that a command line names: a script, or an executable of an installed package.
 
-script = find_script("talker.py")
-talker = find_executable("my_package", ["talker", "--ros-args"])
+    script = find_script("talker.py")
+    talker = find_executable("my_package", ["talker", "--ros-args"])
+
+Both raise NoProgramError, whose text is for the user.
 """
 
 from __future__ import annotations
@@ -31,10 +33,10 @@ def find_script(name: str) -> Path | None:
         name: The first word after a command's options.
 
     Returns:
-        None if the word is the name of a package.
+        None if there is no such script, and the word may be the name of a package.
 
     Raises:
-        NoProgramError: It can only be a script, and there is none.
+        NoProgramError: There is no such script, and the word cannot be the name of a package.
     """
     path = Path(name)
     if path.is_file() or (path / "__main__.py").is_file():
@@ -49,7 +51,7 @@ def find_executable(package: str, arguments: Sequence[str]) -> Executable:
 
     Args:
         package: The package, in any spelling.
-        arguments: The words behind it; the first is the executable.
+        arguments: The words after it; the first is the executable.
 
     Raises:
         NoProgramError: There is no such package or executable.
