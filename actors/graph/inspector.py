@@ -50,7 +50,7 @@ MAX_ANSWER_BYTES: Final = 64 * 1024 * 1024
 """Bytes received for one query: enough for a graph of 200,000 endpoints."""
 
 _STAY_SEC: Final = 3600.0
-"""How long it listens at once for PINGs."""
+"""How long `stay_connected` waits before it starts the same wait again: a wait needs a deadline."""
 
 FrameT = TypeVar("FrameT", bound="Frame")
 
@@ -170,13 +170,13 @@ class Inspector:
     def stay_connected(self) -> None:
         """Answer the broker's PINGs until the connection ends; this blocks, and no query can be made.
 
-        A broker that ends when it is idle does not end while somebody is connected.
+        A broker with `--exit-when-idle` does not end meanwhile.
         """
         with suppress(OSError, ProtocolError):
             while self._socket is not None:
                 with suppress(TimeoutError):
                     self._answer_bytes = 0
-                    self._next(frames.Welcome, time.monotonic() + _STAY_SEC)
+                    self._next(frames.Welcome, time.monotonic() + _STAY_SEC)  # none comes; PINGs are answered
         self._disconnect()
 
     def _disconnect(self) -> None:

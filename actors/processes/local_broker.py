@@ -4,9 +4,9 @@
     if started is not None:
         print(started, file=sys.stderr)
 
-It is a process of its own, which outlives its starter, and ends when it has been idle. Several programs may
-do this at the same moment: one broker listens, and all use it. `keep_local_broker` keeps it from ending
-before the program has connected its first node, and between one node and the next.
+It is a process of its own, which outlives the program that has started it, and ends when it has been idle.
+Several programs may do this at the same moment: one broker listens, and all use it. `keep_local_broker` keeps
+it from ending before the program has connected its first node, and between one node and the next.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from proto.url import BrokerUrl
 
 IDLE_SEC: Final = 10
-"""The broker ends when no client has been connected for so long."""
+"""How long no client is connected until the broker ends."""
 ANSWER_TIMEOUT_SEC: Final = 2.0
 """How long a broker that listens may take to answer."""
 START_TIMEOUT_SEC: Final = 20.0
@@ -45,13 +45,13 @@ STOP_TIMEOUT_SEC: Final = 2.0
 MAX_LOG_BYTES: Final = 1024 * 1024
 """A longer log is emptied at the next start."""
 MAX_QUOTED_BYTES: Final = 4096
-"""Of the log of a broker that has not started."""
+"""Bytes of the log that the error has if a broker does not start."""
 _SERVICE_VARIABLES: Final = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "LISTEN_FDS", "LISTEN_PID")
-"""What a service manager tells the program that starts the broker, and not the broker."""
+"""What a service manager tells the program that starts the broker: the broker must not inherit it."""
 
 
 class BrokerStartError(CallboardError):
-    """A broker was to be started, and it does not listen; the text has its output."""
+    """A broker was started and does not listen; the text has its output."""
 
 
 class LocalBroker(NamedTuple):
@@ -90,7 +90,7 @@ def ensure_local_broker(
     Raises:
         BrokerStartError: The broker does not listen.
     """
-    if not all(_is_local(url) for url in target.urls) or _something_listens(target):
+    if not _is_local(target) or _something_listens(target):
         return None
     url = target.urls[0]
     with _open_log(url) as log:
@@ -99,7 +99,7 @@ def ensure_local_broker(
         if _listens(process, start_timeout_sec):
             return LocalBroker(str(url), process.pid, log.name if isinstance(log.name, str) else "")
         if _something_listens(target):
-            return None  # another was faster
+            return None  # another process has started one meanwhile
         log.seek(before)
         output = escape(log.read(MAX_QUOTED_BYTES).decode(errors="replace").strip().replace("\n", "; "))
     raise BrokerStartError(
@@ -116,7 +116,7 @@ def keep_local_broker(target: BrokerTarget) -> None:
     Args:
         target: The broker that nodes are to use.
     """
-    if not all(_is_local(url) for url in target.urls):
+    if not _is_local(target):
         return
     inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
     with suppress(BrokerUnreachable, ProtocolError):  # a node that connects says what is wrong
@@ -125,9 +125,12 @@ def keep_local_broker(target: BrokerTarget) -> None:
         threading.Thread(target=inspector.stay_connected, name="local-broker", daemon=True).start()
 
 
-def _is_local(url: BrokerUrl) -> bool:
-    """Return whether a broker without a certificate can be started at a URL, by this process."""
-    return not url.tls and bool(url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
+def _is_local(target: BrokerTarget) -> bool:
+    """Return whether a broker without a certificate can be started at each URL, by this process."""
+    return all(
+        not url.tls and (url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
+        for url in target.urls
+    )
 
 
 def _something_listens(target: BrokerTarget) -> bool:
