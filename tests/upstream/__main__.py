@@ -20,7 +20,6 @@ from tempfile import TemporaryDirectory
 from tests.upstream import demos, examples
 from tests.upstream.packages import Packages
 from tests.upstream.runner import Runner, worst
-from tests.upstream.runs import CALLBOARD, OURS
 
 
 def main() -> int:
@@ -38,7 +37,7 @@ def main() -> int:
         for each in (*examples.SCENARIOS, *demos.SCENARIOS)
         if any(options.only in run.name for run in each)
     ]
-    wanted = {run.package for scenario in chosen for run in scenario} - {CALLBOARD, OURS}
+    wanted = {run.package for scenario in chosen for run in scenario if run.is_upstream}
     with TemporaryDirectory(prefix="callboard-upstream-") as folder:
         packages = Packages(options.folder, Path(folder))
         missing = packages.install(wanted)

@@ -1,4 +1,4 @@
-"""Runs scenarios, each with a broker of its own, and compares what their programs show with the table."""
+"""Runs scenarios, each with a broker of its own, and compares the output of their programs with the table."""
 
 from __future__ import annotations
 
@@ -80,8 +80,7 @@ class Runner:
         """Return the verdicts of all runs of upstream's programs."""
         async with asyncio.TaskGroup() as group:
             tasks = [group.create_task(self._run(each)) for each in scenarios]
-        verdicts = [verdict for task in tasks for verdict in task.result()]
-        return [each for each in verdicts if each.package not in {CALLBOARD, OURS}]
+        return [verdict for task in tasks for verdict in task.result()]
 
     async def _run(self, scenario: Sequence[Run]) -> list[Verdict]:
         async with self._jobs:
@@ -93,56 +92,58 @@ class Runner:
                 await system.close()
 
     async def _compare(self, scenario: Sequence[Run], system: System) -> list[Verdict]:
-        """Start the programs, then wait for what each must show, then for their ends."""
+        """Start the programs, wait until each has shown its patterns, and then for their ends."""
         programs: list[Program] = []
         for run in scenario:
             if run.after:
-                await _missing(programs[0], (run.after,))
+                await _wait_for_patterns(programs[0], (run.after,))
             programs.append(await self._start(run, system))
         pairs = list(zip(scenario, programs, strict=True))
-        reasons = [await _missing(program, run.shows) for run, program in pairs]
+        shown = [await _wait_for_patterns(program, run.shows) for run, program in pairs]
         ends = await asyncio.gather(*(_end(run, program) for run, program in pairs))
-        wrong = [
-            (f"{run.name}: " if run.package in {CALLBOARD, OURS} and (reason or end) else "")
-            + (reason or end)
-            for run, reason, end in zip(scenario, reasons, ends, strict=True)
+        faults = [first or second for first, second in zip(shown, ends, strict=True)]
+        # A fault of our own commands and programs counts against the first program of upstream.
+        ours = [
+            f"{run.name}: {fault}"
+            for run, fault in zip(scenario, faults, strict=True)
+            if fault and not run.is_upstream
         ]
-        # What a command does not show is the fault of the first program of upstream.
-        beside = [text for run, text in zip(scenario, wrong, strict=True) if run.package in {CALLBOARD, OURS}]
-        first = next(number for number, run in enumerate(scenario) if run.package not in {CALLBOARD, OURS})
-        wrong[first] = wrong[first] or next(filter(None, beside), "")
+        first = next(number for number, run in enumerate(scenario) if run.is_upstream)
+        faults[first] = faults[first] or next(iter(ours), "")
         return [
-            _verdict(run, program.output, text) for (run, program), text in zip(pairs, wrong, strict=True)
+            _verdict(run, program.output, fault)
+            for (run, program), fault in zip(pairs, faults, strict=True)
+            if run.is_upstream
         ]
 
     async def _start(self, run: Run, system: System) -> Program:
         """Start a program, or run a command."""
         if run.package == CALLBOARD:
             return await _succeeding(run, system)
-        place: tuple[str, ...] = (run.package, run.executable)
+        program: tuple[str, ...] = (run.package, run.executable)
         if run.package == OURS:
-            place = (str(Path(__file__).with_name(f"{run.executable}.py")),)
+            program = (str(Path(__file__).with_name(f"{run.executable}.py")),)
         environ = {**os.environ, "PYTHONPATH": str(self._site), "AMENT_PREFIX_PATH": str(self._site)}
-        command = (sys.executable, "-m", "actors.ros", "--no-broker", *place, *run.args)
+        command = (sys.executable, "-m", "actors.ros", "--no-broker", *program, *run.args)
         return await system.program(*command, environ=environ)
 
 
 async def _succeeding(run: Run, system: System) -> Program:
-    """Run a command until it succeeds, as what it asks for may not be there yet, or the time is over."""
+    """Run a command again until it succeeds or the time is over: what it asks for may not be there yet."""
     deadline = asyncio.get_running_loop().time() + COMMAND_TIMEOUT_SEC
     while True:
         program = await system.python("-m", "actors", *shlex.split(run.executable))
         try:
             code = await program.wait_for_exit()
-        except AssertionError:  # it waits for what does not come
+        except AssertionError:  # it still waits
             await program.kill()
             return program
         if not code or asyncio.get_running_loop().time() > deadline:
             return program
 
 
-async def _missing(program: Program, patterns: Sequence[str]) -> str:
-    """Wait until all patterns match, in their order; return what is wrong with the first that does not."""
+async def _wait_for_patterns(program: Program, patterns: Sequence[str]) -> str:
+    """Wait until all patterns match, in their order; return "", or which one does not match in time."""
     deadline = asyncio.get_running_loop().time() + SHOW_TIMEOUT_SEC
     position = 0
     for pattern in patterns:
@@ -155,7 +156,7 @@ async def _missing(program: Program, patterns: Sequence[str]) -> str:
 
 
 async def _end(run: Run, program: Program) -> str:
-    """Wait for the end of a program, or end it with SIGINT; return what is wrong with it."""
+    """Wait for the end of a program, or end it with SIGINT; return "", or what is wrong with its end."""
     if not run.ends and not program.ended:
         program.send_signal(signal.SIGINT)
     try:

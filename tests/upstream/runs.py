@@ -1,7 +1,7 @@
-"""What a program of upstream must show, side by side with others.
+"""Runs of upstream's programs, together with others, and the output that they must show.
 
 A pattern is a regular expression of ours for the essential part of a line; all of a program's patterns must
-match in their order. Nothing of upstream is here but names and a few words of output.
+match in their order. Only names and a few words of output are upstream's.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import Final
 
 CALLBOARD: Final = "callboard"
-"""Stands for a package: the run is a command of callboard, repeated until it succeeds."""
+"""In place of a package: the run is a command of callboard, repeated until it succeeds."""
 OURS: Final = "ours"
-"""Stands for a package: the run is a program of this folder, in place of one that upstream has in C++."""
+"""In place of a package: the run is a program of this folder, for one that upstream has in C++."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Run:
 
     Attributes:
         package: The package, CALLBOARD or OURS.
-        executable: Its console script, or what stands for it.
+        executable: Its console script; for CALLBOARD the command line, for OURS the name of the program.
         args: Its arguments.
         shows: The patterns that must match, in this order.
         after: A pattern that the first run of the scenario must show before this one begins.
@@ -43,6 +43,11 @@ class Run:
     def name(self) -> str:
         """The name of the program."""
         return f"{self.package} {self.executable}"
+
+    @property
+    def is_upstream(self) -> bool:
+        """Whether it is a program of upstream."""
+        return self.package not in {CALLBOARD, OURS}
 
 
 def example(package: str, executable: str, *shows: str, **options: object) -> Run:
