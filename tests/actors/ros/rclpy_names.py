@@ -2,9 +2,9 @@
 
 python -m tests.actors.ros.rclpy_names > docs/reference/rclpy.md
 
-The table, `rclpy_names.yaml`, has for each module of rclpy the names that are the same here, those that
-differ or are absent, each with what differs or why, and `own`: what only callboard's has. An absent class
-includes its methods. A module without names is callboard's own, and nothing for programs.
+For each module of rclpy the table, `rclpy_names.yaml`, has the names that are the same here, those that
+differ or are absent, with the difference or the reason, and `own`: names that only callboard has. An absent
+class includes its methods. A module without names is callboard's own and not for programs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ rclpy 8.0, by module.
 
 The texts of errors and warnings are callboard's own.
 
-What a module of rclpy has only imported, such as `Parameter` of `rclpy.node`, is not listed, but there.
+Names that a module of rclpy only imports, such as `Parameter` of `rclpy.node`, are there but not listed.
 """
 
 
