@@ -1,7 +1,7 @@
 """Finds callboard's rclpy for programs written for ROS 2, once they import one of its packages.
 
-`callboard_ros.pth`, which Python runs at its start, only compares names, as that must cost nothing: those of
-ROS 2's libraries, and what the names of interface packages end in. It imports this module for such a name.
+Python runs `callboard_ros.pth` at its start, which must take no time: it only compares the names of imports
+with those of ROS 2's libraries and the endings of interface packages, and imports this module if one matches.
 """
 
 import sys
@@ -10,9 +10,9 @@ from actors.ros import finder
 
 
 def find_spec(name):
-    """Return what callboard's finder finds, which is first from then on.
+    """Install callboard's finder, and return what it finds.
 
-    It is None if ROS 2's own rclpy is installed, or callboard has no such name.
+    None if ROS 2's own rclpy is installed, or callboard does not have the name.
     """
     try:
         finder.install()
