@@ -1,8 +1,8 @@
 """An event loop in a thread, and calls into it.
 
-Every accepted call is in `_calls` until it has ended. Whoever removes it there completes its future: the
-loop's thread when the coroutine has ended, or the thread that stops it. So a call ends even if the loop is
-blocked.
+Every accepted call is in `_calls` until it has ended. The thread that removes it there completes its future:
+the loop's thread when the coroutine has ended, or the thread that stops the loop. So a call ends even if the
+loop is blocked.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ STOP_TIMEOUT_SEC: Final = 30.0
 """How long to wait for the thread's end: longer than four nodes take whose callbacks ignore cancellation."""
 
 LOCK_SEC: Final = 0.1
-"""How long to wait for the thread that posts: it may be in a signal handler that waits for the loop's end."""
+"""How long to wait for a thread that posts: it may be in a signal handler that waits for the loop's end."""
 
 MAX_CALLS: Final = 100_000
-"""Calls that have not ended. More of them mean that the loop is blocked, or that nobody waits for results."""
+"""Calls that have not ended. More of them mean that the loop is blocked, or that results are not awaited."""
 
 
 class LoopThread:
@@ -63,12 +63,12 @@ class LoopThread:
         self.ended: Future[None] = Future()
         self._loop_factory = loop_factory or new_event_loop
         self._leave = leave
-        # A daemon, because Python waits for other threads before it calls what `atexit` has.
+        # A daemon: Python would wait for another thread before `atexit` can stop it.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._pid = 0
         self._running = False
         self._lock = threading.RLock()  # a signal handler may interrupt `post`, and post as well
-        """Held while `_running` changes, and from a look at it until a callback is in the loop's queue."""
+        """Held while `_running` changes, and from checking it until a callback is in the loop's queue."""
         self._calls: set[Future[Any]] = set()
         self._tasks: dict[asyncio.Task[Any], Future[Any]] = {}
         self._failure: BaseException | None = None

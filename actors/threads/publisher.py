@@ -27,9 +27,9 @@ QUEUED_MESSAGES: Final = 10_000
 QUEUED_BYTES: Final = 64 * 1024 * 1024
 """Their size. A single message may be larger."""
 LOCK_SEC: Final = 0.01
-"""How long the loop waits for the lock: longer than a thread has it that runs."""
+"""How long the loop waits for the lock: longer than a running thread holds it."""
 RETRY_SEC: Final = 0.001
-"""When it tries again."""
+"""After which the loop tries to get the lock again."""
 
 
 class ThreadPublisher(Generic[T]):
