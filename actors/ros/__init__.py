@@ -1,8 +1,9 @@
-"""rclpy's names for programs that were written for ROS 2: they run unchanged, without ROS.
+"""ROS 2's Python packages for programs that were written for it, which run unchanged and without ROS.
 
-Nothing else in `actors` imports it: programs run so by `callboard run --ros` or `python -m actors.ros`, or
-after `actors.ros.finder.install()`. `rclpy/` has the modules that they import; one thread of the process runs
-the nodes (`process_thread.py`), and callbacks run in the threads that spin.
+Such programs are run by `callboard run --ros` or `python -m actors.ros`, or after
+`actors.ros.finder.install()`. In `actors`, only `callboard launch --ros` imports this package. `rclpy/` has
+the modules that programs import. One thread of the process runs the nodes (`process_thread.py`); callbacks
+run in the threads that spin.
 
 Imports `processes/`, `threads/`, `runtime/` and the packages below them.
 """

@@ -58,7 +58,7 @@ class LaunchService:
         self._description.file = self._description.file or launch_description.file
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Run to the end, which Ctrl-C and SIGTERM bring about; in the main thread, for their sake.
+        """Run until the launch ends. Call it in the main thread, so that Ctrl-C and SIGTERM end it.
 
         Args:
             shutdown_when_idle: Whether it ends when nothing is left to run.
@@ -83,7 +83,7 @@ class LaunchService:
         for number in (signal.SIGINT, signal.SIGTERM):
             try:
                 self._loop.add_signal_handler(number, launch.stop, f"signal {number.name}")
-            except (RuntimeError, ValueError):  # not in the main thread: nobody signals it
+            except (RuntimeError, ValueError):  # not in the main thread, which alone gets signals
                 break
         try:
             return 0 if await launch.run() else 1

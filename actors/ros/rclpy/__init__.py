@@ -39,7 +39,7 @@ def __getattr__(name: str) -> Any:
 
 
 class InitContextManager:
-    """What `init` returns: at the end of a `with` block the context is shut down."""
+    """Returned by `init`: shuts the context down at the end of a `with` block."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Of rclpy's C library, the errors that programs catch."""
+"""The errors of rclpy's C library that programs catch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contexts: what `init` begins and `shutdown` ends."""
+"""Contexts: `init` begins one, and `shutdown` ends it."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class Handle:
-    """Stands for an object of C that rclpy has: programs see that it is there, and hold it."""
+    """In place of rclpy's handle of a C object: programs check that there is one, and hold it."""
 
     def __enter__(self) -> Self:
         return self
@@ -22,7 +22,7 @@ class Destroyable:
     """A publisher, or an entity: something with `destroy`.
 
     Attributes:
-        handle: There as long as the object.
+        handle: In place of rclpy's handle.
     """
 
     handle = Handle()

@@ -1,4 +1,4 @@
-"""What ends a wait for work."""
+"""Exceptions that end a wait for work."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Names that programs import from a module of rclpy which has only imported them itself.
+"""Names that programs import from a module of rclpy which only imports them itself.
 
-`from rclpy.node import Parameter` is common, and works with ROS 2. The names load their modules when they are
-used.
+`from rclpy.node import Parameter` is common, and works with ROS 2. The modules of the names are loaded when a
+name is used.
 """
 
 from __future__ import annotations
@@ -73,6 +73,6 @@ def imported_names(module: str, names: str) -> Callable[[str], object]:
 
     Args:
         module: Its `__name__`.
-        names: What rclpy's module of that name has imported, separated by spaces.
+        names: The names that rclpy's module imports, separated by spaces.
     """
     return lazy_getattr(module, {name: _HOMES[name] for name in names.split()})

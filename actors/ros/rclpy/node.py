@@ -156,7 +156,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def handle(self) -> Handle:
-        """Stands for rclpy's object of C."""
+        """In place of rclpy's handle."""
         return Destroyable.handle
 
     @property

@@ -1,4 +1,4 @@
-"""What other nodes see of a node's parameters: services, and `/parameter_events`."""
+"""A node's parameters for other nodes: services, and `/parameter_events`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What clients and services have in common."""
+"""The base of clients and services."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM end all contexts; then the handlers from before are called."""
+"""SIGINT and SIGTERM end all contexts of `rclpy.init`; then the handlers from before are called."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
 
 
 def _after_fork_in_child() -> None:
-    """Leave a child the handlers from before: its parent's contexts are not for it to end."""
+    """Restore the handlers from before in a child, which must not end its parent's contexts."""
     global _contexts  # noqa: PLW0603 - see above
     _contexts = ()
     uninstall_signal_handlers()

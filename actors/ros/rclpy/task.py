@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _awaited: Final = threading.local()
-"""`future`: what the coroutine that this thread has just resumed waits for."""
+"""`future`: what the coroutine that this thread has just run awaits; None if it is no `Future`."""
 
 
 class Future(Generic[T]):
@@ -36,7 +36,7 @@ class Future(Generic[T]):
         self._retrieved = True
         self._callbacks: list[Callable[[Any], object]] = []
         self._waiting: list[Callable[[], object]] = []
-        """Called when it is done, where that happens: tasks and threads that wait."""
+        """Functions of `when_done`, which wake tasks and threads that wait."""
         self._lock = threading.Lock()
         self._executor: weakref.ref[Executor] | None = None
         self.set_executor(executor)
@@ -52,7 +52,7 @@ class Future(Generic[T]):
         return self.result()
 
     def set_executor(self, executor: Executor | None) -> None:
-        """Set who runs the callbacks."""
+        """Set the executor that runs the callbacks; None: they run where the future is completed."""
         self._executor = None if executor is None else weakref.ref(executor)
 
     def cancel(self) -> None:

@@ -227,7 +227,7 @@ class Rate:
                 sleep.set_result(None)
 
     def sleep(self) -> None:
-        """Sleep until the next tick of the timer; somebody else must spin.
+        """Sleep until the next tick of the timer; another thread must spin.
 
         Return at once if it has ticked since the last sleep: the loop has taken longer than its period.
 

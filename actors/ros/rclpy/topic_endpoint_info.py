@@ -1,4 +1,4 @@
-"""What the graph says of the publishers and subscriptions of a topic."""
+"""The publishers and subscriptions of a topic, as the graph has them."""
 
 from __future__ import annotations
 

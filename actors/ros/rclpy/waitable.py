@@ -1,4 +1,4 @@
-"""Waitables of users: what an executor looks after, made of guard conditions."""
+"""Waitables: entities that programs define, which wait for guard conditions."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class WaitSet:
 
 
 class Waitable(Entity, Generic[T]):
-    """What an executor looks after; users override `add_to_wait_set`, `is_ready`, `take_data` and `execute`.
+    """An entity that programs define: override `add_to_wait_set`, `is_ready`, `take_data` and `execute`.
 
     After a trigger of one of its guard conditions, and after each `execute`, the executor calls
     `add_to_wait_set` and `is_ready`, then `take_data` and `execute` if it is ready.
@@ -116,7 +116,7 @@ class Waitable(Entity, Generic[T]):
         raise NotImplementedError("Must be implemented by subclass")
 
     def has_work(self) -> bool:
-        """Return whether the executor should look after it."""
+        """Return whether the executor should call `take`."""
         return self._wait_set is None or self._wait_set.has_trigger()
 
     def take(self) -> Callable[[], Any] | None:

@@ -35,7 +35,7 @@ class EventHandler(CallboardHandler):
     entities: Reaction = ()
 
 
-OnIncludeLaunchDescription = unsupported("OnIncludeLaunchDescription", "put the actions behind the include")
+OnIncludeLaunchDescription = unsupported("OnIncludeLaunchDescription", "put the actions after the include")
 
 
 class OnProcessIO(CallboardIO):

@@ -46,7 +46,7 @@ class LaunchConfiguration(CallboardConfiguration):
 
     Args:
         variable_name: The argument.
-        default: Its value if nobody has declared or given it; numbers and truth values become texts.
+        default: Its value if it is neither declared nor given; numbers and truth values become texts.
     """
 
     def __init__(self, variable_name: Text, *, default: Any = None) -> None:

@@ -123,7 +123,7 @@ class ActionClient(QueuedCalls):
         node.add_waitable(self)
 
     def wait_for(self, work: Callable[[], Coroutine[Any, Any, T]]) -> T:
-        """Wait for a coroutine of the loop; nobody needs to spin. Raise as `Context.wait` does."""
+        """Wait for a coroutine of the loop; no thread needs to spin. Raise as `Context.wait` does."""
         return self._context.wait(work)
 
     def send_goal_async(

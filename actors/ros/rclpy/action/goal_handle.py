@@ -1,4 +1,4 @@
-"""What the goal handles of clients and servers have in common."""
+"""The base of the goal handles of clients and servers."""
 
 from __future__ import annotations
 

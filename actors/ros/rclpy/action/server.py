@@ -192,19 +192,19 @@ class ActionServer(QueuedCalls):
         return execute
 
     def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
-        """Set who accepts goals; None accepts all."""
+        """Set the function that accepts goals; None accepts all."""
         self._goal_callback = goal_callback or default_goal_callback
 
     def register_cancel_callback(self, cancel_callback: Callable[[Any], Any] | None) -> None:
-        """Set who accepts cancellations; None rejects all."""
+        """Set the function that accepts cancellations; None rejects all."""
         self._cancel_callback = cancel_callback or default_cancel_callback
 
     def register_handle_accepted_callback(self, callback: Callable[[Any], Any] | None) -> None:
-        """Set who gets accepted goals; None executes them at once."""
+        """Set the function that gets accepted goals; None executes them at once."""
         self._handle_accepted_callback = callback or default_handle_accepted_callback
 
     def register_execute_callback(self, execute_callback: Callable[[Any], Any]) -> None:
-        """Set who executes goals."""
+        """Set the function that executes goals."""
         if not callable(execute_callback):
             raise TypeError("Failed to register goal execution callback: not callable")
         self._execute_callback = execute_callback

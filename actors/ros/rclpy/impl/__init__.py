@@ -1,1 +1,1 @@
-"""Of rclpy's internals, what programs import."""
+"""The parts of rclpy's internals that programs import."""

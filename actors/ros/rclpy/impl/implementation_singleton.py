@@ -1,4 +1,4 @@
-"""Has nothing to offer: rclpy's is made of C, which callboard does not have."""
+"""Cannot be imported: rclpy's is its C library, which callboard does not have."""
 
 raise ImportError(
     "rclpy.impl.implementation_singleton gives access to rclpy's C library, which callboard does not have:"

@@ -1,4 +1,4 @@
-"""What takes part in the transitions of a lifecycle node."""
+"""Entities that take part in the transitions of a lifecycle node."""
 
 from __future__ import annotations
 
