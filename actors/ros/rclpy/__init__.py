@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Self
 
@@ -24,7 +25,7 @@ from actors.ros.rclpy.utilities import shutdown as _shutdown
 from actors.ros.rclpy.utilities import try_shutdown as _try_shutdown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Generator, Sequence
     from types import TracebackType
 
     from actors.ros.rclpy.executors import Executor
@@ -148,13 +149,8 @@ def create_node(node_name: str, **options: Any) -> Node:
 
 def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
     """Wait for one callback of a node, or of the executor's others, and run it."""
-    executor = executor or get_global_executor()
-    added = executor.add_node(node)
-    try:
-        executor.spin_once(timeout_sec=timeout_sec)
-    finally:
-        if added:
-            executor.remove_node(node)
+    with _executor_of(node, executor) as chosen:
+        chosen.spin_once(timeout_sec=timeout_sec)
 
 
 def spin(node: Node, executor: Executor | None = None) -> None:
@@ -163,23 +159,25 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     Raises:
         ExternalShutdownException: It was shut down while this waited, as by SIGTERM.
     """
-    executor = executor or get_global_executor()
-    added = executor.add_node(node)
-    try:
-        executor.spin()
-    finally:
-        if added:
-            executor.remove_node(node)
+    with _executor_of(node, executor) as chosen:
+        chosen.spin()
 
 
 def spin_until_future_complete(
     node: Node, future: Future[Any], executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
     """Run a node's callbacks until a future is done, or the time is over."""
+    with _executor_of(node, executor) as chosen:
+        chosen.spin_until_future_complete(future, timeout_sec)
+
+
+@contextmanager
+def _executor_of(node: Node, executor: Executor | None) -> Generator[Executor]:
+    """Add a node to an executor, or the global one, within a `with` block."""
     executor = executor or get_global_executor()
     added = executor.add_node(node)
     try:
-        executor.spin_until_future_complete(future, timeout_sec)
+        yield executor
     finally:
         if added:
             executor.remove_node(node)
