@@ -6,4 +6,4 @@ from actors.ros.rclpy.exceptions import InvalidHandle as InvalidHandle
 
 
 class RCLError(RuntimeError):
-    """A context has been shut down twice."""
+    """A context has been shut down twice, or the state of a goal does not allow a change."""

@@ -33,11 +33,11 @@ class NotInitializedException(Exception):
 
 
 class NoTypeSupportImportedException(Exception):
-    """rclpy raises this without type support; callboard never does."""
+    """A class is no message, service or action class."""
 
 
 class InvalidHandle(RuntimeError):
-    """What is used has been destroyed."""
+    """The object has been destroyed."""
 
 
 class ROSInterruptException(Exception):

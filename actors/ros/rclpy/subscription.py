@@ -91,8 +91,8 @@ class Subscription(Entity, Generic[MsgT]):
                 inspect.signature(value).bind(object())
             except TypeError:
                 raise RuntimeError(
-                    "Subscription.__init__(): callback should be either be callable with one argument"
-                    " (to get only the message) or two (to get message and message info)"
+                    "The callback of a subscription must be callable with one argument (the message) or two"
+                    " (the message and its MessageInfo)"
                 ) from None
             self._callback_type = Subscription.CallbackType.MessageOnly
         else:
