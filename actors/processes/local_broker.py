@@ -178,14 +178,14 @@ def _start(command: Sequence[str], log: IO[bytes]) -> subprocess.Popen[bytes]:
 
 
 def _listens(process: subprocess.Popen[bytes], timeout_sec: float) -> bool:
-    """Wait for the line in which a broker says that it listens; return whether it came. If not, end it."""
+    """Wait until a broker says that it listens; return whether it does, and end it if it does not."""
     lines: list[bytes] = []
     assert process.stdout is not None
     with process.stdout as stream:
         reader = threading.Thread(target=lambda: lines.append(stream.readline()), daemon=True)
         reader.start()
         reader.join(timeout_sec)
-        listens = lines not in ([], [b""])
+        listens = any(lines)
         if not listens:
             _end(process)
         reader.join()
