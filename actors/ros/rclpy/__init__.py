@@ -11,7 +11,6 @@ from actors.ros.rclpy.context import Context as Context
 from actors.ros.rclpy.parameter import Parameter as Parameter
 from actors.ros.rclpy.signals import (
     SignalHandlerOptions,
-    end_on_signal,
     install_signal_handlers,
     uninstall_signal_handlers,
 )
@@ -55,7 +54,6 @@ class InitContextManager:
             signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
         self.installed_signal_handlers = signal_handler_options is not SignalHandlerOptions.NO
         self.context.init(args, domain_id=domain_id)
-        end_on_signal(self.context)
         install_signal_handlers(signal_handler_options)
 
     def __enter__(self) -> Self:

@@ -300,7 +300,8 @@ def _thread_for(context: Context) -> NodeThread:
     return thread
 
 
-def _initialized_contexts() -> Iterator[Context]:
+def initialized_contexts() -> Iterator[Context]:
+    """Yield the contexts that have been initialized and are still referred to; in signal handlers, too."""
     for each in _contexts:
         context = each()
         if context is not None:
@@ -308,14 +309,14 @@ def _initialized_contexts() -> Iterator[Context]:
 
 
 def _thread_ended(ended: Reply[None]) -> None:
-    for context in _initialized_contexts():
+    for context in initialized_contexts():
         context.thread_ended(ended)
 
 
 def _end_all() -> None:
     global _exiting  # noqa: PLW0603 - the process's
     _exiting = True
-    for context in _initialized_contexts():
+    for context in initialized_contexts():
         context.end()
 
 
@@ -332,7 +333,7 @@ def park_at_exit(*, pools_ended: bool = False) -> None:
 
 
 def _after_fork_in_child() -> None:
-    for context in _initialized_contexts():
+    for context in initialized_contexts():
         context.forked()
     forget_default_context()
 

@@ -1,18 +1,17 @@
-"""SIGINT and SIGTERM end all contexts of `rclpy.init`; then the handlers from before are called."""
+"""SIGINT and SIGTERM end all contexts; then the handlers from before are called."""
 
 from __future__ import annotations
 
 import os
 import signal
 import threading
-import weakref
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.ros.rclpy.context import initialized_contexts
+
 if TYPE_CHECKING:
     from types import FrameType
-
-    from actors.ros.rclpy.context import Context
 
 
 class SignalHandlerOptions(Enum):
@@ -25,21 +24,12 @@ class SignalHandlerOptions(Enum):
 
 
 _previous: Final[dict[int, Any]] = {}
-_contexts: tuple[weakref.ref[Context], ...] = ()
 _options = SignalHandlerOptions.NO
 
 
-def end_on_signal(context: Context) -> None:
-    """End a context when a signal comes."""
-    global _contexts  # noqa: PLW0603 - replaced, never changed: a signal handler reads it
-    _contexts = (*(each for each in _contexts if each() is not None), weakref.ref(context))
-
-
 def _handle(number: int, frame: FrameType | None) -> None:
-    for each in _contexts:
-        context = each()
-        if context is not None:
-            context.end()
+    for context in initialized_contexts():
+        context.end()
     previous = _previous.get(number)
     if callable(previous):
         previous(number, frame)
@@ -77,9 +67,7 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
 
 
 def _after_fork_in_child() -> None:
-    """Restore the handlers from before in a child, which must not end its parent's contexts."""
-    global _contexts  # noqa: PLW0603 - see above
-    _contexts = ()
+    """Restore the handlers from before in a child, which has no contexts yet."""
     uninstall_signal_handlers()
 
 

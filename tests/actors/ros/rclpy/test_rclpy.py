@@ -76,15 +76,19 @@ def test_a_with_block_shuts_down() -> None:
 
 
 def test_a_signal_ends_the_contexts() -> None:
-    """SIGINT raises KeyboardInterrupt as before; SIGTERM does nothing else."""
+    """All of them; SIGINT raises KeyboardInterrupt as before, SIGTERM does nothing else."""
     for number in (signal.SIGTERM, signal.SIGINT):
         rclpy.init(args=[])
+        other = Context()
+        other.init([], initialize_logging=False)
         if number == signal.SIGINT:
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(number)
         else:
             signal.raise_signal(number)
         assert not rclpy.ok()
+        assert not other.ok()
+        other.shutdown()
         rclpy.shutdown()
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
