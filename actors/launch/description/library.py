@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 class Library(Protocol):
     """Files, packages and programs. Each question raises a LaunchError that says what is missing."""
 
+    @property
+    def run_command(self) -> Sequence[str]:
+        """What a user types before a script, or a package and a program, to run it alike."""
+        ...
+
     def description(self, path: str) -> LaunchDescription:
         """Return what a launch file describes.
 

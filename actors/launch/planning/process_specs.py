@@ -160,7 +160,7 @@ def _node(action: Node, scope: Scope, library: Library) -> _Program:
         typed, command = [package, name], library.program(package, name)
         sources = library.sources(package=package)
     if action.package is not None or action.script is not None:
-        typed = ["callboard", "run", *typed]
+        typed = [*library.run_command, *typed]
     if truth(action.shell, scope):
         line = " ".join((shlex.join(command), *own, shlex.join(arguments[len(own) :])))
         return _Program(name, ["/bin/sh", "-c", line], [*typed, *arguments], sources)

@@ -49,13 +49,18 @@ class Files:
 
     Args:
         runner: A command that runs a SCRIPT, or PACKAGE EXECUTABLE, in place of Python itself.
+        run_command: What a user types for the same.
 
     Attributes:
+        run_command: As given.
         launch_files: The paths of those that have been read.
     """
 
-    def __init__(self, *, runner: Sequence[str] = ()) -> None:
+    def __init__(
+        self, *, runner: Sequence[str] = (), run_command: Sequence[str] = ("callboard", "run")
+    ) -> None:
         self._runner = tuple(runner)
+        self.run_command = tuple(run_command)
         self.launch_files: list[str] = []
         # A launch may have the same program a thousand times, and looking a package up reads files.
         self._package = lru_cache(MAX_REMEMBERED)(_package)

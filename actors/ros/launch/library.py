@@ -20,4 +20,5 @@ def ros_files(*, force: bool | None = None) -> Files:
     """
     if force is None:
         force = is_forced()
-    return Files(runner=(*RUNNER, "--force") if force else RUNNER)
+    options = ("--force",) if force else ()
+    return Files(runner=(*RUNNER, *options), run_command=("callboard", "run", "--ros", *options))

@@ -22,6 +22,10 @@ class Shelf:
         self._files = files
         self._numbers = count(1)
 
+    @property
+    def run_command(self) -> Sequence[str]:
+        return ("callboard", "run")
+
     def description(self, path: str) -> LaunchDescription:
         name = path.removeprefix("/files/").replace("/", "_")
         if name not in self._files:

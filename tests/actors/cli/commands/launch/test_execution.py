@@ -300,7 +300,7 @@ def test_a_file_written_for_ros_2_is_launched(
     """It imports ROS 2's names, and so do its programs; a package's files are found below its data."""
     assert main(["launch", "--ros", "ros_robot", file, "-n"]) == 0
     shown = capsys.readouterr().out
-    assert shown == "[talker-1] callboard run ros_robot talker --ros-args -r __ns:=/ns1\n"
+    assert shown == "[talker-1] callboard run --ros ros_robot talker --ros-args -r __ns:=/ns1\n"
     assert main(["launch", "--ros", str(ros_robot / "launch" / file), "-n"]) == 0
     assert main(["launch", "ros_robot", "x"]) == 1
     assert capsys.readouterr().err.endswith("there is: robot.launch.xml, robot_launch.py\n")
