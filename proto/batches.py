@@ -13,6 +13,7 @@ from typing import Final
 from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_from_bytes, ends_to_bytes
 from proto.frames import Batch, Options, Replay, Scalar
+from proto.references import SharedBatch, Slot, renamed, shared_batch
 
 MAX_HEAD_BYTES: Final = 64
 """Maximum size of everything before the message in a batch of one: prefix, header and array head."""
@@ -73,6 +74,13 @@ class BatchBuilder:
         raw = memoryview(buffer)[start:].toreadonly()
         return Batch(*fields, raw[len(raw) - payload_bytes :], raw)
 
+    def shared(self, slot: Slot, publisher: int, stamp_ns: int) -> SharedBatch:
+        """Return the large message in a slot as a batch. Needs `length` 0."""
+        assert not self.length
+        first = self.next_sequence
+        self.next_sequence = first + 1
+        return shared_batch(slot, publisher, first, stamp_ns)
+
     def _number(
         self, publisher: int, stamp_ns: int, count: int, ends: bytes | None
     ) -> tuple[int, int, int, int, bytes | None, None]:
@@ -131,7 +139,11 @@ def fitting_stop(batch: Batch, start: int, max_bytes: int) -> int:
 
 def with_publisher(batch: Batch, publisher: int) -> Batch:
     """Return the batch with another publisher id: the broker assigns a new one on every link."""
-    return batch if batch.publisher == publisher else with_raw(batch._replace(publisher=publisher, raw=b""))
+    if batch.publisher == publisher:
+        return batch
+    if isinstance(batch, SharedBatch):
+        return renamed(batch, publisher)
+    return with_raw(batch._replace(publisher=publisher, raw=b""))
 
 
 def split_messages(batch: Batch | Replay) -> list[memoryview]:

@@ -53,6 +53,12 @@ class Op(IntEnum):
     INSPECT = 55
     STATS = 56
 
+    ARENA = 60
+    MAPPED = 61
+    UNMAP = 62
+    REFERENCE = 63
+    RELEASE = 64
+
 
 class NoticeKind(IntEnum):
     """The kinds of warnings in NOTICE."""
@@ -77,6 +83,8 @@ class Capability(StrEnum):
     """It keeps to `strict` in qos maps: incompatible endpoints do not match if one of them is strict."""
     SHARED_NAMES = "shared_names"
     """It accepts several nodes of one name if each declares that it shares the name."""
+    SHARED_MEMORY = "shared_memory"
+    """It is on the client's host, and takes and sends large messages by reference (§6.10)."""
 
 
 class PolicyKind(IntEnum):

@@ -19,6 +19,8 @@ from proto.frames import Abort, Buffer, Fragment
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from proto.references import References
+
 _OPCODE_AT: Final = limits.PREFIX_BYTES + 1
 _BATCH: Final = bytes([Op.BATCH])
 
@@ -36,7 +38,12 @@ _PRIVATE: Final = {} if sys.platform == "win32" else {"flags": mmap.MAP_PRIVATE}
 
 def is_large(raw: Buffer) -> bool:
     """Return whether an encoded frame must travel as fragments."""
-    return len(raw) > limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
+    return len(raw) > limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES  # not `is_large_size`: for each frame
+
+
+def is_large_size(frame_bytes: int) -> bool:
+    """Return whether an encoded frame of this size must travel as fragments."""
+    return frame_bytes > limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
 
 
 class Transfer:
@@ -46,12 +53,14 @@ class Transfer:
         transfer_id: Its id.
         raw: The encoded frame.
         head: What precedes `raw` in the frame, if the two are not joined.
+        shared: Whether `raw` is shared memory, which must not be left in the buffer of a transport.
     """
 
-    __slots__ = ("_head", "_offset", "_raw", "id", "size")
+    __slots__ = ("_head", "_offset", "_raw", "_shared", "id", "size")
 
-    def __init__(self, transfer_id: int, raw: Buffer, head: bytes = b"") -> None:
+    def __init__(self, transfer_id: int, raw: Buffer, head: bytes = b"", *, shared: bool = False) -> None:
         self.id = transfer_id
+        self._shared = shared
         self._raw = memoryview(raw)
         self.size = len(head) + len(raw)
         self._head = head
@@ -65,6 +74,8 @@ class Transfer:
         payload: Buffer = self._raw[start:stop]
         if head:
             payload, self._head = b"".join((head, payload)), b""
+        elif self._shared:
+            payload = bytes(payload)
         self._offset = stop
         return encode_head(Fragment(self.id, total, stop < end, payload)), payload, stop == end
 
@@ -75,19 +86,21 @@ class Transfers:
     Attributes:
         full: Whether `limits.MAX_TRANSFERS` are open.
         max_bytes: Size of the open transfers together, if there is more than one; set by the owner.
+        references: What may be sent by reference instead; None for nothing. Set by the owner.
     """
 
-    __slots__ = ("_bytes", "_next_id", "_open", "full", "max_bytes")
+    __slots__ = ("_bytes", "_next_id", "_open", "full", "max_bytes", "references")
 
     def __init__(self) -> None:
+        self.references: References | None = None
         self.full = False
         self.max_bytes = sys.maxsize
         self._next_id = 0
         self._open: set[int] = set()
         self._bytes = 0
 
-    def start(self, raw: Buffer, head: bytes = b"") -> Transfer | None:
-        """Open a transfer of an encoded frame, possibly without its head.
+    def start(self, raw: Buffer, head: bytes = b"", *, shared: bool = False) -> Transfer | None:
+        """Open a transfer of an encoded frame, possibly without its head, or (`shared`) in shared memory.
 
         Returns:
             None if `full`, or if the frame would exceed `max_bytes`.
@@ -101,7 +114,7 @@ class Transfers:
             self._next_id = (self._next_id + 1) & limits.MAX_U32
         self._open.add(self._next_id)
         self.full = len(self._open) >= limits.MAX_TRANSFERS
-        return Transfer(self._next_id, raw, head)
+        return Transfer(self._next_id, raw, head, shared=shared)
 
     def end(self, transfer: Transfer) -> None:
         """Remove a transfer that is finished or aborted."""
@@ -129,7 +142,7 @@ class WholeFrames(Transfers):
 
     __slots__ = ()
 
-    def start(self, raw: Buffer, head: bytes = b"") -> Transfer:
+    def start(self, raw: Buffer, head: bytes = b"", *, shared: bool = False) -> Transfer:  # noqa: ARG002
         """Return an encoded frame, possibly without its head, as a transfer."""
         return WholeFrame(raw, head)
 

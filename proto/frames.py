@@ -393,13 +393,64 @@ class Stats(NamedTuple):
     mesh: Options = {}  # noqa: RUF012
 
 
+class Arena(NamedTuple):
+    """Shared memory in which messages of the sender, or (from a broker) of another client, will be.
+
+    It is the file `descriptor` of the process `process`, sealed, of `size` bytes, and begins with `token`.
+    """
+
+    id: int
+    process: int
+    descriptor: int
+    size: int
+    token: bytes
+
+
+class Mapped(NamedTuple):
+    """The sender has mapped an arena, or (`problem` is not empty) could not."""
+
+    id: int
+    problem: str
+
+
+class Unmap(NamedTuple):
+    """No further REFERENCE is to this arena."""
+
+    id: int
+
+
+class Reference(NamedTuple):
+    """One message of a publisher, which is in an arena: a BATCH of one message (§6.10).
+
+    The slot begins at `offset` with `generation`; the message has `size` bytes.
+    """
+
+    publisher: int
+    first_sequence: int
+    stamp_ns: int
+    attributes: Options | None
+    arena: int
+    offset: int
+    size: int
+    generation: int
+
+
+class Release(NamedTuple):
+    """The sender does not need these slots any more. REFERENCE frames are numbered from 0 on a link."""
+
+    numbers: tuple[int, ...]
+
+
 SessionFrame: TypeAlias = Hello | Welcome | Error | Goodbye | Ping | Pong
 Declaration: TypeAlias = Node | Publisher | Subscription | Service | Client | Undeclare | Retire
 DeclarationEvent: TypeAlias = Accepted | Refused | Matched | Attached | Detached | Notice
 MessageFrame: TypeAlias = Batch | Replay | Fragment | Abort | Grant | Credit | Assert
 CallFrame: TypeAlias = Request | Reply | Cancel
 QueryFrame: TypeAlias = Watch | Unwatch | Graph | Describe | Definition | Inspect | Stats
-Frame: TypeAlias = SessionFrame | Declaration | DeclarationEvent | MessageFrame | CallFrame | QueryFrame
+SharedMemoryFrame: TypeAlias = Arena | Mapped | Unmap | Reference | Release
+Frame: TypeAlias = (
+    SessionFrame | Declaration | DeclarationEvent | MessageFrame | CallFrame | QueryFrame | SharedMemoryFrame
+)
 
 
 class Spec(NamedTuple):
@@ -449,6 +500,11 @@ SPECS: Mapping[int, Spec] = {
     Op.DEFINITION: Spec(Definition, ("str", "definition?")),
     Op.INSPECT: Spec(Inspect, ("u32",)),
     Op.STATS: Spec(Stats, ("u32", "bool", "map", "topics", "links", "brokers", "map")),
+    Op.ARENA: Spec(Arena, ("u32", "u32", "u32", "u64", "bin16")),
+    Op.MAPPED: Spec(Mapped, ("u32", "str")),
+    Op.UNMAP: Spec(Unmap, ("u32",)),
+    Op.REFERENCE: Spec(Reference, ("u64", "u64", "u64", "attributes?", "u32", "u64", "u64", "u64")),
+    Op.RELEASE: Spec(Release, ("u64s",)),
 }
 
 OPCODES: Mapping[type, int] = {spec.frame: op for op, spec in SPECS.items() if isinstance(spec.frame, type)}

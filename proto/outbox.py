@@ -77,6 +77,8 @@ class Outbox:
     """The large frames that are partly sent."""
     dropped: int = field(default=0, init=False)
     """Messages dropped in all because the link was slow."""
+    blocked: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
+    """Queues to serve again when the peer has released messages that it got by reference."""
     _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
     _calls: deque[bytes | tuple[bytes, CallShare]] = field(
         default_factory=deque["bytes | tuple[bytes, CallShare]"], init=False
@@ -312,6 +314,8 @@ class Outbox:
             self.schedule(queue)
             if size:
                 return size
+            if queue.blocked:
+                self.blocked.append(queue)
         return 0
 
     def _count_sent_control(self, queue: PublisherQueue, size: int, bulk: int) -> None:

@@ -10,6 +10,9 @@ Four rules hold at every moment:
   REPLAY, UNDECLARE) are queued between them and never overtake them.
 - **Large frames.** A frame above `limits.MAX_FRAME_BYTES` is sent in fragments, one each time the outbox
   serves the queue. Meanwhile its messages count as `leaving`, no longer as `pending`.
+
+A message in shared memory (`references.py`) is sent by reference to a peer that can read it, and as bytes to
+any other.
 """
 
 from __future__ import annotations
@@ -21,9 +24,10 @@ from typing import TYPE_CHECKING, cast
 
 from proto.batches import attributes_bytes, fitting_stop, message_bytes, slice_batch, with_publisher
 from proto.codec import encode, encode_head
-from proto.fragments import is_large
+from proto.fragments import is_large, is_large_size
 from proto.frames import Abort, Batch, Buffer, Replay
 from proto.message_queue import MessageQueue, Ordered, ReplaySource
+from proto.references import SharedBatch, bytes_head
 
 if TYPE_CHECKING:
     from proto.fragments import Transfer, Transfers
@@ -47,6 +51,8 @@ class PublisherQueue(MessageQueue):
     """Whether the messages that credit allows to send are kept, too, beyond the depth."""
     scheduled: bool = field(default=False, init=False)
     """Whether the outbox has it in its round; owned by the outbox."""
+    blocked: bool = field(default=False, init=False)
+    """Whether its first message waits until the peer has released others, which were sent by reference."""
     counted_bytes: int = field(default=0, init=False)
     """Its part of the outbox's `held_bytes`; owned by the outbox."""
     _leaving: Batch | Ordered | None = field(default=None, init=False)
@@ -84,7 +90,7 @@ class PublisherQueue(MessageQueue):
         """Whether there is a next item and credit allows to send it."""
         if self._leaving is not None or self._front:
             return True
-        if not self._queue:
+        if not self._queue or self.blocked:
             return False
         if not isinstance(self._queue[0], Batch):
             return True
@@ -143,7 +149,9 @@ class PublisherQueue(MessageQueue):
                 if self._transfer is None:
                     return 0
             elif not raw:
-                return 0
+                raw = self._prepare_shared(transfers)
+                if not raw and self._transfer is None:
+                    return 0
             self._remove_head()
             if self._transfer is None:
                 self._finish_leaving()
@@ -156,11 +164,35 @@ class PublisherQueue(MessageQueue):
         parts += (head, payload)
         return len(head) + len(payload)
 
+    def _prepare_shared(self, transfers: Transfers) -> bytes:
+        """Return the frame of a message in shared memory at the head of the queue; nothing if it must wait.
+
+        Nothing is returned, either, if it begins to leave in fragments.
+        """
+        batch = next(chain(self._front, self._queue), None)
+        if not isinstance(batch, SharedBatch) or not self.sendable:
+            return b""
+        references = transfers.references
+        if references is not None and references.allows(batch.slot):
+            if references.full:
+                self.blocked = True
+                return b""
+            return references.refer(batch)
+        head, message = bytes_head(batch), batch.slot.message
+        raw = b""
+        if not is_large_size(len(head) + len(message)):
+            raw = b"".join((head, message))
+        else:
+            self._transfer = transfers.start(message, head, shared=True)
+        if references is not None and (raw or self._transfer is not None):
+            references.copied += 1
+        return raw
+
     def _prepare_head(self) -> Buffer:
         """Cut the head of the queue to what may be sent now and return its encoded frame.
 
-        Of a large REPLAY only the payload is returned; nothing if a source of latched messages has ended and
-        nothing else may be sent.
+        Of a large REPLAY only the payload is returned; nothing of a message in shared memory, or if a source
+        of latched messages has ended and nothing else may be sent.
         """
         head = self._front[0] if self._front else self._queue[0]
         if not isinstance(head, Batch):
@@ -245,7 +277,7 @@ class PublisherQueue(MessageQueue):
         self.publisher = publisher
         self.sent_bytes = self.control_bytes = self.bulk_bytes = self.counted_bytes = 0
         self.sequence_limit = self.byte_limit = None
-        self.scheduled = False
+        self.scheduled = self.blocked = False
 
     def discard(self, transfers: Transfers) -> bytes | None:
         """Abandon everything, because no subscription needs it any more.

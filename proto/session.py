@@ -38,6 +38,7 @@ Moves: TypeAlias = Mapping[FrameType, State]
 _EITHER: frozenset[FrameType] = frozenset(
     {frames.Ping, frames.Pong, frames.Batch, frames.Fragment, frames.Abort, frames.Credit}
     | {frames.Request, frames.Reply, frames.Cancel, frames.Assert}
+    | {frames.Arena, frames.Mapped, frames.Reference, frames.Release}
 )
 FROM_CLIENT: frozenset[FrameType] = _EITHER | {
     *get_args(frames.Declaration),
@@ -47,7 +48,7 @@ FROM_CLIENT: frozenset[FrameType] = _EITHER | {
 
 FROM_BROKER: frozenset[FrameType] = _EITHER | {
     *get_args(frames.DeclarationEvent),
-    *(frames.Replay, frames.Graph, frames.Definition, frames.Stats),
+    *(frames.Replay, frames.Graph, frames.Definition, frames.Stats, frames.Unmap),
 }
 """The frames that a broker may send in an open session."""
 

@@ -1,0 +1,226 @@
+"""Messages in shared memory: a queue sends them by reference or as bytes; slots live as long as needed."""
+
+from __future__ import annotations
+
+import pytest
+
+from proto import frames, limits
+from proto.batches import message_bytes, with_publisher
+from proto.codec import decode, encode
+from proto.errors import ErrorCode, ProtocolError
+from proto.frames import Arena, Batch, Fragment, Reference
+from proto.outbox import Outbox
+from proto.publisher_queue import PublisherQueue
+from proto.references import (
+    SLOT_HEAD_BYTES,
+    References,
+    SharedBatch,
+    Slot,
+    copied,
+    copy_payload,
+    release_frames,
+    shared_batch,
+    write_message,
+)
+
+ARENA = Arena(7, 1, 3, 2**20, bytes(16))
+SMALL, LARGE = bytes(range(256)) * 300, b"large" * 100_000
+
+
+class Memory:
+    """Slots of messages, each at the offset 0 of a memory of its own.
+
+    Attributes:
+        released: The first sequence numbers of those that nothing holds any more.
+    """
+
+    def __init__(self) -> None:
+        self.released: list[int] = []
+
+    def batch(self, number: int, message: bytes = SMALL, *, arena: Arena = ARENA) -> SharedBatch:
+        """Return a message in a slot as a batch."""
+        memory = memoryview(bytearray(SLOT_HEAD_BYTES + len(message)))
+        write_message(memory, number + 100, message)
+        payload = memory[SLOT_HEAD_BYTES - 5 :].toreadonly()
+        slot = Slot(arena, 0, number + 100, payload, lambda: self.released.append(number))
+        return shared_batch(slot, 5, number, 1, {"a": 1})
+
+
+class Peer:
+    """An outbox whose peer can read shared memory, with one queue."""
+
+    def __init__(self, max_held_bytes: int = 2**40, depth: int | None = None) -> None:
+        self.announced: list[Arena] = []
+        self.references = References(self.announced.append, max_held_bytes)
+        self.outbox = Outbox()
+        self.outbox.transfers.references = self.references
+        self.queue = PublisherQueue(5, depth)
+
+    def sent(self) -> list[frames.Frame]:
+        """Return what may be sent now."""
+        raw = b"".join(map(bytes, self.outbox.take(2**40)[0]))
+        self.outbox.trim()
+        found: list[frames.Frame] = []
+        while raw:
+            size = limits.PREFIX_BYTES + int.from_bytes(raw[1:5], "big")
+            found.append(decode(raw[:size]))
+            raw = raw[size:]
+        return found
+
+    def open(self) -> None:
+        """Let the peer open the arena."""
+        self.references.allows(Memory().batch(0).slot)
+        self.references.opened(ARENA.id, usable=True)
+
+
+def joined(parts: list[frames.Frame]) -> Batch:
+    """Return the batch that fragments carry."""
+    raw = b"".join(bytes(part.payload) for part in parts if isinstance(part, Fragment))
+    batch = decode(raw)
+    assert isinstance(batch, Batch)
+    return batch
+
+
+@pytest.mark.parametrize("message", [SMALL, LARGE])
+def test_a_peer_without_the_arena_gets_bytes(message: bytes) -> None:
+    """The frame is what a batch without shared memory has, in one piece or in fragments."""
+    memory, peer = Memory(), Peer()
+    plain = copied(memory.batch(3, message))
+    assert memory.released == [3]
+    peer.outbox.enqueue(peer.queue, memory.batch(3, message))
+    sent = peer.sent()
+    batch = sent[0] if message is SMALL else joined(sent)
+    assert isinstance(batch, Batch)
+    assert bytes(batch.raw) == bytes(plain.raw)
+    assert bytes(batch.payload) == b"\xdd\0\0\0\1" + message
+    assert peer.announced == [ARENA]
+    assert (peer.references.sent, peer.references.copied) == (0, 1)
+    assert memory.released == [3, 3]
+    assert (peer.queue.sent, peer.queue.sent_bytes) == (1, len(message))
+
+
+def test_a_peer_that_has_opened_the_arena_gets_references() -> None:
+    """One follows the other; the slots are held until the peer releases them."""
+    memory, peer = Memory(), Peer()
+    peer.open()
+    for number in range(3):
+        peer.outbox.enqueue(peer.queue, memory.batch(number))
+    assert peer.sent() == [
+        Reference(5, number, 1, {"a": 1}, ARENA.id, 0, len(SMALL), number + 100) for number in range(3)
+    ]
+    assert (peer.queue.sent, peer.references.held_bytes, memory.released) == (3, 3 * len(SMALL), [])
+    peer.references.released((1,))
+    assert memory.released == [1]
+    peer.references.released((2, 0))
+    assert (memory.released, peer.references.held_bytes) == ([1, 2, 0], 0)
+
+
+def test_an_arena_that_the_peer_cannot_open_is_announced_once() -> None:
+    """What follows goes as bytes, on this link only."""
+    memory, peer = Memory(), Peer()
+    for number in range(2):
+        peer.outbox.enqueue(peer.queue, memory.batch(number))
+        peer.references.opened(ARENA.id, usable=False)
+    assert [type(frame) for frame in peer.sent()] == [Batch, Batch]
+    assert peer.announced == [ARENA]
+    other = Memory().batch(2, arena=ARENA._replace(id=8))
+    peer.outbox.enqueue(peer.queue, other)
+    assert [type(frame) for frame in peer.sent()] == [Batch]
+    assert [arena.id for arena in peer.announced] == [7, 8]
+
+
+def test_depth_holds_for_what_a_reader_has_not_released_in_time() -> None:
+    """Beyond the limit messages wait in the queue, which keeps the newest; one larger message may be read."""
+    memory, peer = Memory(), Peer(max_held_bytes=len(SMALL), depth=2)
+    peer.open()
+    for number in range(6):
+        peer.outbox.enqueue(peer.queue, memory.batch(number))
+        peer.sent()
+    assert (peer.queue.pending, peer.queue.dropped, memory.released) == (2, 3, [1, 2, 3])
+    assert peer.outbox.blocked
+    assert not peer.outbox.has_more  # nothing to do before the release
+    peer.references.released((0,))
+    assert not peer.references.full
+
+
+def test_credit_holds_for_shared_memory() -> None:
+    """A message without credit waits, with or without a frame before it that has been sent."""
+    memory, peer = Memory(), Peer()
+    peer.queue.restart(5, 0)
+    peer.queue.sequence_limit = 1
+    for number in range(2):
+        peer.outbox.enqueue(peer.queue, memory.batch(number))
+    assert [type(frame) for frame in peer.sent()] == [Batch]
+    peer.outbox.enqueue(peer.queue, encode(frames.Ping(1)), first=True)
+    assert peer.sent() == [frames.Ping(1)]
+    peer.queue.sequence_limit = 2
+    peer.outbox.schedule(peer.queue)
+    assert [type(frame) for frame in peer.sent()] == [Batch]
+
+
+@pytest.mark.parametrize("how", ["drop", "discard", "lose", "restart"])
+def test_a_slot_is_released_however_its_message_leaves_the_queue(how: str) -> None:
+    """Dropped, discarded, lost with the link, or sent as bytes on the next one."""
+    memory, peer = Memory(), Peer(depth=1)
+    peer.queue.sequence_limit = 0
+    peer.queue.restart(5, 0)
+    peer.queue.sequence_limit = 0
+    peer.outbox.enqueue(peer.queue, memory.batch(0, LARGE))
+    if how == "drop":
+        peer.outbox.enqueue(peer.queue, Batch(5, 1, 0, 1, None, None, b"\xdd\0\0\0\1\x80", b"raw"))
+        peer.outbox.trim()
+    elif how == "discard":
+        peer.outbox.discard_queue(peer.queue)
+    elif how == "lose":
+        peer.queue.mark_lost()
+    else:
+        peer.queue.restart(6)
+        other = Peer()
+        other.outbox.schedule(peer.queue)
+        batch = joined(other.sent())
+        assert (batch.publisher, bytes(batch.payload[5:])) == (6, LARGE)
+    assert memory.released == [0]
+
+
+def test_another_publisher_id_keeps_the_slot() -> None:
+    """A queue that a publisher resumes sends what was published under an earlier id."""
+    memory = Memory()
+    batch = with_publisher(memory.batch(0), 9)
+    assert isinstance(batch, SharedBatch)
+    assert (batch.publisher, batch.attributes, message_bytes(batch)) == (9, {"a": 1}, len(SMALL))
+    assert memory.released == []
+
+
+def test_only_what_was_sent_can_be_released_and_once() -> None:
+    """Anything else is an error of the peer."""
+    memory, peer = Memory(), Peer()
+    peer.open()
+    peer.outbox.enqueue(peer.queue, memory.batch(0))
+    peer.sent()
+    peer.references.released((0,))
+    for numbers in ((0,), (1,)):
+        with pytest.raises(ProtocolError) as caught:
+            peer.references.released(numbers)
+        assert caught.value.code is ErrorCode.UNEXPECTED
+
+
+def test_a_reference_is_checked_before_its_memory_is_read() -> None:
+    """Outside of the arena is an error; a slot of a later message, or without an array head, has none."""
+    memory = memoryview(bytearray(SLOT_HEAD_BYTES + 10))
+    write_message(memory, 4, b"0123456789")
+    reference = Reference(1, 0, 0, None, 7, 0, 10, 4)
+    assert copy_payload(memory, reference) == b"\xdd\0\0\0\x010123456789"
+    assert copy_payload(memory, reference._replace(generation=3)) is None
+    for wrong in ({"size": 11}, {"offset": 1}, {"size": 0}, {"offset": 2**64 - 1}):
+        with pytest.raises(ProtocolError) as caught:
+            copy_payload(memory, reference._replace(**wrong))
+        assert caught.value.code is ErrorCode.MALFORMED
+    memory[SLOT_HEAD_BYTES - 1] = 2
+    assert copy_payload(memory, reference) is None
+
+
+def test_many_releases_fit_into_frames() -> None:
+    """No frame has more elements than a receiver takes."""
+    parts = list(release_frames(range(10_000)))
+    assert [number for part in parts for number in part.numbers] == list(range(10_000))
+    assert all(decode(encode(part)) == part for part in parts)
