@@ -1,0 +1,214 @@
+"""Shared memory on one host: arenas, which their owner writes and others of the same user read.
+
+An arena is a memfd. It has no name in a file system and ends with the last process that has it. Others open
+it as `/proc/<process>/fd/<number>`, which the kernel allows to the same user only. Seals keep its size, so
+that a mapping never fails later, and (Linux 5.1) keep everybody else from writing. The random token at its
+start proves that the number still stands for it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import mmap
+import os
+import secrets
+import sys
+import weakref
+from functools import cache, partial
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from proto import frames, limits
+from proto.aio.forks import drop_in_children
+from proto.codec import ARRAY_HEAD_BYTES
+from proto.errors import CallboardError
+from proto.extents import PAGE_BYTES, Extents, rounded
+from proto.references import SLOT_HEAD_BYTES, Slot, write_message
+
+if sys.platform == "linux":
+    import fcntl
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from proto.frames import Buffer
+
+ARENA_BYTES: Final = 64 * 1024 * 1024
+"""Size of an arena. It takes memory only where messages have been."""
+
+MAX_ARENA_BYTES: Final = 1024 * 1024 * 1024
+"""The largest arena of others that is mapped, since a mapping takes address space."""
+
+BACKED_BYTES: Final = 1024 * 1024
+"""How much memory is asked for at a time. Without it a full system would end the process that writes."""
+
+NAME: Final = "callboard"
+_LINK: Final = f"/memfd:{NAME}"
+"""What the number of an arena is a link to."""
+
+_KEPT_SIZE: Final = 0x0002 | 0x0004
+"""F_SEAL_SHRINK and F_SEAL_GROW."""
+_FINAL: Final = 0x0001
+"""F_SEAL_SEAL."""
+_READ_ONLY: Final = 0x0010
+"""F_SEAL_FUTURE_WRITE, which Python does not name before 3.13."""
+
+SUPPORTED: Final = sys.platform == "linux" and hasattr(os, "memfd_create") and hasattr(fcntl, "F_ADD_SEALS")
+"""Whether this platform has what arenas need."""
+
+_numbers: Final = count(1)
+_own: Final[weakref.WeakValueDictionary[bytes, Arena]] = weakref.WeakValueDictionary()
+"""The arenas of this process by token: other nodes in it need not open them."""
+
+
+class ArenaError(CallboardError):
+    """Shared memory cannot be made or opened; messages travel as bytes."""
+
+
+@cache
+def host_identity() -> bytes | None:
+    """Return 16 bytes that are equal for processes that may open each other's arenas, or None.
+
+    They are a hash of the host's boot, the namespaces of processes and users, and the user.
+    """
+    if not SUPPORTED:
+        return None
+    try:
+        with open("/proc/sys/kernel/random/boot_id", "rb") as file:  # noqa: PTH123 - read once, at the start
+            parts = [file.read(64)]
+        parts += [os.readlink(f"/proc/self/ns/{name}").encode() for name in ("pid", "user")]  # noqa: PTH115
+    except OSError:
+        return None
+    parts.append(str(os.geteuid()).encode())
+    return hashlib.blake2b(b" ".join(parts), digest_size=limits.INSTANCE_BYTES).digest()
+
+
+class Arena:
+    """An arena of this process, with slots for messages.
+
+    Args:
+        size: Its size in bytes.
+
+    Raises:
+        ArenaError: The system does not provide it.
+
+    Attributes:
+        announcement: What others need to open it; its id is unique in this process.
+        memory: All of it, for readers.
+    """
+
+    def __init__(self, size: int = ARENA_BYTES) -> None:
+        if not SUPPORTED:
+            raise ArenaError("this platform has no sealed memory files")
+        size = rounded(size)
+        self._descriptor = -1
+        try:
+            self._descriptor = descriptor = os.memfd_create(NAME, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+            os.fchmod(descriptor, 0o400)
+            os.ftruncate(descriptor, size)
+            mapping = mmap.mmap(descriptor, size)
+            _seal(descriptor)
+        except OSError as error:
+            self.close()
+            raise ArenaError(f"no shared memory: {error.strerror}") from error
+        token = secrets.token_bytes(limits.INSTANCE_BYTES)
+        self._writable = memoryview(mapping)
+        self.memory = self._writable.toreadonly()
+        self._backed = 0
+        self._back(PAGE_BYTES)
+        self._writable[: len(token)] = token
+        self._extents = Extents(PAGE_BYTES, size)
+        self._generation = 0
+        self._process = os.getpid()
+        self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
+        _own[token] = self
+        drop_in_children(self)
+
+    def put(self, message: Buffer) -> Slot | None:
+        """Write a message into a free slot; return None if there is no space for it."""
+        if os.getpid() != self._process:  # a forked child has the same memory
+            return None
+        message = memoryview(message).cast("B")
+        size = SLOT_HEAD_BYTES + len(message)
+        offset = self._extents.allocate(size)
+        if offset is None:
+            return None
+        if offset + size > self._backed and not self._back(offset + size):
+            self._extents.free(offset, size)
+            return None
+        self._generation += 1
+        write_message(self._writable[offset : offset + size], self._generation, message)
+        payload = self.memory[offset + SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES : offset + size]
+        return Slot(
+            self.announcement, offset, self._generation, payload, partial(self._extents.free, offset, size)
+        )
+
+    def _back(self, end: int) -> bool:
+        """Ask the system for memory up to `end`; return whether it provides it."""
+        start = self._backed
+        length = min(-(-(end - start) // BACKED_BYTES) * BACKED_BYTES, len(self.memory) - start)
+        try:
+            os.posix_fallocate(self._descriptor, start, length)
+        except OSError:
+            return False
+        self._backed = start + length
+        return True
+
+    def descriptors(self) -> tuple[int, ...]:
+        """DescriptorOwner: the memory file."""
+        return () if self._descriptor < 0 else (self._descriptor,)
+
+    def close(self) -> None:
+        """Let nobody open it any more; slots stay valid."""
+        descriptor, self._descriptor = self._descriptor, -1
+        if descriptor >= 0:
+            os.close(descriptor)
+
+    def __del__(self) -> None:
+        """Close it."""
+        self.close()
+
+
+def _seal(descriptor: int) -> None:
+    add: Callable[[int], object] = partial(fcntl.fcntl, descriptor, fcntl.F_ADD_SEALS)
+    try:
+        add(_KEPT_SIZE | _READ_ONLY | _FINAL)
+    except OSError:  # before Linux 5.1
+        add(_KEPT_SIZE | _FINAL)
+
+
+def open_arena(arena: frames.Arena) -> memoryview:
+    """Return the memory of another process's arena, or of this one's, to read.
+
+    Args:
+        arena: As announced.
+
+    Raises:
+        ArenaError: It cannot be opened, or is not what was announced.
+    """
+    own = _own.get(arena.token)
+    if own is not None:
+        return own.memory
+    if not SUPPORTED or not PAGE_BYTES <= arena.size <= MAX_ARENA_BYTES:
+        raise ArenaError(f"an arena of {arena.size} bytes is not supported")
+    path = f"/proc/{arena.process}/fd/{arena.descriptor}"
+    try:
+        if not os.readlink(path).startswith(_LINK):  # noqa: PTH115 - nodes start without pathlib
+            raise ArenaError(f"{path} is no arena")
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            status = os.fstat(descriptor)
+            seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)
+            if seals & _KEPT_SIZE != _KEPT_SIZE or (status.st_size, status.st_uid) != (
+                arena.size,
+                os.geteuid(),
+            ):
+                raise ArenaError(f"{path} is not as announced")
+            memory = memoryview(mmap.mmap(descriptor, arena.size, access=mmap.ACCESS_READ))
+        finally:
+            os.close(descriptor)
+    except (OSError, ValueError) as error:
+        raise ArenaError(f"cannot open {path}: {getattr(error, 'strerror', None) or error}") from error
+    if bytes(memory[: len(arena.token)]) != arena.token:
+        raise ArenaError(f"{path} is another arena")
+    return memory

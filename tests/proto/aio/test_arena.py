@@ -1,0 +1,145 @@
+"""Arenas: what one process writes, another one of the same user reads, and nothing else can be opened."""
+
+from __future__ import annotations
+
+import mmap
+import os
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from proto import frames
+from proto.aio.arena import Arena, ArenaError, host_identity, open_arena
+from proto.extents import PAGE_BYTES
+from proto.references import copy_payload
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
+
+SIZE = 16 * PAGE_BYTES
+MESSAGE = bytes(range(256)) * 20
+
+OPEN = """
+import pickle, sys
+from proto.aio.arena import ArenaError, host_identity, open_arena
+from proto.references import copy_payload
+identity, reference, announcements = pickle.load(sys.stdin.buffer)
+assert identity == host_identity()
+for announcement in announcements:
+    try:
+        print(copy_payload(open_arena(announcement), reference).hex())
+    except ArenaError as error:
+        print(error)
+"""
+
+
+@pytest.fixture
+def arena() -> Arena:
+    """Return a small arena."""
+    return Arena(SIZE)
+
+
+def reference_to(arena: Arena, message: bytes) -> frames.Reference:
+    """Put a message into an arena and return a reference to it, whose slot is released."""
+    slot = arena.put(message)
+    assert slot is not None
+    assert bytes(slot.message) == message
+    return frames.Reference(1, 0, 0, None, slot.arena.id, slot.offset, len(message), slot.generation)
+
+
+def elsewhere(reference: frames.Reference, *announcements: frames.Arena) -> list[str]:
+    """Open arenas in another process; return the payload, or the error, for each."""
+    given = pickle.dumps((host_identity(), reference, announcements))
+    done = subprocess.run([sys.executable, "-c", OPEN], input=given, capture_output=True, check=True)
+    return done.stdout.decode().splitlines()
+
+
+def test_another_process_reads_what_was_announced_and_nothing_else(arena: Arena) -> None:
+    """The right announcement opens the arena; a wrong size, token or number opens nothing."""
+    reference, right = reference_to(arena, MESSAGE), arena.announcement
+    null = os.open(os.devnull, os.O_RDONLY)
+    payload, *errors = elsewhere(
+        reference,
+        right,
+        right._replace(size=SIZE - PAGE_BYTES),
+        right._replace(token=bytes(16)),
+        right._replace(descriptor=null),
+        right._replace(descriptor=1_000_000),
+        right._replace(process=4_000_000),
+        right._replace(size=2**40),
+    )
+    os.close(null)
+    assert bytes.fromhex(payload) == b"\xdd\0\0\0\1" + MESSAGE
+    wanted = ("not as announced", "another arena", "no arena", "No such", "No such", "not supported")
+    assert len(errors) == len(wanted)
+    assert all(text in error for text, error in zip(wanted, errors, strict=True))
+
+
+def test_an_unsealed_file_is_not_an_arena() -> None:
+    """A file that its owner could cut would end the process that reads it."""
+    descriptor = os.memfd_create("callboard", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+    os.ftruncate(descriptor, SIZE)
+    try:
+        with pytest.raises(ArenaError, match="not as announced"):
+            open_arena(frames.Arena(1, os.getpid(), descriptor, SIZE, bytes(16)))
+    finally:
+        os.close(descriptor)
+
+
+def test_nobody_else_can_write_or_cut_it(arena: Arena) -> None:
+    """Its own process can neither map it to write again, nor change its size."""
+    (descriptor,) = arena.descriptors()
+    with pytest.raises(OSError, match="not permitted"):
+        mmap.mmap(descriptor, SIZE)
+    for size in (0, 2 * SIZE):
+        with pytest.raises(OSError, match="not permitted"):
+            os.ftruncate(descriptor, size)
+    with pytest.raises(TypeError):
+        open_arena(arena.announcement)[PAGE_BYTES] = 1
+
+
+def test_a_closed_arena_cannot_be_opened_and_keeps_its_messages(arena: Arena) -> None:
+    """Its descriptor is gone; slots and mappings stay valid."""
+    slot = arena.put(MESSAGE)
+    assert slot is not None
+    announcement = arena.announcement
+    reference = frames.Reference(1, 0, 0, None, 1, slot.offset, len(MESSAGE), slot.generation)
+    arena.close()
+    assert arena.descriptors() == ()
+    assert "No such" in elsewhere(reference, announcement)[0]
+    assert bytes(slot.message) == MESSAGE
+
+
+def test_space_is_used_again_when_a_slot_is_not_held(arena: Arena) -> None:
+    """A full arena takes nothing; the space of a released slot is used by the next message."""
+    held = [arena.put(bytes([each]) * 3 * PAGE_BYTES) for each in range(4)]
+    assert [slot is None for slot in held] == [False, False, False, True]
+    assert arena.put(bytes(20 * PAGE_BYTES)) is None
+    offset = held[1] and held[1].offset
+    held[1] = None
+    again = arena.put(b"new" * PAGE_BYTES)
+    assert again is not None
+    assert again.offset == offset
+
+
+def test_a_reader_notices_that_a_slot_was_used_again(arena: Arena) -> None:
+    """A reference from before has another generation, also if the new message is as large."""
+    memory = open_arena(arena.announcement)
+    before = reference_to(arena, MESSAGE)
+    assert copy_payload(memory, before) == b"\xdd\0\0\0\1" + MESSAGE
+    after = reference_to(arena, MESSAGE[::-1])
+    assert after.offset == before.offset
+    assert copy_payload(memory, before) is None
+    assert copy_payload(memory, after) == b"\xdd\0\0\0\1" + MESSAGE[::-1]
+
+
+def test_a_forked_child_writes_nothing(arena: Arena) -> None:
+    """It has the same memory, in which the parent's messages are, but not the descriptor."""
+    (descriptor,) = arena.descriptors()
+    process = os.fork()
+    if not process:
+        is_null = os.fstat(descriptor).st_rdev == os.stat(os.devnull).st_rdev
+        os._exit(0 if is_null and arena.put(MESSAGE) is None else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    assert arena.put(MESSAGE) is not None
