@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from broker.access.transport import address_text, is_same_user, origin_of
 from broker.link import CATCH_UP, Link, logger
 from broker.router import REPORTED
+from broker.shared_memory import LinkMemory
 from proto import frames, limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.tls import is_tls_error
@@ -15,6 +16,7 @@ from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, escape, peer_text
 from proto.fragments import Reassembler
 from proto.identity import agent
+from proto.references import bytes_head
 from proto.session import Role
 from proto.tls import describe
 
@@ -34,7 +36,11 @@ _MESSAGES: Final = frozenset(
 )
 """Frames for the router that cause no reports: the great majority."""
 
-_OWN_FRAMES: Final = frozenset({frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect})
+_SHARED_MEMORY: Final = frozenset({frames.Reference, frames.Release, frames.Arena, frames.Mapped})
+
+_OWN_FRAMES: Final = _SHARED_MEMORY | {
+    *(frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect)
+}
 """Frames that are not for the router."""
 
 
@@ -117,7 +123,9 @@ class Connection:
             self.channel.end_share()
 
     def _handle_own(self, frame: frames.Frame) -> None:
-        if isinstance(frame, frames.Ping):
+        if type(frame) in _SHARED_MEMORY:
+            self._handle_shared(frame)
+        elif isinstance(frame, frames.Ping):
             self._dispatcher.reports.answer_ping(self._link, frame.token)
         elif isinstance(frame, frames.Goodbye):
             self._dispatcher.note_ending(self._link, peer_text(frame.text), left=True)
@@ -134,6 +142,31 @@ class Connection:
             self.channel.end_share()  # the answer costs much more than the question
         elif isinstance(frame, frames.Pong) and frame.token == CATCH_UP:
             self._dispatcher.caught_up(self._link)
+
+    def _handle_shared(self, frame: frames.Frame) -> None:
+        link, dispatcher = self._link, self._dispatcher
+        memory, router = link.memory, link.router
+        if memory is None or router is None:
+            text = f"{type(frame).__name__.upper()} without shared memory"
+            raise ProtocolError(ErrorCode.UNEXPECTED, text)
+        if isinstance(frame, frames.Reference):
+            batch = memory.batch(frame)
+            size, most = len(bytes_head(batch)) + frame.size, dispatcher.options.max_message_bytes
+            if size > most:
+                text = f"a message of {size} bytes is over the limit of {most}"
+                raise ProtocolError(ErrorCode.TOO_LARGE, text)
+            if dispatcher.reassembly.refusing:
+                dispatcher.reassembly.refuse()
+            else:
+                dispatcher.deliver(router, router.handle(link.peer, batch))
+        elif isinstance(frame, frames.Release):
+            memory.released(frame)
+            self.channel.flush()
+            self.writable()
+        elif isinstance(frame, frames.Mapped):
+            memory.opened(frame)
+        elif isinstance(frame, frames.Arena):
+            memory.open(frame)
 
     def _greet(self, hello: frames.Hello) -> None:
         if hello.version != limits.PROTOCOL_VERSION:
@@ -160,7 +193,7 @@ class Connection:
             "max_message_bytes": self._dispatcher.options.max_message_bytes,
             "max_reassembly_bytes": self._dispatcher.max_reassembly_bytes,
             "wall_time_ns": time.time_ns(),
-            "capabilities": " ".join(Capability),
+            "capabilities": " ".join(self._capabilities(options)),
         }
         if link.principal is not None:
             welcome["user"] = link.principal.user
@@ -168,6 +201,20 @@ class Connection:
         identity = _identity(options, "instance"), _identity(options, "token")
         self._dispatcher.join(link, domain, *identity)
         logger.debug("Session opened: %s", link)
+
+    def _capabilities(self, options: frames.Options) -> list[str]:
+        """Return what the broker can do for a client with these options of HELLO."""
+        words = [*Capability]
+        shared, link = self._dispatcher.shared_memory, self._link
+        if shared.allows(options.get("host")):
+            link.memory = LinkMemory(self.channel, shared, self._loop, self._warn_of_arena)
+        else:
+            words.remove(Capability.SHARED_MEMORY)
+        return [word.value for word in words]
+
+    def _warn_of_arena(self, problem: str) -> None:
+        text = "No shared memory with %s: %s"
+        self._dispatcher.warnings.warn("links without shared memory", text, self._link, problem)
 
     def read_finished(self) -> None:
         """ChannelHandler: one read has been handled; send what it caused."""

@@ -14,6 +14,7 @@ from broker.memory_guard import MemoryGuard
 from broker.reports import Reports
 from broker.router import Router
 from broker.router_limits import RouterLimits
+from broker.shared_memory import SharedMemory
 from proto.errors import ErrorCode
 from proto.fragments import ByteTotal, ReassemblyTotal
 from proto.mesh_keys import mesh_key
@@ -55,6 +56,7 @@ class Dispatcher:
         latched: The bytes of latched messages of all links.
         received: The bytes of buffers for received bytes and for TLS of all links.
         memory: What all links hold.
+        shared_memory: What clients on this host share with the broker.
         limit_counts: How often links have reached limits that no other part counts.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
@@ -87,8 +89,7 @@ class Dispatcher:
         self.joined: dict[Router, dict[int, Link]] = {}
         self.reassembly = ReassemblyTotal(options.max_total_reassembly_bytes, self._warn_of_discarded)
         self.partial: dict[Link, None] = {}
-        self.latched = ByteTotal()
-        self.received = ByteTotal()
+        self.latched, self.received = ByteTotal(), ByteTotal()
         self.memory = MemoryGuard(
             options.max_broker_bytes or memory_bytes() // 2,
             resident_bytes,
@@ -96,6 +97,7 @@ class Dispatcher:
             self.latched,
             self.received,
         )
+        self.shared_memory = SharedMemory(enabled=options.shared_memory)
         self.limit_counts = LimitCounts()
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False
@@ -237,6 +239,8 @@ class Dispatcher:
             self.flush()
         link.channel.close()
         link.channel.outbox = Outbox()  # nothing of it is sent any more
+        if link.memory is not None:
+            link.memory.end()
         self.memory.count(link)
 
     def note_ending(self, link: Link, reason: str, *, left: bool = False) -> None:

@@ -8,6 +8,7 @@ from proto import frames, limits
 from proto.batches import held_bytes, slice_batch
 from proto.message_queue import ReplaySource
 from proto.qos import KEEP_ALL, Qos
+from proto.references import copied
 
 if TYPE_CHECKING:
     from broker.records import PublisherRecord, Route, SubscriptionRecord
@@ -38,6 +39,7 @@ def latch(publisher: PublisherRecord, batch: Batch) -> int:
         How many messages late joiners will miss: those within the depth but beyond a limit in bytes.
     """
     keep = publisher.keep
+    batch = copied(batch)  # a latched message would keep its slot for as long as its publisher lives
     publisher.latched.append(batch)
     publisher.latched_messages += batch.length
     _count(publisher, held_bytes(batch))

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from broker.access.rules import Principal
     from broker.options import BrokerOptions
     from broker.router import Router
+    from broker.shared_memory import LinkMemory
     from proto.aio.budgeted_channel import BudgetedChannel
     from proto.outbox import Outbox
 
@@ -50,6 +51,7 @@ class Link:
         left: Whether it ends because the client or the broker stops on purpose.
         ending: Why it ends; "" until that is known.
         held_bytes: What waits for it, as last counted by the memory guard.
+        memory: The shared memory of the link; None if the client is not on the broker's host.
     """
 
     def __init__(self, channel: BudgetedChannel, options: BrokerOptions, now: float) -> None:
@@ -71,6 +73,7 @@ class Link:
         self.left = False
         self.ending = ""
         self.held_bytes = 0
+        self.memory: LinkMemory | None = None
         self.liveness = Liveness(now)
 
     def reconfigure(self, options: BrokerOptions) -> None:
@@ -123,7 +126,8 @@ class Link:
         if not self.channel.connected or self.suspended_at is not None:
             return False
         outbox = self.channel.outbox
-        return outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0 or outbox.has_more
+        waits = outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0
+        return waits or outbox.has_more or any(queue.pending for queue in outbox.blocked)
 
     def send_goodbye(self) -> None:
         """Send GOODBYE because the broker stops; the peer closes when it has read everything."""

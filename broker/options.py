@@ -206,6 +206,9 @@ class BrokerOptions:
         0,
         2**50,
     )
+    shared_memory: bool = _option(
+        True, "let nodes of this user on this host exchange large messages in shared memory (Linux)"
+    )
     max_message_bytes: int = _option(limits.MAX_MESSAGE_BYTES, "size of one message", 1024, limits.MAX_U32)
 
     def __post_init__(self) -> None:

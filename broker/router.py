@@ -27,6 +27,7 @@ from proto import frames
 from proto.codes import NoticeKind
 from proto.errors import ErrorCode, ProtocolError
 from proto.fragments import ByteTotal
+from proto.references import SharedBatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,6 +116,7 @@ class Router:
         calls = CallFrames(self._emit, self.calls, self.services)
         return {
             frames.Batch: self.routes.route,
+            SharedBatch: self.routes.route,
             frames.Request: calls.request,
             frames.Reply: calls.reply,
             frames.Cancel: calls.cancel,

@@ -7,6 +7,7 @@ import os
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -139,7 +140,7 @@ def test_a_forked_child_writes_nothing(arena: Arena) -> None:
     (descriptor,) = arena.descriptors()
     process = os.fork()
     if not process:
-        is_null = os.fstat(descriptor).st_rdev == os.stat(os.devnull).st_rdev
+        is_null = os.fstat(descriptor).st_rdev == Path(os.devnull).stat().st_rdev
         os._exit(0 if is_null and arena.put(MESSAGE) is None else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
     assert arena.put(MESSAGE) is not None

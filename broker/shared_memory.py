@@ -1,0 +1,230 @@
+"""Large messages of clients on the broker's host, which stay in the shared memory of their publisher.
+
+The broker maps the arena of each such client once. A REFERENCE becomes a batch like any other; only that its
+message is a slot of the arena. Each link that can read the arena gets a reference, too, and all others get
+bytes. A slot that no queue and no reader holds any more is released to its publisher, once in a loop turn.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import count
+from typing import TYPE_CHECKING
+
+from proto import frames
+from proto.aio.arena import ArenaError, host_identity, open_arena
+from proto.codec import ARRAY_HEAD_BYTES
+from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.references import (
+    AHEAD_BYTES,
+    SLOT_HEAD_BYTES,
+    References,
+    SharedBatch,
+    Slot,
+    check_inside,
+    release_frames,
+    shared_batch,
+)
+
+if TYPE_CHECKING:
+    import asyncio
+    from collections.abc import Callable
+
+    from proto.aio.channel import Channel
+
+
+class OpenArena:
+    """The arena of one client, mapped by the broker.
+
+    Args:
+        arena: As the client announced it, with an id of the broker's.
+        memory: All of it.
+
+    Attributes:
+        arena, memory: As given.
+        ended: Whether its link has ended, so that nobody can open it any more.
+        slots: Slots that are held.
+        readers: The links that know it.
+    """
+
+    def __init__(self, arena: frames.Arena, memory: memoryview) -> None:
+        self.arena = arena
+        self.memory = memory
+        self.ended = False
+        self.slots = 0
+        self.readers: dict[LinkMemory, None] = {}
+
+
+class SharedMemory:
+    """What all links of a broker share.
+
+    Args:
+        enabled: Whether messages may travel by reference.
+
+    Attributes:
+        arenas: The arenas of all clients, by the broker's ids.
+        received: Messages received by reference.
+        sent: Messages sent by reference, to links that have ended.
+        copied: Messages received by reference and sent as bytes, to links that have ended.
+        refused: Arenas that the broker or a client could not open.
+    """
+
+    def __init__(self, *, enabled: bool) -> None:
+        self.identity = host_identity() if enabled else None
+        self.arenas: dict[int, OpenArena] = {}
+        self.received = self.sent = self.copied = self.refused = 0
+        self._numbers = count(1)
+
+    def allows(self, host: object) -> bool:
+        """Return whether a client with this host identity can share memory with the broker."""
+        return self.identity is not None and host == self.identity
+
+    def add(self, arena: frames.Arena, memory: memoryview) -> OpenArena:
+        """Add a client's arena under an id of the broker's."""
+        opened = OpenArena(arena._replace(id=next(self._numbers)), memory)
+        self.arenas[opened.arena.id] = opened
+        return opened
+
+    def forget(self, opened: OpenArena) -> None:
+        """Remove an arena that nothing refers to any more, and let its readers do the same."""
+        del self.arenas[opened.arena.id]
+        for reader in opened.readers:
+            reader.close_arena(opened.arena.id)
+
+
+class LinkMemory:
+    """Shared memory on the link of one client that has the broker's host identity.
+
+    Args:
+        channel: Its connection.
+        shared: What all links share.
+        loop: The broker's event loop.
+        warn: Logs what goes wrong, within limits.
+    """
+
+    def __init__(
+        self,
+        channel: Channel,
+        shared: SharedMemory,
+        loop: asyncio.AbstractEventLoop,
+        warn: Callable[[str], None],
+    ) -> None:
+        self._channel = channel
+        self._shared = shared
+        self._loop = loop
+        self._warn = warn
+        self._own: OpenArena | None = None
+        """The client's arena."""
+        self._own_id = 0
+        """The client's id of it."""
+        self._count = 0
+        """REFERENCE frames received."""
+        self._released: list[int] = []
+        """Those that nothing holds any more."""
+        self.references = References(self._announce, AHEAD_BYTES)
+        channel.outbox.transfers.references = self.references
+
+    # The client publishes
+
+    def open(self, frame: frames.Arena) -> None:
+        """Map the client's arena, and answer.
+
+        Raises:
+            ProtocolError: It has announced one already.
+        """
+        if self._own_id:
+            raise ProtocolError(ErrorCode.UNEXPECTED, "ARENA: this link has one already")
+        self._own_id = frame.id or -1
+        problem = ""
+        try:
+            self._own = self._shared.add(frame, open_arena(frame))
+        except ArenaError as error:
+            problem = str(error)
+            self._failed(problem)
+        self._channel.send(frames.Mapped(frame.id, problem))
+
+    def batch(self, frame: frames.Reference) -> SharedBatch:
+        """Return the batch that the client has sent by reference.
+
+        Raises:
+            ProtocolError: It is not in the client's arena.
+        """
+        own = self._own
+        if own is None or frame.arena != self._own_id:
+            raise ProtocolError(ErrorCode.UNKNOWN_ID, f"this link has no arena with the id {frame.arena}")
+        check_inside(frame, len(own.memory))
+        number, self._count = self._count, self._count + 1
+        self._shared.received += 1
+        own.slots += 1
+        start = frame.offset + SLOT_HEAD_BYTES
+        payload = own.memory[start - ARRAY_HEAD_BYTES : start + frame.size]
+        release = partial(self._release, own, number)
+        slot = Slot(own.arena, frame.offset, frame.generation, payload, release)
+        return shared_batch(slot, frame.publisher, frame.first_sequence, frame.stamp_ns, frame.attributes)
+
+    def _release(self, arena: OpenArena, number: int) -> None:
+        arena.slots -= 1
+        if not arena.ended:
+            if not self._released:
+                self._loop.call_soon(self._send_released)
+            self._released.append(number)
+        elif not arena.slots:
+            self._shared.forget(arena)
+
+    def _send_released(self) -> None:
+        released, self._released = self._released, []
+        if self._channel.connected:
+            for release in release_frames(released):
+                self._channel.send(release)
+
+    # The client reads
+
+    def _announce(self, arena: frames.Arena) -> None:
+        """Let the client open an arena in which there is a message for it."""
+        opened = self._shared.arenas[arena.id]
+        if not opened.ended:
+            opened.readers[self] = None
+            self._channel.send(arena)
+
+    def opened(self, frame: frames.Mapped) -> None:
+        """Send references to an arena from now on, if the client could open it."""
+        if frame.problem:
+            self._failed(peer_text(frame.problem))
+        self.references.opened(frame.id, usable=not frame.problem)
+
+    def released(self, frame: frames.Release) -> None:
+        """Let go of slots that the client has read, and let its outbox serve the queues that wait for that.
+
+        Raises:
+            ProtocolError: The client has not got these references, or has released them.
+        """
+        self.references.released(frame.numbers)
+        outbox = self._channel.outbox
+        if not self.references.full:
+            blocked, outbox.blocked = outbox.blocked, []
+            for queue in blocked:
+                queue.blocked = False
+                outbox.schedule(queue)
+
+    def _failed(self, problem: str) -> None:
+        self._shared.refused += 1
+        self._warn(problem)
+
+    def close_arena(self, arena: int) -> None:
+        """Let the client forget an arena."""
+        if self.references.closed(arena) and self._channel.connected:
+            self._channel.send(frames.Unmap(arena))
+
+    def end(self) -> None:
+        """Note that the link has ended: nobody can open its arena, and it reads nothing any more."""
+        shared, references, own = self._shared, self.references, self._own
+        shared.sent += references.sent
+        shared.copied += references.copied
+        for each in shared.arenas.values():
+            each.readers.pop(self, None)
+        self.references = References(self._announce)
+        self._own = None
+        if own is not None:
+            own.ended = True
+            if not own.slots:
+                shared.forget(own)
