@@ -28,7 +28,7 @@ from proto.references import (
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from proto.aio.channel import Channel
 
@@ -84,6 +84,16 @@ class SharedMemory:
         opened = OpenArena(arena._replace(id=next(self._numbers)), memory)
         self.arenas[opened.arena.id] = opened
         return opened
+
+    def counts(self, links: Iterable[LinkMemory | None]) -> dict[str, int]:
+        """Return the numbers for the statistics, with those of these links, which have not ended."""
+        references = [link.references for link in links if link is not None]
+        return {
+            "shared_received": self.received,
+            "shared_sent": self.sent + sum(each.sent for each in references),
+            "shared_copied": self.copied + sum(each.copied for each in references),
+            "refused_arenas": self.refused,
+        }
 
     def forget(self, opened: OpenArena) -> None:
         """Remove an arena that nothing refers to any more, and let its readers do the same."""

@@ -78,6 +78,7 @@ class Statistics:
             held_bytes=dispatcher.memory.held_bytes,
             refused_messages=dispatcher.reassembly.refused,
             closed_for_memory=dispatcher.memory.closed,
+            **dispatcher.shared_memory.counts(link.memory for link in dispatcher.links),
             frames_received=dispatcher.closed_frames_received
             + sum(each.frames_received for each in channels),
             bytes_received=dispatcher.closed_bytes_received + sum(each.bytes_received for each in channels),

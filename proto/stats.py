@@ -137,6 +137,14 @@ class BrokerStats:
     """Large messages discarded because the broker held too much."""
     closed_for_memory: int = 0
     """Links closed because the broker held too much, and most of it for them."""
+    shared_received: int = 0
+    """Messages received by reference: they are in the shared memory of their publishers."""
+    shared_sent: int = 0
+    """Copies of these sent by reference."""
+    shared_copied: int = 0
+    """Copies of these sent as bytes to links that have shared memory but not (yet) opened the arena."""
+    refused_arenas: int = 0
+    """Shared memory that the broker or a client could not open."""
     latched: int = 0
     """Messages kept for late joiners."""
     latched_bytes: int = 0

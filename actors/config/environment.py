@@ -6,6 +6,7 @@
     CALLBOARD_TOKEN_FILE file with the token that the broker requires
     CALLBOARD_TOKEN      the token itself; not used if there is a file
     CALLBOARD_INSECURE   1: send the token over plain TCP to other machines, too
+    CALLBOARD_SHARED_MEMORY  0: send large messages as bytes to brokers on this host, too
     CALLBOARD_LOG_LEVEL  log level of scripts: DEBUG, INFO, WARN, ERROR or FATAL
     CALLBOARD_CA         PEM file with the authorities to trust for TLS; those of the system if unset
     CALLBOARD_CERT       PEM file with this client's certificate, for brokers that ask for one
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 VARIABLES: Final = (
     *("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "CALLBOARD_LOG_LEVEL"),
     *("CALLBOARD_TOKEN_FILE", "CALLBOARD_TOKEN", "CALLBOARD_INSECURE"),
-    *("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY"),
+    *("CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY", "CALLBOARD_SHARED_MEMORY"),
 )
 """Those that are callboard's own."""
 
@@ -100,9 +101,22 @@ def insecure(environ: Mapping[str, str] | None = None) -> bool:
     Raises:
         InvalidEnvironmentError: It is neither 1 nor 0.
     """
-    value = _get("CALLBOARD_INSECURE", environ) or "0"
+    return _is_on("CALLBOARD_INSECURE", "0", environ)
+
+
+def allows_shared_memory(environ: Mapping[str, str] | None = None) -> bool:
+    """Return whether CALLBOARD_SHARED_MEMORY is not 0.
+
+    Raises:
+        InvalidEnvironmentError: It is neither 1 nor 0.
+    """
+    return _is_on("CALLBOARD_SHARED_MEMORY", "1", environ)
+
+
+def _is_on(variable: str, default: str, environ: Mapping[str, str] | None) -> bool:
+    value = _get(variable, environ) or default
     if value not in {"0", "1"}:
-        raise InvalidEnvironmentError("CALLBOARD_INSECURE", value, "1 or 0")
+        raise InvalidEnvironmentError(variable, value, "1 or 0")
     return value == "1"
 
 

@@ -6,9 +6,10 @@ two snapshots give rates: `later.rates_since(earlier)`. `json.dumps` accepts the
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
 from proto.stats import increase
 
 if TYPE_CHECKING:
@@ -300,6 +301,7 @@ class NodeDiagnostics:
         loop_lag: The delay of the event loop.
         publishers, subscriptions, services, clients, timers: Its entities.
         sizes: Sizes of its other queues and maps, with their limits.
+        shared_memory: Its large messages in shared memory.
     """
 
     node: str
@@ -318,6 +320,7 @@ class NodeDiagnostics:
     clients: tuple[ClientDiagnostics, ...]
     timers: tuple[TimerDiagnostics, ...]
     sizes: tuple[Size, ...]
+    shared_memory: SharedMemoryDiagnostics = field(default_factory=SharedMemoryDiagnostics)
 
     @property
     def callbacks(self) -> tuple[CallbackDiagnostics, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from actors.callbacks.mailbox import IDLE_WORKERS
 from actors.diagnostics.records import LagDiagnostics, MailboxDiagnostics, NodeDiagnostics, Size
+from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.endpoints.service.endpoint import DeclaredService
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from actors.callbacks.mailbox import Mailbox
     from actors.endpoints.context import NodeContext
+    from actors.session.shared_memory import SharedMemory
 
 
 class Holder(Protocol):
@@ -56,6 +58,19 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
             *_own(context),
             *(Size(name=name, size=size) for holder in (link, *holders) for name, size in holder.sizes()),
         ),
+        shared_memory=_shared_memory(link.shared_memory),
+    )
+
+
+def _shared_memory(shared: SharedMemory) -> SharedMemoryDiagnostics:
+    return SharedMemoryDiagnostics(
+        active=shared.active,
+        written=shared.written,
+        sent=shared.sent,
+        full=shared.full,
+        received=shared.received,
+        stale=shared.stale,
+        problem=shared.problem,
     )
 
 

@@ -12,6 +12,7 @@ from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.arguments.ros_arguments import process_arguments as found_arguments
 from actors.callbacks.timing import SLOW_CALLBACK_SEC
 from actors.config.contexts import find_broker_target
+from actors.config.environment import allows_shared_memory
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
 from actors.endpoints.endpoint import Handle, endpoint_of
@@ -32,6 +33,7 @@ from actors.parameters.store import ParameterStore
 from actors.qos.profile import QoSProfile, qos_from
 from actors.session.connector import Connector
 from actors.session.link import Link
+from actors.session.shared_memory import MIN_BYTES, SharedMemory
 from actors.time.rate import Rate
 from proto.checks import require_domain, require_seconds
 from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
@@ -91,6 +93,9 @@ class Node(NodeGraph, NodeParameters):
         stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
             attempt to connect that is in progress included. What could not be sent is counted in a warning.
             Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
+        shared_memory: Send and receive large messages in shared memory if the broker is on this host (Linux,
+            same user); CALLBOARD_SHARED_MEMORY=0 turns it off for all nodes of a process.
+        shared_memory_min_bytes: The size from which on a message is large.
         shared_name: Let other nodes have the same full name if they share it, too, as ROS 2 does. Names of
             topics and services that begin with `~/` are the same then, and a call of a service that several
             nodes serve reaches one of them.
@@ -105,7 +110,8 @@ class Node(NodeGraph, NodeParameters):
         InvalidNameError: The name or namespace breaks the naming rules.
         InvalidRosArgumentError: `cli_args` cannot be read.
         InvalidUrlError: The broker URL cannot be read.
-        InvalidEnvironmentError: CALLBOARD_DOMAIN is not an integer from 0 to 232.
+        InvalidEnvironmentError: CALLBOARD_DOMAIN is not an integer from 0 to 232, or CALLBOARD_SHARED_MEMORY
+            is neither 1 nor 0.
         ContextError: CALLBOARD_CONTEXT names no context, or the file of contexts is broken.
         InvalidParameterTypeError: An override has another type than the parameter.
         RuntimeError: A decorated method takes a wrong number of arguments.
@@ -135,6 +141,8 @@ class Node(NodeGraph, NodeParameters):
         default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
+        shared_memory: bool = True,
+        shared_memory_min_bytes: int = MIN_BYTES,
         shared_name: bool = False,
         strict_qos: bool = False,
         on_error: Literal["log", "stop"] = "log",
@@ -156,7 +164,9 @@ class Node(NodeGraph, NodeParameters):
         log = get_logger(node_logger_name(full_name))
         target = find_broker_target(url or None, domain)
         credentials = target.credentials if token is None else target.credentials.with_token(token)
-        link = Link(", ".join(map(str, target.urls)))
+        shares = allows_shared_memory() and shared_memory
+        memory = SharedMemory(enabled=shares, min_bytes=shared_memory_min_bytes)
+        link = Link(", ".join(map(str, target.urls)), memory)
         self._context = NodeContext(
             name=self._names.name,
             namespace=self._names.namespace,

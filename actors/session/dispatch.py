@@ -45,6 +45,12 @@ def _matched(_: BrokerConnection, link: Link, frame: frames.Matched) -> None:
     _endpoint(link, frame.id).matched(frame.peers, frame.total)
 
 
+def _referred(_: BrokerConnection, link: Link, frame: frames.Reference) -> None:
+    batch = link.shared_memory.receive(frame)
+    if batch is not None:
+        link.attachments.batch_received(batch)
+
+
 DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]]] = {
     # The session
     frames.Welcome: lambda connection, _, frame: connection.welcomed(frame),
@@ -69,6 +75,12 @@ DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]
     frames.Attached: lambda _, link, frame: link.attachments.attached(frame),
     frames.Detached: lambda _, link, frame: link.attachments.detached(frame),
     frames.Assert: lambda _, link, frame: link.attachments.asserted(frame),
+    # Messages in shared memory
+    frames.Reference: _referred,
+    frames.Release: lambda _, link, frame: link.shared_memory.released(frame),
+    frames.Arena: lambda _, link, frame: link.shared_memory.arena_announced(frame),
+    frames.Mapped: lambda _, link, frame: link.shared_memory.mapped(frame),
+    frames.Unmap: lambda _, link, frame: link.shared_memory.unmapped(frame),
     # An answer, by the query's key
     frames.Graph: lambda _, link, frame: link.answer_received(frame.watch, frame),
     frames.Definition: lambda _, link, frame: link.answer_received(frame.type_hash, frame),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
+from actors.session.shared_memory import SharedMemory
 from proto import frames, limits
 from proto.loop_lag import LoopLag
 
@@ -39,9 +40,10 @@ class Link:
 
     Args:
         broker_urls: The URLs of the brokers, for messages.
+        shared_memory: Where large messages go if the broker is on this host; None for the defaults.
 
     Attributes:
-        broker_urls: The same.
+        broker_urls, shared_memory: The same.
         channel: The channel of the open session; None without one.
         loop: The loop that the node runs on; None before it runs.
         endpoints: Everything to declare, by id.
@@ -60,8 +62,9 @@ class Link:
         largest: Bytes of the largest message, request or reply that the broker takes.
     """
 
-    def __init__(self, broker_urls: str = "") -> None:
+    def __init__(self, broker_urls: str = "", shared_memory: SharedMemory | None = None) -> None:
         self.broker_urls = broker_urls
+        self.shared_memory = shared_memory or SharedMemory()
         self.url = ""
         self.capabilities: frozenset[str] = frozenset()
         self.user: str | None = None
@@ -146,6 +149,7 @@ class Link:
 
     def read_finished(self) -> None:
         """Write what callbacks have sent; there is nothing more to read for now."""
+        self.shared_memory.read_finished()
         if self._dirty:
             self.flush()
 
@@ -199,6 +203,7 @@ class Link:
         self.channel = channel
         self.connections += 1
         self.largest = _largest(max_message_bytes)
+        self.shared_memory.begin(channel, self.capabilities)
         for endpoint in tuple(self.endpoints.values()):
             channel.send(endpoint.declaration())
         channel.flush()
@@ -210,6 +215,7 @@ class Link:
         self.publishers.clear()
         self.matched.clear()
         self.attachments.clear()
+        self.shared_memory.end()
         if had_session:
             for endpoint in tuple(self.endpoints.values()):
                 endpoint.session_ended()

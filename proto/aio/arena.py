@@ -97,7 +97,7 @@ class Arena:
         memory: All of it, for readers.
     """
 
-    def __init__(self, size: int = ARENA_BYTES) -> None:
+    def __init__(self, size: int) -> None:
         if not SUPPORTED:
             raise ArenaError("this platform has no sealed memory files")
         size = rounded(size)
@@ -108,14 +108,14 @@ class Arena:
             os.ftruncate(descriptor, size)
             mapping = mmap.mmap(descriptor, size)
             _seal(descriptor)
+            os.posix_fallocate(descriptor, 0, PAGE_BYTES)
         except OSError as error:
             self.close()
             raise ArenaError(f"no shared memory: {error.strerror}") from error
         token = secrets.token_bytes(limits.INSTANCE_BYTES)
         self._writable = memoryview(mapping)
         self.memory = self._writable.toreadonly()
-        self._backed = 0
-        self._back(PAGE_BYTES)
+        self._backed = PAGE_BYTES
         self._writable[: len(token)] = token
         self._extents = Extents(PAGE_BYTES, size)
         self._generation = 0

@@ -244,7 +244,7 @@ async def test_an_arena_that_cannot_be_opened_has_an_answer(broker: Broker) -> N
         ({"first_sequence": 2**64 - 1}, ErrorCode.MALFORMED),
     ],
 )
-async def test_a_wrong_reference_ends_its_link(wrong: dict[str, int], code: ErrorCode) -> None:
+async def test_a_wrong_reference_ends_its_link(wrong: dict[str, Any], code: ErrorCode) -> None:
     """As a wrong BATCH would; nothing reaches a reader."""
     options = BrokerOptions(port=0, drain_timeout_sec=0.2, max_message_bytes=2**21)
     async with Broker(options) as broker, reader(broker) as client, sender(broker) as source:

@@ -211,9 +211,9 @@ def test_a_reference_is_checked_before_its_memory_is_read() -> None:
     reference = Reference(1, 0, 0, None, 7, 0, 10, 4)
     assert copy_payload(memory, reference) == b"\xdd\0\0\0\x010123456789"
     assert copy_payload(memory, reference._replace(generation=3)) is None
-    for wrong in ({"size": 11}, {"offset": 1}, {"size": 0}, {"offset": 2**64 - 1}):
+    for size, offset in ((11, 0), (10, 1), (0, 0), (10, 2**64 - 1)):
         with pytest.raises(ProtocolError) as caught:
-            copy_payload(memory, reference._replace(**wrong))
+            copy_payload(memory, reference._replace(size=size, offset=offset))
         assert caught.value.code is ErrorCode.MALFORMED
     memory[SLOT_HEAD_BYTES - 1] = 2
     assert copy_payload(memory, reference) is None

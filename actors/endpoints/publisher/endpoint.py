@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
+    from proto.frames import Buffer
 
 LATCHED_MESSAGES: Final = 1000
 """Messages that a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker that restarts."""
@@ -121,7 +122,7 @@ class PublisherEndpoint(Endpoint):
     def collect(self, data: bytes | memoryview) -> None:
         """Put an encoded message into the batch of this loop turn."""
         if len(data) > limits.BATCH_FLUSH_BYTES:
-            self.collect_large(bytearray(MAX_HEAD_BYTES) + data)
+            self.collect_large(data, 0)
             return
         batch = self._batch
         if batch.add(data):
@@ -130,20 +131,33 @@ class PublisherEndpoint(Endpoint):
         elif batch.length == 1:
             self.context.link.flush_later(self)
 
-    def collect_large(self, buffer: bytearray) -> None:
-        """Send a message that is a batch of its own; the buffer has space for the batch's head before it.
+    def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
+        """Send a message that is a batch of its own.
 
-        The next message is expected to be as large, and is encoded into such a buffer directly.
+        The next message is expected to be as large, and is encoded behind space for a head directly.
+
+        Args:
+            buffer: Ends with the encoded message.
+            start: Where it begins: at 0, or at `MAX_HEAD_BYTES` in a bytearray, which the batch may keep.
         """
-        size = len(buffer) - MAX_HEAD_BYTES
-        self.large = size > limits.BATCH_FLUSH_BYTES
+        message = memoryview(buffer)[start:]
+        self.large = len(message) > limits.BATCH_FLUSH_BYTES
         if not self.large:
-            self.collect(bytes(memoryview(buffer)[MAX_HEAD_BYTES:]))
+            self.collect(bytes(message))
             return
-        link = self.context.link
-        link.require_fits(f"A message on '{self._topic}'", size)
+        link, shared = self.context.link, self.context.link.shared_memory
+        link.require_fits(f"A message on '{self._topic}'", len(message))
         self.flush_turn()
-        self._put(self._batch.single(buffer, self.queue.publisher, time.time_ns()))
+        publisher, now = self.queue.publisher, time.time_ns()
+        slot = None
+        # Latched messages are kept for long: they would fill the memory.
+        if len(message) >= shared.min_bytes and self.accepted_now and not self._keep:
+            slot = shared.put(message)
+        if slot is not None:
+            self._put(self._batch.shared(slot, publisher, now))
+        else:
+            room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
+            self._put(self._batch.single(room, publisher, now))
         link.flush()
 
     def flush_turn(self) -> None:

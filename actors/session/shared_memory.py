@@ -1,0 +1,176 @@
+"""Large messages of one link in shared memory, where the broker is on this host (docs/protocol.md §6.10).
+
+The link's publishers write into one arena, which is made for each session when the first large message is
+published: what an earlier broker's readers may still read is never written again. Received references are
+copied out at once and released at the end of the read.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Final
+
+from proto import frames
+from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena
+from proto.codes import Capability
+from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.frames import Batch
+from proto.references import References, copy_payload, release_frames
+
+if TYPE_CHECKING:
+    from proto.aio.channel import Channel
+    from proto.frames import Buffer
+    from proto.references import Slot
+
+MIN_BYTES: Final = 64 * 1024
+"""Messages from this size on are worth it."""
+
+NEVER: Final = sys.maxsize
+
+
+class SharedMemory:
+    """The shared memory of one link.
+
+    Args:
+        enabled: Whether to use it where the broker does.
+        min_bytes: Size from which on messages go there.
+
+    Attributes:
+        min_bytes: The same while the broker takes references, otherwise a size that no message has.
+        host: What HELLO says of this host; None for nothing.
+        written: Messages written to shared memory.
+        full: Messages that found no space there.
+        received: Messages received by reference.
+        stale: Those of them whose slots had been used again, because the link had ended before.
+        problem: Why the broker or this node could not open an arena, or make one; "" if nothing failed.
+    """
+
+    def __init__(self, *, enabled: bool = True, min_bytes: int = MIN_BYTES) -> None:
+        self.host = host_identity() if enabled else None
+        self.min_bytes = NEVER
+        self.written = self.full = self.received = self.stale = 0
+        self.problem = ""
+        self._wanted = min_bytes
+        self._channel: Channel | None = None
+        self._references: References | None = None
+        self._arena: Arena | None = None
+        self._opened: dict[int, memoryview] = {}
+        """The arenas of others that this link reads, by the broker's id."""
+        self._sent_before = 0
+        """Messages sent by reference in earlier sessions."""
+        self._number = 0
+        """The number of the next REFERENCE frame that is received."""
+        self._released: list[int] = []
+
+    @property
+    def active(self) -> bool:
+        """Whether the broker of this session takes references."""
+        return self._references is not None
+
+    @property
+    def sent(self) -> int:
+        """Messages that a broker has got by reference."""
+        return self._sent_before + (0 if self._references is None else self._references.sent)
+
+    def begin(self, channel: Channel, capabilities: frozenset[str]) -> None:
+        """Begin a session with a broker."""
+        self.problem = ""
+        if self.host is None or Capability.SHARED_MEMORY not in capabilities:
+            return
+        self._channel = channel
+        self._number = 0
+        self.min_bytes = self._wanted
+        self._references = channel.outbox.transfers.references = References(self._announce)
+
+    def end(self) -> None:
+        """End the session. What is in queues stays valid, and leaves as bytes in the next one."""
+        self._stop_writing()
+        self._sent_before = self.sent
+        self._channel = self._references = None
+        self._opened.clear()
+        self._released.clear()
+
+    def _stop_writing(self) -> None:
+        self.min_bytes = NEVER
+        if self._arena is not None:
+            self._arena.close()
+            self._arena = None
+
+    # This link publishes
+
+    def put(self, message: Buffer) -> Slot | None:
+        """Write a message of at least `min_bytes` bytes to shared memory; None means that it cannot be."""
+        if self._arena is None:
+            try:
+                self._arena = Arena(ARENA_BYTES)
+            except ArenaError as error:
+                self.problem = str(error)
+                self._stop_writing()
+                return None
+        slot = self._arena.put(message)
+        if slot is None:
+            self.full += 1
+        else:
+            self.written += 1
+        return slot
+
+    def _announce(self, arena: frames.Arena) -> None:
+        if self._channel is not None and self._arena is not None and arena is self._arena.announcement:
+            self._channel.send(arena)
+
+    def mapped(self, frame: frames.Mapped) -> None:
+        """Send references from now on, or nothing but bytes if the broker could not open the arena."""
+        if self._references is None:
+            return
+        if frame.problem:
+            self.problem = peer_text(frame.problem)
+            self._stop_writing()
+        self._references.opened(frame.id, usable=not frame.problem)
+
+    def released(self, frame: frames.Release) -> None:
+        """Let go of slots that the broker and its readers do not need any more."""
+        if self._references is not None:
+            self._references.released(frame.numbers)
+
+    # This link receives
+
+    def arena_announced(self, frame: frames.Arena) -> None:
+        """Open another client's arena, and answer."""
+        problem = ""
+        try:
+            self._opened[frame.id] = open_arena(frame)
+        except ArenaError as error:
+            problem = self.problem = str(error)
+        if self._channel is not None:
+            self._channel.send(frames.Mapped(frame.id, problem))
+
+    def unmapped(self, frame: frames.Unmap) -> None:
+        """Forget another client's arena."""
+        self._opened.pop(frame.id, None)
+
+    def receive(self, frame: frames.Reference) -> Batch | None:
+        """Return the message of a reference as a batch, or None if its slot has been used again.
+
+        Raises:
+            ProtocolError: This link has not opened its arena, or it is not in there.
+        """
+        memory = self._opened.get(frame.arena)
+        if memory is None:
+            raise ProtocolError(ErrorCode.UNKNOWN_ID, f"REFERENCE to arena {frame.arena}, which is not open")
+        self._released.append(self._number)
+        self._number += 1
+        self.received += 1
+        payload = copy_payload(memory, frame)
+        if payload is None:
+            self.stale += 1
+            return None
+        return Batch(
+            frame.publisher, frame.first_sequence, frame.stamp_ns, 1, None, frame.attributes, payload, b""
+        )
+
+    def read_finished(self) -> None:
+        """Release what has been copied since the last call."""
+        if self._released and self._channel is not None:
+            for release in release_frames(self._released):
+                self._channel.send(release)
+            self._released = []

@@ -1,0 +1,269 @@
+"""Large messages between nodes on one host: in shared memory where that is possible, otherwise as bytes."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import actors
+from actors.interfaces.std_msgs.msg import UInt8MultiArray
+from actors.session import shared_memory
+from broker import Broker, BrokerOptions
+from proto.aio import arena
+from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
+    from tests.actors.meeting import Meeting
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
+
+LARGE = 300_000
+
+
+def numbered(number: int, size: int = LARGE) -> UInt8MultiArray:
+    """Return a message whose content depends on its number everywhere."""
+    return UInt8MultiArray(data=bytes([number]) * size)
+
+
+def shared(node: actors.Node) -> SharedMemoryDiagnostics:
+    """Return a node's counts."""
+    return node.diagnostics().shared_memory
+
+
+class Pair:
+    """A publisher and a subscription on different nodes.
+
+    Attributes:
+        talker, listener: The nodes.
+        received: The numbers of complete messages, as they arrived.
+    """
+
+    def __init__(self, talker: actors.Node, listener: actors.Node, qos: Any = 10) -> None:
+        self.talker, self.listener = talker, listener
+        self.received: list[int] = []
+        self.subscription = listener.create_subscription(UInt8MultiArray, "t", self._take, qos)
+        self.publisher = talker.create_publisher(UInt8MultiArray, "t", qos)
+
+    def _take(self, message: UInt8MultiArray) -> None:
+        data = bytes(message.data)
+        assert data == data[:1] * len(data)
+        self.received.append(data[0])
+
+    async def send(self, number: int, size: int = LARGE) -> None:
+        """Publish a message and wait until it has arrived."""
+        before = len(self.received)
+        self.publisher.publish(numbered(number, size))
+        await until(lambda: self.received[before:] == [number])
+
+    async def opened(self) -> Pair:
+        """Send messages until both ends have opened the arena, and forget them."""
+        await self.publisher.wait_for_subscriptions()
+        while not shared(self.listener).received:
+            await self.send(255)
+        await until(lambda: shared(self.talker).sent)
+        self.received.clear()
+        return self
+
+
+async def pair(meeting: Meeting, qos: Any = 10, **options: Any) -> Pair:
+    """Return a pair of nodes that exchange messages through shared memory."""
+    talker, listener = await meeting.node("talker", **BARE, **options), await meeting.node("listener", **BARE)
+    return await Pair(talker, listener, qos).opened()
+
+
+async def test_large_messages_arrive_in_order_among_small_ones(meeting: Meeting) -> None:
+    """Sizes on both sides of every limit; the large ones by reference."""
+    both = await pair(meeting, KEEP_ALL)
+    before = shared(both.talker).sent
+    sizes = (1, 40_000, 64_000, 66_000, 300_000, 10, 5 * MIB, 262_000)
+    for number, size in enumerate(sizes):
+        both.publisher.publish(numbered(number, size))
+    await until(lambda: len(both.received) == len(sizes))
+    assert both.received == list(range(len(sizes)))
+    assert shared(both.talker).sent - before == 4
+    assert shared(both.listener).stale == shared(both.talker).full == 0
+
+
+async def test_every_way_to_publish_uses_it(meeting: Meeting) -> None:
+    """A message, encoded bytes, and what is encoded into the buffer of large messages."""
+    both = await pair(meeting)
+    before = shared(both.talker).written
+    encoded = bytearray()
+    raw = both.listener.create_subscription(UInt8MultiArray, "t", encoded.extend, 10, raw=True)
+    await both.publisher.wait_for_subscriptions(2)
+    await both.send(1)
+    await until(lambda: encoded)
+    both.publisher.publish(bytes(encoded))
+    both.publisher.publish_encoded(memoryview(encoded))
+    await until(lambda: both.received == [1, 1, 1])
+    assert shared(both.talker).written - before == 3
+    raw.destroy()
+
+
+async def test_what_a_reader_holds_stays_as_it_is(meeting: Meeting) -> None:
+    """A received message is read-only, and keeps its content while others use the memory again."""
+    both = await pair(meeting)
+    held: list[UInt8MultiArray] = []
+    both.listener.create_subscription(UInt8MultiArray, "t", held.append, 10)
+    await both.publisher.wait_for_subscriptions(2)
+    for number in range(20):
+        await both.send(number)
+    assert [bytes(message.data) for message in held] == [bytes([number]) * LARGE for number in range(20)]
+    with pytest.raises(TypeError):
+        memoryview(held[0].data)[0] = 1
+
+
+async def test_several_readers_share_a_slot(meeting: Meeting) -> None:
+    """Nodes with shared memory and one without get every message."""
+    both = await pair(meeting)
+    others = [
+        Pair(both.talker, await meeting.node(f"reader{number}", shared_memory=number > 0, **BARE))
+        for number in range(3)
+    ]
+    await both.publisher.wait_for_subscriptions(4)
+    for number in range(5):
+        await both.send(number)
+        await until(lambda: all(other.received == both.received for other in others))
+    assert all(other.received == list(range(5)) for other in others)
+    assert [shared(other.listener).received > 0 for other in others] == [False, True, True]
+
+
+@pytest.mark.parametrize("where", ["node", "broker", "environment"])
+async def test_it_can_be_turned_off(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the publisher's node, the broker, or the environment."""
+    if where == "environment":
+        monkeypatch.setenv("CALLBOARD_SHARED_MEMORY", "0")
+    async with (
+        Broker(BrokerOptions(port=0, shared_memory=where != "broker")) as broker,
+        actors.Node("talker", url=broker.url, shared_memory=where != "node") as talker,
+        actors.Node("listener", url=broker.url) as listener,
+    ):
+        both = Pair(talker, listener)
+        await both.publisher.wait_for_subscriptions()
+        for number in range(5):
+            await both.send(number)
+        assert not shared(talker).active
+        assert (shared(talker).written, shared(listener).received) == (0, 0)
+
+
+async def test_the_limit_is_an_option(meeting: Meeting) -> None:
+    """A message below it goes as bytes."""
+    both = await pair(meeting, shared_memory_min_bytes=LARGE)
+    before = shared(both.talker).written
+    await both.send(1, LARGE - 1000)
+    assert shared(both.talker).written == before
+    await both.send(2, LARGE)
+    assert shared(both.talker).written == before + 1
+
+
+def _no_memory(*_: object) -> int:
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    ("where", "function", "problem"),
+    [("memfd_create", _no_memory, "No space"), ("posix_fallocate", _no_memory, "No space")],
+)
+async def test_without_memory_messages_go_as_bytes(
+    meeting: Meeting,
+    monkeypatch: pytest.MonkeyPatch,
+    where: str,
+    function: Callable[..., int],
+    problem: str,
+) -> None:
+    """A system without space for an arena, and one that cannot provide more of it."""
+    monkeypatch.setattr(os, where, function)
+    both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
+    await both.publisher.wait_for_subscriptions()
+    for number in range(3):
+        await both.send(number)
+    assert (shared(both.talker).sent, shared(both.listener).received) == (0, 0)
+    assert problem in shared(both.talker).problem
+
+
+class Nothing(dict[bytes, object]):
+    """Forgets what is put into it, as a process does that has not made an arena."""
+
+    def __setitem__(self, key: bytes, value: object) -> None:
+        """Forget it."""
+
+
+async def test_an_arena_that_the_broker_cannot_open_is_not_used(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The publisher learns why, and writes nothing there any more."""
+    monkeypatch.setattr(arena, "_own", Nothing())
+    monkeypatch.setattr(os, "readlink", _no_memory)
+    both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
+    await both.publisher.wait_for_subscriptions()
+    for number in range(5):
+        await both.send(number)
+    await until(lambda: "No space" in shared(both.talker).problem)
+    before = shared(both.talker).written
+    await both.send(9)
+    assert shared(both.talker).written == before
+    assert meeting.broker.stats().refused_arenas == 1
+
+
+async def test_a_full_arena_sends_bytes(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
+    """More than fits in one loop turn: nothing is lost, and the rest goes as bytes, in order."""
+    monkeypatch.setattr(shared_memory, "ARENA_BYTES", MIB)
+    both = await pair(meeting, KEEP_ALL)
+    for number in range(20):
+        both.publisher.publish(numbered(number))
+    await until(lambda: len(both.received) == 20)
+    assert both.received == list(range(20))
+    assert shared(both.talker).full > 0
+
+
+async def test_it_begins_anew_with_another_broker(meeting: Meeting) -> None:
+    """After a restart a new arena is made, and both ends open it."""
+    both = await pair(meeting, KEEP_ALL)
+    await meeting.broker.stop()
+    await until(lambda: not both.talker.connected)
+    assert not shared(both.talker).active
+    await meeting.restart_broker()
+    await both.publisher.wait_for_subscriptions()
+    await until(both.subscription.get_publisher_count)
+    before = shared(both.listener).received
+    while shared(both.listener).received == before:
+        await both.send(2)
+
+
+async def test_latched_messages_reach_late_joiners(meeting: Meeting) -> None:
+    """They go as bytes, since they are kept."""
+    talker = await meeting.node("talker", **BARE)
+    publisher = talker.create_publisher(UInt8MultiArray, "t", latched(1))
+    publisher.publish(numbered(7))
+    await publisher.flush()
+    late = Pair(talker, await meeting.node("late", **BARE), latched(1))
+    await until(lambda: late.received == [7])
+    assert shared(talker).written == 0
+
+
+async def test_all_slots_come_back(meeting: Meeting) -> None:
+    """After thousands of slots with drops and readers that come and go, all of the arena is free."""
+    both = await pair(meeting, 1)
+    for number in range(60):
+        other = (
+            Pair(both.talker, await meeting.node(f"other{number}", **BARE), 1) if not number % 20 else None
+        )
+        for _ in range(10):
+            both.publisher.publish(numbered(number))
+        await until(lambda: both.received[-1:] == [number])  # noqa: B023 - called in this round
+        if other is not None:
+            other.subscription.destroy()
+            other.publisher.destroy()
+    for number in range(6):  # 48 of 64 MiB: more than would be free if many slots had been lost
+        both.publisher.publish(numbered(number, 8 * MIB))
+    await until(lambda: both.received[-1:] == [5])
+    await asyncio.sleep(0)
+    assert shared(both.talker).full == 0
