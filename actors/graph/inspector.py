@@ -22,6 +22,7 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.graph.socket_connection import connected_socket
 from actors.session.tls import tls_failure, tls_required
 from proto import frames, limits
+from proto.aio.arena import host_identity
 from proto.aio.tls import client_context, is_tls_error
 from proto.checks import require_domain
 from proto.codec import Decoder, encode
@@ -257,6 +258,14 @@ class Inspector:
         self._session = Session(Role.CLIENT)
         self._receiver = Receiver(self._session, self._scratch, Decoder(), Reassembler())
 
+    def _hello_options(self) -> dict[str, frames.Scalar]:
+        identity = os.urandom(limits.INSTANCE_BYTES), os.urandom(limits.INSTANCE_BYTES)
+        options: dict[str, frames.Scalar] = dict(zip(("instance", "token"), identity, strict=True))
+        options |= {"agent": AGENT, "domain": self._domain}
+        if (host := host_identity()) is not None:
+            options["host"] = host  # to learn whether the broker shares memory
+        return options
+
     def _greet(self, url: BrokerUrl, deadline: float) -> None:
         self._start_session()
         self._socket = connected_socket(url, _left(deadline))
@@ -267,12 +276,7 @@ class Inspector:
             )
             encrypted.do_handshake()
             self.certificate = encrypted.getpeercert() or {}
-        options: dict[str, frames.Scalar] = {
-            "agent": AGENT,
-            "domain": self._domain,
-            "instance": os.urandom(limits.INSTANCE_BYTES),
-            "token": os.urandom(limits.INSTANCE_BYTES),
-        }
+        options = self._hello_options()
         address = "" if url.path else str(self._socket.getpeername()[0])
         token = self._credentials.token_for(address, encrypted=url.tls)
         if token is not None:

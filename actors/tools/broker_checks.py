@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from actors.qos.compatibility import disagreements
 from actors.tools.broker_names import BrokerNames
 from actors.tools.check import Check, summed_up
-from proto.codes import EntryKind
+from proto.codes import Capability, EntryKind
 from proto.identity import VERSION, version_of
 
 if TYPE_CHECKING:
@@ -58,6 +58,10 @@ LIMITS: Final = {
     ),
     "refused_messages": ("large messages discarded: the broker held too much", "raise --max-broker-bytes"),
     "closed_for_memory": ("connections closed: the broker held too much", "raise --max-broker-bytes"),
+    "refused_arenas": (
+        "failed attempts to share memory: large messages go as bytes",
+        "see docs/how-to/containers.md",
+    ),
     "refused_definitions": ("type definitions not kept", "generate the classes anew from one .msg or .srv"),
 }
 """By counter: what has reached a limit, and what to do."""
@@ -94,6 +98,20 @@ def greeting(welcome: Mapping[str, object], ahead_sec: float | None, round_trip_
     status: Status = "fail" if sure > WRONG_CLOCK_SEC else "warn"
     remedy = "set the clocks with NTP: delays and lifespans are measured with them"
     return [*checks, Check("clock", status, apart, remedy)]
+
+
+def shared_memory(welcome: Mapping[str, object], totals: BrokerStats) -> Check:
+    """Return whether large messages of this process would pass through shared memory, and how many have.
+
+    Args:
+        welcome: The options of the broker's welcome.
+        totals: Its counters.
+    """
+    counts = f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference"
+    if Capability.SHARED_MEMORY in str(welcome.get("capabilities", "")).split():
+        return Check("shared memory", "ok", f"nodes here and the broker share it: {counts}")
+    text = "not with nodes here: another host, container or user, or it is turned off"
+    return Check("shared memory", "skip", f"{text}; {counts}" if totals.shared_received else text)
 
 
 def numbers(report: BrokerReport) -> list[Check]:

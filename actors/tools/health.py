@@ -78,6 +78,7 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
                 *broker_checks.greeting(welcome, inspector.clock_ahead_sec, inspector.round_trip_sec),
                 *security_checks.broker_certificate(inspector.certificate),
                 security_checks.openness(inspector.url, welcome.get("broker"), timeout_sec, ca=ca),
+                broker_checks.shared_memory(welcome, report.totals),
                 *broker_checks.numbers(report),
                 *broker_checks.mesh(report, snapshot),
                 *broker_checks.graph(snapshot),
