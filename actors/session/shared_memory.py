@@ -2,11 +2,12 @@
 
 The link's publishers write into one arena, which is made for each session when the first large message is
 published: what an earlier broker's readers may still read is never written again. Received references are
-copied out at once and released at the end of the read.
+copied out at once, and released together.
 """
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from typing import TYPE_CHECKING, Final
 
@@ -24,6 +25,12 @@ if TYPE_CHECKING:
 
 MIN_BYTES: Final = 64 * 1024
 """Messages from this size on are worth it."""
+
+RELEASE_BYTES: Final = 1024 * 1024
+"""References to this much are released together; little, since memory that was used lately is in caches."""
+
+RELEASE_AFTER_SEC: Final = 0.005
+"""After this time fewer are released, too."""
 
 NEVER: Final = sys.maxsize
 
@@ -61,6 +68,9 @@ class SharedMemory:
         self._number = 0
         """The number of the next REFERENCE frame that is received."""
         self._released: list[int] = []
+        self._released_bytes = 0
+        """Size of their messages."""
+        self._release_due: asyncio.TimerHandle | None = None
 
     @property
     def active(self) -> bool:
@@ -85,10 +95,14 @@ class SharedMemory:
     def end(self) -> None:
         """End the session. What is in queues stays valid, and leaves as bytes in the next one."""
         self._stop_writing()
+        if self._release_due is not None:
+            self._release_due.cancel()
+            self._release_due = None
         self._sent_before = self.sent
         self._channel = self._references = None
         self._opened.clear()
         self._released.clear()
+        self._released_bytes = 0
 
     def _stop_writing(self) -> None:
         self.min_bytes = NEVER
@@ -159,6 +173,7 @@ class SharedMemory:
             raise ProtocolError(ErrorCode.UNKNOWN_ID, f"REFERENCE to arena {frame.arena}, which is not open")
         self._released.append(self._number)
         self._number += 1
+        self._released_bytes += frame.size
         self.received += 1
         payload = copy_payload(memory, frame)
         if payload is None:
@@ -169,8 +184,20 @@ class SharedMemory:
         )
 
     def read_finished(self) -> None:
-        """Release what has been copied since the last call."""
-        if self._released and self._channel is not None:
+        """Release what has been copied: at once if it is much, otherwise soon."""
+        if not self._released:
+            return
+        if self._released_bytes >= RELEASE_BYTES:
+            self._release()
+        elif self._release_due is None:
+            self._release_due = asyncio.get_running_loop().call_later(RELEASE_AFTER_SEC, self._release)
+
+    def _release(self) -> None:
+        if self._release_due is not None:
+            self._release_due.cancel()
+            self._release_due = None
+        if self._channel is not None:
             for release in release_frames(self._released):
                 self._channel.send(release)
-            self._released = []
+        self._released.clear()
+        self._released_bytes = 0

@@ -155,9 +155,10 @@ class PublisherEndpoint(Endpoint):
             slot = shared.put(message)
         if slot is not None:
             self._put(self._batch.shared(slot, publisher, now))
-        else:
-            room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
-            self._put(self._batch.single(room, publisher, now))
+            link.flush_later(self)
+            return
+        room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
+        self._put(self._batch.single(room, publisher, now))
         link.flush()
 
     def flush_turn(self) -> None:
