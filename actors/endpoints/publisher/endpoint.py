@@ -153,12 +153,15 @@ class PublisherEndpoint(Endpoint):
         # Latched messages are kept for long: they would fill the memory.
         if len(message) >= shared.min_bytes and self.accepted_now and not self._keep:
             slot = shared.put(message)
+        queue = self.queue
         if slot is not None:
             self._put(self._batch.shared(slot, publisher, now))
-            link.flush_later(self)
-            return
-        room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
-        self._put(self._batch.single(room, publisher, now))
+            if queue.depth is None or queue.pending <= queue.depth:
+                link.flush_later(self)
+                return
+        else:
+            room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
+            self._put(self._batch.single(room, publisher, now))
         link.flush()
 
     def flush_turn(self) -> None:
