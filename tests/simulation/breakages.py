@@ -5,13 +5,17 @@ Each is a context manager; `BREAKAGES` maps them to the kind of history in which
 
 from __future__ import annotations
 
+import sys
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
+import actors.session.shared_memory
 import broker.attachment_frames
 import broker.latched
 import broker.routes
+import broker.shared_memory
 import broker.topics
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.endpoint import ClientEndpoint
@@ -21,6 +25,7 @@ from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.subscription.consumer import Consumer
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
+from actors.session.shared_memory import SharedMemory
 from broker.calls import Calls
 from broker.declarations import Declarations
 from broker.deliveries import Discard, Enqueue
@@ -34,12 +39,14 @@ from broker.records import ClientRecord, PublisherRecord, Route, ServiceRecord, 
 from broker.router import Router
 from broker.server import Broker
 from broker.services import Services
+from broker.shared_memory import LinkMemory
 from broker.stalls import Stalls
 from broker.topics import Topics
 from proto.frames import Replay, ReplyEntry
 from proto.liveness import Liveness, PeerState
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
+from proto.references import ONE_MESSAGE, SLOT_HEAD_BYTES, References, Slot
 from tests.proto.outboxes import Replays
 from tests.simulation import faults
 from tests.simulation.histories import History, live
@@ -50,7 +57,8 @@ if TYPE_CHECKING:
 
     from actors.session.attachments import Attachment
     from broker.records import Endpoint, Peer
-    from proto.frames import Batch
+    from proto.frames import Batch, Reference
+    from proto.references import SharedBatch
     from tests.simulation.faults import Fault
 
 
@@ -409,6 +417,32 @@ def waits_for_ever() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def releases_while_it_is_read(*, checked: bool = True) -> Iterator[None]:
+    """The broker releases slots that readers have not released; readers compare generations, or do not."""
+    refer = References.refer
+
+    def early(references: References, batch: SharedBatch) -> bytes:
+        raw = refer(references, batch)
+        if references._max_held_bytes < sys.maxsize:  # the broker's
+            slot = batch.slot
+            references._held[references.sent - 1] = Slot(
+                slot.arena, slot.offset, slot.generation, slot.payload, lambda: None
+            )
+        return raw
+
+    def unchecked(memory: memoryview, reference: Reference) -> bytes:
+        start = reference.offset + SLOT_HEAD_BYTES
+        return bytes(memory[start - len(ONE_MESSAGE) : start + reference.size])
+
+    with mock.patch.object(References, "refer", early):
+        if checked:
+            yield
+        else:
+            with mock.patch.object(actors.session.shared_memory, "copy_payload", unchecked):
+                yield
+
+
 BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], bool]]] = {
     "strict endpoints match no incompatible ones": (matches_strict_pairs, True),
     "order of latched messages": (latches_backwards, True),
@@ -463,6 +497,12 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
         among(keeps_names_of_the_silent, faults.drop, faults.usurp),
         False,
     ),
+    "slots come back from readers": (does_nothing(SharedMemory, "_release"), True),
+    "slots come back from the broker": (does_nothing(LinkMemory, "_send_released"), True),
+    "arenas are forgotten": (does_nothing(broker.shared_memory.SharedMemory, "forget"), False),
+    "queues go on after a release": (does_nothing(LinkMemory, "released"), True),
+    "slots are not used while they are read": (releases_while_it_is_read, True),
+    "nobody takes what was written later": (partial(releases_while_it_is_read, checked=False), True),
     "a stopping broker drains": (stops_without_drain, False),
     "a stopping broker holds its publishers": (holds_nobody, False),
 }

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from tests.simulation.records import Ask, keep_all, match
+from tests.simulation.shared_memory import check_slots
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,6 +50,7 @@ async def check(world: World) -> None:
     await _check_late_joiners(world)
     await _wait_until_idle(world)
     _check_outboxes_empty(world)
+    check_slots(world)
     _check_calls_ended(world)
     for sub in _subscriptions(world):
         _check_sums(world, sub)
@@ -304,6 +306,7 @@ def _check_broker_empty(world: World, broker: Broker) -> None:
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
     _check_empty(world, broker._dispatcher, "links", "handshaking", "_unflushed")
+    _check_empty(world, broker._dispatcher.shared_memory, "arenas")
     for router, joined in broker._dispatcher.joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from contextlib import contextmanager
+from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
@@ -14,7 +15,6 @@ from tests.simulation.records import Ask, CallHistory, Note, PublisherHistory, S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator
-    from random import Random
 
     from actors.endpoints.service.service import Service
     from tests.simulation.world import World
@@ -85,7 +85,8 @@ class Member:
             self.task = asyncio.create_task(self._live(), name=self.host)
 
     def _make_node(self) -> None:
-        self.node = actors.Node(self.name, url=self.url, use_global_arguments=False)
+        shares = Random(f"{self.world.seed} {self.name} shares memory").random() < 0.8
+        self.node = actors.Node(self.name, url=self.url, use_global_arguments=False, shared_memory=shares)
         self.publishers, self.subscriptions, self.clients, self.services = [], [], [], []
         self.raised, self._inside = 0, ""
         for topic in self._published:
@@ -332,8 +333,8 @@ class Member:
             await asyncio.sleep(random.expovariate(1 / rhythm))
             for _ in range(random.choice([1, 1, 3, 20])):
                 weight = random.choice([0, 0, 10, 200])
-                if random.random() < 0.005:
-                    weight = 300_000
+                if random.random() < self.world.large_share:
+                    weight = (70_000, 300_000)[pub.published % 2]
                 await self.publish_one(pub, weight)
             if random.random() < 0.1 and not pub.gone:
                 await self._in_time(

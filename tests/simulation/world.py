@@ -22,6 +22,7 @@ from tests.simulation.hostile import Attacker, StalledReader
 from tests.simulation.member import Member
 from tests.simulation.network import BROKER, LinkFaults
 from tests.simulation.records import Journal
+from tests.simulation.shared_memory import simulated_arenas
 from tests.simulation.steps import Steps
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
         mock.patch.object(time, "perf_counter", loop.time),
         mock.patch.object(secrets, "token_bytes", chance.randbytes),
         mock.patch.object(secrets, "randbelow", chance.randrange),
+        simulated_arenas(seed),
     ):
         yield
 
@@ -92,6 +94,7 @@ class World:
         home: The broker that everybody prefers.
         standby: A second one, for those that do not reach the first; in some histories.
         max_link_bytes: What may wait in a broker for one link.
+        large_share: How many messages are large ones.
         cancel_sec: How long a cancellation may take to reach a handler.
         steps: What is checked all the time.
     """
@@ -106,6 +109,7 @@ class World:
         self.journal = Journal()
         self.random = Random(f"{seed} world")
         self.active = True
+        self.large_share = Random(f"{seed} large").choice([0.005, 0.005, 0.1])
         self.cancel_sec = CANCEL_SEC
         self._stalled = 0.0
         self._frozen_since: dict[str, float] = {}

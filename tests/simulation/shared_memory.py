@@ -1,0 +1,67 @@
+"""Shared memory in histories: the same in each run, with limits that are reached, and empty at rest."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from itertools import count
+from random import Random
+from typing import TYPE_CHECKING
+from unittest import mock
+
+import actors.session.shared_memory
+import broker.shared_memory
+from proto.aio.arena import Arena
+from proto.extents import PAGE_BYTES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from broker.dispatcher import Dispatcher
+    from tests.simulation.world import World
+
+MIB = 1024 * 1024
+
+
+@contextmanager
+def simulated_arenas(seed: int) -> Iterator[None]:
+    """Announce the same numbers in each run; make arenas, and what may be read at once, small in some."""
+    random, numbers, make = Random(f"{seed} arenas"), count(1), Arena.__init__
+
+    def determined(arena: Arena, size: int) -> None:
+        make(arena, size)
+        arena.announcement = arena.announcement._replace(id=next(numbers), process=1, descriptor=1)
+
+    arena_bytes = random.choice([MIB, 4 * MIB, 64 * MIB])
+    ahead_bytes = random.choice([1, MIB, 8 * MIB])
+    with (
+        mock.patch.object(Arena, "__init__", determined),
+        mock.patch.object(actors.session.shared_memory, "ARENA_BYTES", arena_bytes),
+        mock.patch.object(broker.shared_memory, "AHEAD_BYTES", ahead_bytes),
+    ):
+        yield
+
+
+def check_slots(world: World) -> None:
+    """At rest all slots have come back, and nobody has more arenas than there are links."""
+    for member in world.members:
+        shared = member.node._context.link.shared_memory
+        if shared._references is not None and shared._references.held_bytes:
+            world.complain(f"{member.host}: the broker holds {shared._references.held_bytes} shared bytes")
+        arena = shared._arena
+        if arena is not None and arena._extents.free_bytes != len(arena.memory) - PAGE_BYTES:
+            world.complain(f"{member.host}: {arena._extents.free_bytes} bytes of its arena are free")
+    for each in world.brokers:
+        if each.alive and each.broker is not None:
+            _check_broker(world, each.broker._dispatcher)
+
+
+def _check_broker(world: World, dispatcher: Dispatcher) -> None:
+    arenas = dispatcher.shared_memory.arenas
+    if len(arenas) > len(dispatcher.links):
+        world.complain(f"{len(arenas)} arenas of {len(dispatcher.links)} links")
+    for opened in arenas.values():
+        if opened.slots:
+            world.complain(f"{opened.slots} slots of an arena are held at rest")
+    for link in dispatcher.links:
+        if link.memory is not None and link.memory.references.held_bytes:
+            world.complain(f"{link} holds {link.memory.references.held_bytes} shared bytes at rest")
