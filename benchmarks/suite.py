@@ -147,6 +147,7 @@ def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
         callboard(transport="unix"),
         callboard(transport="tls"),
         callboard(rules=1000),
+        callboard(shared_memory=False),
     ]
     skipped: dict[str, str] = {}
     for name in peers:

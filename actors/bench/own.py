@@ -22,13 +22,16 @@ _CA: Final = "ca.pem"
 _MISSING: Final = "Measuring TLS needs trustme: pip install 'callboard[bench]'"
 
 
-def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int = 0) -> Contender:
+def callboard(
+    *, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int = 0, shared_memory: bool = True
+) -> Contender:
     """Return callboard, with its broker and roles on `loop`, linked by `transport`.
 
     Args:
         loop: The event loop.
         transport: What connects broker and roles.
         rules: How many access rules the broker has; 0 for a broker without access rules.
+        shared_memory: Whether large messages pass through shared memory.
 
     Raises:
         CallboardError: TLS needs a package that is not installed.
@@ -38,6 +41,8 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int
     variant: list[str] = [word for word in (loop, transport) if word not in {"uvloop", "tcp"}]
     if rules:
         variant.append(f"{rules:,} rules")
+    if not shared_memory:
+        variant.append("bytes")
     python = (sys.executable, "-m", *(("actors.bench.plain_loop",) if loop == "asyncio" else ()))
 
     def command(port: int, scratch: Path) -> list[str]:
@@ -62,7 +67,10 @@ def callboard(*, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int
         server_command=command,
         server_url=url,
         roles=ABILITIES | ROLES.keys(),
-        variables={"CALLBOARD_CA": f"{SCRATCH}/{_CA}"} if transport == "tls" else {},
+        variables={
+            "CALLBOARD_SHARED_MEMORY": str(int(shared_memory)),
+            **({"CALLBOARD_CA": f"{SCRATCH}/{_CA}"} if transport == "tls" else {}),
+        },
         socket_name=_SOCKET if transport == "unix" else None,
     )
 

@@ -65,7 +65,14 @@ class Workload:
 
 RATE: Final = Figure(key="rate", title="msg/s")
 MB_S: Final = Figure(key="mb_s", title="MB/s")
-SIZES: Final = {"16 B": 16, "256 B": 256, "4 KiB": 4096, "64 KiB": 65_536, "1 MiB": 1_048_576}
+SIZES: Final = {
+    "16 B": 16,
+    "256 B": 256,
+    "4 KiB": 4096,
+    "64 KiB": 65_536,
+    "1 MiB": 1_048_576,
+    "8 MiB": 8_388_608,
+}
 IN_FLIGHT: Final = 100
 IMU_BYTES: Final = 324
 """An Imu's content: 37 numbers of 8 bytes, a time stamp and its frame's name."""
