@@ -357,7 +357,9 @@ class Outbox:
         """Drop the oldest batches of the fullest KEEP_LAST queues until `held_bytes` is at most `enough`."""
         fullest = [
             (-queue.held_bytes, number, queue)
-            for number, queue in enumerate(dict.fromkeys((*self._ready, *self._touched)))  # some lack credit
+            for number, queue in enumerate(
+                dict.fromkeys((*self._ready, *self._touched, *self.blocked))  # some lack credit
+            )
             if queue.depth is not None and queue.pending > 1
         ]
         heapify(fullest)

@@ -165,7 +165,7 @@ class Node(NodeGraph, NodeParameters):
         target = find_broker_target(url or None, domain)
         credentials = target.credentials if token is None else target.credentials.with_token(token)
         shares = allows_shared_memory() and shared_memory
-        memory = SharedMemory(enabled=shares, min_bytes=shared_memory_min_bytes)
+        memory = SharedMemory(enabled=shares, min_bytes=shared_memory_min_bytes, warn=log.warning)
         link = Link(", ".join(map(str, target.urls)), memory)
         self._context = NodeContext(
             name=self._names.name,

@@ -19,6 +19,8 @@ from proto.frames import Batch
 from proto.references import References, copy_payload, release_frames
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from proto.aio.channel import Channel
     from proto.frames import Buffer
     from proto.references import Slot
@@ -41,6 +43,7 @@ class SharedMemory:
     Args:
         enabled: Whether to use it where the broker does.
         min_bytes: Size from which on messages go there.
+        warn: Logs a warning.
 
     Attributes:
         min_bytes: The same while the broker takes references, otherwise a size that no message has.
@@ -52,12 +55,20 @@ class SharedMemory:
         problem: Why the broker or this node could not open an arena, or make one; "" if nothing failed.
     """
 
-    def __init__(self, *, enabled: bool = True, min_bytes: int = MIN_BYTES) -> None:
+    def __init__(
+        self,
+        *,
+        enabled: bool = True,
+        min_bytes: int = MIN_BYTES,
+        warn: Callable[[str], object] = lambda _: None,
+    ) -> None:
         self.host = host_identity() if enabled else None
         self.min_bytes = NEVER
         self.written = self.full = self.received = self.stale = 0
         self.problem = ""
         self._wanted = min_bytes
+        self._warn = warn
+        self._warned = False
         self._channel: Channel | None = None
         self._references: References | None = None
         self._arena: Arena | None = None
@@ -110,6 +121,13 @@ class SharedMemory:
             self._arena.close()
             self._arena = None
 
+    def _failed(self, problem: str) -> None:
+        """Note why messages go as bytes; log it once."""
+        self.problem = problem
+        if not self._warned:
+            self._warned = True
+            self._warn(f"Some large messages do not pass through shared memory, but as bytes: {problem}")
+
     # This link publishes
 
     def put(self, message: Buffer) -> Slot | None:
@@ -118,7 +136,7 @@ class SharedMemory:
             try:
                 self._arena = Arena(ARENA_BYTES)
             except ArenaError as error:
-                self.problem = str(error)
+                self._failed(str(error))
                 self._stop_writing()
                 return None
         slot = self._arena.put(message)
@@ -137,7 +155,7 @@ class SharedMemory:
         if self._references is None:
             return
         if frame.problem:
-            self.problem = peer_text(frame.problem)
+            self._failed(f"the broker: {peer_text(frame.problem)}")
             self._stop_writing()
         self._references.opened(frame.id, usable=not frame.problem)
 
@@ -154,7 +172,8 @@ class SharedMemory:
         try:
             self._opened[frame.id] = open_arena(frame)
         except ArenaError as error:
-            problem = self.problem = str(error)
+            problem = str(error)
+            self._failed(problem)
         if self._channel is not None:
             self._channel.send(frames.Mapped(frame.id, problem))
 

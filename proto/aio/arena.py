@@ -8,6 +8,7 @@ start proves that the number still stands for it.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import mmap
 import os
@@ -52,6 +53,9 @@ _FINAL: Final = 0x0001
 """F_SEAL_SEAL."""
 _READ_ONLY: Final = 0x0010
 """F_SEAL_FUTURE_WRITE, which Python does not name before 3.13."""
+
+_NEVER_EXECUTED: Final = 0x0008
+"""MFD_NOEXEC_SEAL, without which some systems create no memory file."""
 
 SUPPORTED: Final = sys.platform == "linux" and hasattr(os, "memfd_create") and hasattr(fcntl, "F_ADD_SEALS")
 """Whether this platform has what arenas need."""
@@ -103,7 +107,7 @@ class Arena:
         size = rounded(size)
         self._descriptor = -1
         try:
-            self._descriptor = descriptor = os.memfd_create(NAME, os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+            self._descriptor = descriptor = _create()
             os.fchmod(descriptor, 0o400)
             os.ftruncate(descriptor, size)
             mapping = mmap.mmap(descriptor, size)
@@ -167,6 +171,16 @@ class Arena:
     def __del__(self) -> None:
         """Close it."""
         self.close()
+
+
+def _create() -> int:
+    flags = os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING
+    try:
+        return os.memfd_create(NAME, flags | _NEVER_EXECUTED)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # before Linux 6.3
+            raise
+        return os.memfd_create(NAME, flags)
 
 
 def _seal(descriptor: int) -> None:

@@ -197,9 +197,9 @@ class Nothing(dict[bytes, object]):
 
 
 async def test_an_arena_that_the_broker_cannot_open_is_not_used(
-    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The publisher learns why, and writes nothing there any more."""
+    """The publisher learns why, logs it once, and writes nothing there any more."""
     monkeypatch.setattr(arena, "_own", Nothing())
     monkeypatch.setattr(os, "readlink", _no_memory)
     both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
@@ -207,6 +207,7 @@ async def test_an_arena_that_the_broker_cannot_open_is_not_used(
     for number in range(5):
         await both.send(number)
     await until(lambda: "No space" in shared(both.talker).problem)
+    assert caplog.text.count("large messages") == 1
     before = shared(both.talker).written
     await both.send(9)
     assert shared(both.talker).written == before
