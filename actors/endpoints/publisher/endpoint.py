@@ -42,7 +42,7 @@ class PublisherEndpoint(Endpoint):
         gid: The id under which subscriptions know it, also across reconnects (`MessageInfo.publisher_gid`).
         queue: Its batches that have not been sent.
         space: Messages that may be published before the queue is checked again.
-        large: Whether the last message was large.
+        large: Whether the last message was large and left as bytes.
         accepted_now: Whether the broker of this session has accepted the publisher.
         overflowed: Messages that other threads have published, and that were dropped before they got here.
         manual: Whether readers expect it to assert its liveliness.
@@ -134,7 +134,8 @@ class PublisherEndpoint(Endpoint):
     def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
         """Send a message that is a batch of its own.
 
-        The next message is expected to be as large, and is encoded behind space for a head directly.
+        The next message is expected to be as large. Unless this one goes through shared memory, the next is
+        encoded behind space for a head, which costs more but saves a copy.
 
         Args:
             buffer: Ends with the encoded message.
@@ -156,6 +157,7 @@ class PublisherEndpoint(Endpoint):
         queue = self.queue
         if slot is not None:
             self._put(self._batch.shared(slot, publisher, now))
+            self.large = False
             if queue.depth is None or queue.pending <= queue.depth:
                 link.flush_later(self)
                 return
