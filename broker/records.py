@@ -356,6 +356,7 @@ class TopicRecord:
     """What became of the messages of forgotten queues."""
     latched_dropped: int = 0
     """Messages that late joiners do not get, because more bytes were latched than allowed."""
+    by_reference: int = 0
     publishers: dict[int, PublisherRecord] = field(default_factory=_new_dict)
     subscriptions: dict[int, SubscriptionRecord] = field(default_factory=_new_dict)
 

@@ -240,6 +240,7 @@ class Routes:
         topic = publisher.topic
         topic.messages += batch.length
         topic.bytes += size
+        topic.by_reference += not batch.raw
         if publisher.keep:
             missed = latch(publisher, batch)
             topic.latched_dropped += missed

@@ -181,6 +181,7 @@ def topic_stats(router: Router) -> Iterator[TopicStats]:
             leaving=tally.leaving,
             queued=tally.queued,
             latched_dropped=topic.latched_dropped,
+            by_reference=topic.by_reference,
         )
 
 

@@ -149,16 +149,16 @@ _call = cast("Callable[[Check, Any], bool]", operator.call)
 _new_tuple = cast("Callable[[Any, Any], Any]", getattr(tuple, "__new__"))  # noqa: B009 - its type is lost
 
 
-def _entries(kind: type[Any], width: int) -> Callable[[Any], tuple[Any, ...]]:
-    """Return a constructor of entries with `width` fields each; it ignores fields of later versions."""
-    new: Callable[[Any], Any] = partial(_new_tuple, kind)
-    return lambda items: tuple([new(item) if len(item) == width else new(item[:width]) for item in items])
+def _entries(kind: Any, width: int) -> Callable[[Any], tuple[Any, ...]]:
+    """Return a constructor of entries with `width` fields; it ignores later ones, and missing ones are 0."""
+    new, zeros = partial(_new_tuple, kind), (0,) * width
+    return lambda items: tuple([new(it) if len(it) == width else new((it + zeros)[:width]) for it in items])
 
 
 _requests: Final = _entries(RequestEntry, 4)
 _replies: Final = _entries(ReplyEntry, 5)
 _graph_entries: Final = _entries(GraphEntry, 7)
-_topics: Final = _entries(TopicStats, 13)
+_topics: Final = _entries(TopicStats, 14)
 _links: Final = _entries(LinkStats, 15)
 _brokers: Final = _entries(MeshBrokerStats, 9)
 

@@ -88,7 +88,7 @@ def _is_graph_entry(value: Any) -> bool:
 def _is_topic(value: Any) -> bool:
     if value.__class__ is not tuple or len(value) < 13:
         return False
-    domain, name, *counts = value[:13]
+    domain, name, *counts = value[:14]  # the last came later
     return _is_u32(domain) and type(name) is str and all(map(_is_u64, counts))
 
 

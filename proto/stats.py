@@ -284,6 +284,7 @@ class TopicStats(NamedTuple):
         delivered, dropped, abandoned, lost_on_break, leaving, queued: Copies of these messages by what
             happened to them, as in BrokerStats.
         latched_dropped: Messages no longer kept for late joiners because too many bytes were latched.
+        by_reference: Those of `messages` that are in shared memory; 0 from earlier brokers.
     """
 
     domain: int
@@ -299,6 +300,7 @@ class TopicStats(NamedTuple):
     leaving: int
     queued: int
     latched_dropped: int
+    by_reference: int = 0
 
 
 class MeshBrokerStats(NamedTuple):

@@ -246,6 +246,7 @@ def print_info(named: Named, options: Options) -> int:
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()
         names = read_broker_names(inspector, snapshot) if options.json or options.verbose else None
+        topics = inspector.report().topics if options.verbose and named is TOPIC else {}
     types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
     if name not in types:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)
@@ -260,6 +261,9 @@ def print_info(named: Named, options: Options) -> int:
         print_json({"name": name, "types": types[name], **lists})
     else:
         _print_info(types[name], found, names, verbose=options.verbose)
+        if name in topics and topics[name].by_reference:
+            stats = topics[name]
+            print(f"In shared memory: {stats.by_reference} of {stats.messages} messages")
     return 0
 
 

@@ -121,6 +121,9 @@ async def test_a_reader_on_the_host_gets_references_when_it_has_opened_the_arena
         await source.release(1)
         stats = broker.stats()
         assert (stats.copies, stats.delivered, stats.queued) == (2, 2, 0)
+        assert (stats.shared_received, stats.shared_sent, stats.shared_copied) == (2, 1, 1)
+        (topic,) = broker.topic_stats()
+        assert (topic.messages, topic.bytes, topic.by_reference) == (2, 2 * len(MESSAGE), 2)
 
 
 async def test_others_get_bytes_of_the_same_message(broker: Broker) -> None:

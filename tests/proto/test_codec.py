@@ -56,7 +56,7 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
     "graph": st.lists(st.builds(GraphEntry, U64, U32, TEXT, TEXT, TEXT, TEXT, FLAT_MAP), max_size=3).map(
         tuple
     ),
-    "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 11), max_size=3).map(tuple),
+    "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 12), max_size=3).map(tuple),
     "links": st.lists(
         st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 9),
         max_size=3,
@@ -258,9 +258,17 @@ def test_extra_fields_in_entries_are_ignored() -> None:
     assert decode(raw) == frames.Reply(5, (ReplyEntry(1, 0, False, None, b"body"),))
     raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), (), ()])
     assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), (), ())
-    topic, link = (0, "/t", *range(11)), (0, 1, "test", ("/n",), 2, False, *range(9))
+    topic, link = (0, "/t", *range(12)), (0, 1, "test", ("/n",), 2, False, *range(9))
     raw = header_of(Op.STATS, [5, False, {}, ((*topic, "later"),), ((*link, "later"),)])
     assert decode(raw) == frames.Stats(5, False, {}, (TopicStats(*topic),), (LinkStats(*link),))
+
+
+def test_later_counts_of_topics_are_checked_and_may_be_missing() -> None:
+    """§5.6.3: an earlier broker does not send the count of references; what is sent is a count."""
+    topic = (0, "/t", *range(1, 12))
+    earlier = header_of(Op.STATS, [5, False, {}, (topic,), ()])
+    assert decode(earlier) == frames.Stats(5, False, {}, (TopicStats(*topic, by_reference=0),), ())
+    refused(header_of(Op.STATS, [5, False, {}, ((*topic, "many"),), ()]))
 
 
 HOSTILE: dict[str, bytes] = {

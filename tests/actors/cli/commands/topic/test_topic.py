@@ -100,6 +100,18 @@ async def test_info_of_a_topic_without_a_type(desk: Desk) -> None:
     assert ended == (0, "Type: any\nPublisher count: 0\nSubscription count: 1\n", "")
 
 
+async def test_verbose_info_counts_messages_in_shared_memory(desk: Desk) -> None:
+    """A line at the end, if there are any."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "chatter", 10)
+        for text in ("small", "large" * 100_000, "large" * 100_000):  # the broker opens the memory meanwhile
+            publisher.publish(String(data=text))
+            await publisher.flush()
+        shared = node.diagnostics().shared_memory.active
+        ended = await desk.callboard("topic", "info", "-v", "/chatter")
+    assert ended.out.endswith("\nIn shared memory: 1 of 3 messages\n") is shared
+
+
 async def test_verbose_info(desk: Desk) -> None:
     """Blank lines between all, and each endpoint as rclpy prints it."""
     async with desk.node("zoe", namespace="/ns") as node:
