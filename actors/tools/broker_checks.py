@@ -109,9 +109,9 @@ def shared_memory(welcome: Mapping[str, object], totals: BrokerStats) -> Check:
     """
     counts = f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference"
     if Capability.SHARED_MEMORY in str(welcome.get("capabilities", "")).split():
-        return Check("shared memory", "ok", f"nodes here and the broker share it: {counts}")
-    text = "not with nodes here: another host, container or user, or it is turned off"
-    return Check("shared memory", "skip", f"{text}; {counts}" if totals.shared_received else text)
+        return Check("sharing", "ok", f"nodes here and the broker share memory: {counts}")
+    text = "the broker shares no memory with nodes here: another host, container or user, or it is turned off"
+    return Check("sharing", "skip", f"{text}; {counts}" if totals.shared_received else text)
 
 
 def numbers(report: BrokerReport) -> list[Check]:

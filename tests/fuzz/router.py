@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from broker.router import Router
 from broker.router_limits import RouterLimits
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 
 MAX_STEPS: Final = 200
 MAX_PEERS: Final = 5
-OTHERS: Final = {frames.Ping, frames.Pong, frames.Fragment, frames.Abort, frames.Inspect, frames.Batch}
+OTHERS: Final = {
+    *(frames.Ping, frames.Pong, frames.Fragment, frames.Abort, frames.Inspect, frames.Batch),
+    *get_args(frames.SharedMemoryFrame),
+}
 """Frames that the router does not get, and batches, which are made below."""
 OPS: Final = sorted(op for op, spec in SPECS.items() if spec.frame in FROM_CLIENT - OTHERS)
 

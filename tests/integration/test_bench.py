@@ -26,7 +26,7 @@ async def test_streams_and_calls_are_measured(system: System) -> None:
     document = json.loads(program.output)
     assert document["failures"] == []
     measured = {f"{each['workload']} {each['case']}": each["figures"] for each in document["samples"]}
-    sizes = ("16 B", "256 B", "4 KiB", "64 KiB", "1 MiB")
+    sizes = ("16 B", "256 B", "4 KiB", "64 KiB", "1 MiB", "8 MiB")
     assert list(measured) == [*(f"W1 {size}" for size in sizes), "W3 1 in flight"]
     for size in sizes:
         assert {"rate", "mb_s", "cpu_us.publisher", "cpu_us.subscriber"} <= measured[f"W1 {size}"].keys()
