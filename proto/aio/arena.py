@@ -122,6 +122,8 @@ class Arena:
         self._backed = PAGE_BYTES
         self._writable[: len(token)] = token
         self._extents = Extents(PAGE_BYTES, size)
+        self._released: list[tuple[int, int]] = []
+        """Slots that nothing holds any more: freed later, since the last holder may go at any moment."""
         self._generation = 0
         self._process = os.getpid()
         self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
@@ -134,6 +136,7 @@ class Arena:
             return None
         message = memoryview(message).cast("B")
         size = SLOT_HEAD_BYTES + len(message)
+        self._free_released()
         offset = self._extents.allocate(size)
         if offset is None:
             return None
@@ -143,9 +146,18 @@ class Arena:
         self._generation += 1
         write_message(self._writable[offset : offset + size], self._generation, message)
         payload = self.memory[offset + SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES : offset + size]
-        return Slot(
-            self.announcement, offset, self._generation, payload, partial(self._extents.free, offset, size)
-        )
+        release = partial(self._released.append, (offset, size))
+        return Slot(self.announcement, offset, self._generation, payload, release)
+
+    def _free_released(self) -> None:
+        while self._released:
+            self._extents.free(*self._released.pop())
+
+    @property
+    def used_bytes(self) -> int:
+        """How much of it slots take."""
+        self._free_released()
+        return len(self.memory) - PAGE_BYTES - self._extents.free_bytes
 
     def _back(self, end: int) -> bool:
         """Ask the system for memory up to `end`; return whether it provides it."""

@@ -11,7 +11,6 @@ from unittest import mock
 import actors.session.shared_memory
 import broker.shared_memory
 from proto.aio.arena import Arena
-from proto.extents import PAGE_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,8 +47,8 @@ def check_slots(world: World) -> None:
         if shared._references is not None and shared._references.held_bytes:
             world.complain(f"{member.host}: the broker holds {shared._references.held_bytes} shared bytes")
         arena = shared._arena
-        if arena is not None and arena._extents.free_bytes != len(arena.memory) - PAGE_BYTES:
-            world.complain(f"{member.host}: {arena._extents.free_bytes} bytes of its arena are free")
+        if arena is not None and arena.used_bytes:
+            world.complain(f"{member.host}: {arena.used_bytes} bytes of its arena are in use at rest")
     for each in world.brokers:
         if each.alive and each.broker is not None:
             _check_broker(world, each.broker._dispatcher)
