@@ -36,7 +36,9 @@ _MESSAGES: Final = frozenset(
 )
 """Frames for the router that cause no reports: the great majority."""
 
-_SHARED_MEMORY: Final = frozenset({frames.Reference, frames.Release, frames.Arena, frames.Mapped})
+_SHARED_MEMORY: Final = frozenset(
+    {frames.Reference, frames.Release, frames.Arena, frames.Mapped, frames.Proof}
+)
 
 _OWN_FRAMES: Final = _SHARED_MEMORY | {
     *(frames.Goodbye, frames.Error, frames.Ping, frames.Pong, frames.Inspect)
@@ -165,6 +167,8 @@ class Connection:
             self.writable()
         elif isinstance(frame, frames.Mapped):
             memory.opened(frame)
+        elif isinstance(frame, frames.Proof):
+            memory.prove(frame)
         elif isinstance(frame, frames.Arena):
             memory.open(frame)
 
@@ -193,7 +197,7 @@ class Connection:
             "max_message_bytes": self._dispatcher.options.max_message_bytes,
             "max_reassembly_bytes": self._dispatcher.max_reassembly_bytes,
             "wall_time_ns": time.time_ns(),
-            "capabilities": " ".join(self._capabilities(options)),
+            **self._capabilities(options),
         }
         if link.principal is not None:
             welcome["user"] = link.principal.user
@@ -202,15 +206,16 @@ class Connection:
         self._dispatcher.join(link, domain, *identity)
         logger.debug("Session opened: %s", link)
 
-    def _capabilities(self, options: frames.Options) -> list[str]:
-        """Return what the broker can do for a client with these options of HELLO."""
+    def _capabilities(self, options: frames.Options) -> dict[str, frames.Scalar]:
+        """Return the options of WELCOME that say what the broker can do for a client with these of HELLO."""
         words = [*Capability]
         shared, link = self._dispatcher.shared_memory, self._link
-        if shared.allows(options.get("host")):
-            link.memory = LinkMemory(self.channel, shared, self._loop, self._warn_of_arena)
+        secret = shared.offer(options.get("host"))
+        if secret:
+            link.memory = LinkMemory(self.channel, link.session, shared, self._loop, self._warn_of_arena)
         else:
             words.remove(Capability.SHARED_MEMORY)
-        return [word.value for word in words]
+        return {"capabilities": " ".join(words), **secret}
 
     def _warn_of_arena(self, problem: str) -> None:
         text = "No shared memory with %s: %s"

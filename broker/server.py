@@ -264,6 +264,7 @@ class Broker:
             for link in links:
                 dispatcher.leave(link)  # not only when its end is noticed: the broker may run again by then
             dispatcher.report_omitted(at_once=True)
+            dispatcher.shared_memory.close()
             self._listener = None
             self._entered = False
             await self._stop_check()

@@ -7,14 +7,16 @@ bytes. A slot that no queue and no reader holds any more is released to its publ
 
 from __future__ import annotations
 
+import hmac
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING
 
 from proto import frames
-from proto.aio.arena import ArenaError, host_identity, open_arena
+from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, session_proof
 from proto.codec import ARRAY_HEAD_BYTES
 from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.extents import PAGE_BYTES
 from proto.references import (
     AHEAD_BYTES,
     SLOT_HEAD_BYTES,
@@ -74,13 +76,41 @@ class SharedMemory:
         self.arenas: dict[int, OpenArena] = {}
         self.received = self.sent = self.copied = self.refused = 0
         self._numbers = count(1)
+        self._secret: Arena | None = None
+        """Its token is what clients must have read: only processes of the broker's user can."""
 
-    def allows(self, host: object) -> bool:
-        """Return whether a client with this host identity can share memory with the broker."""
-        return self.identity is not None and host == self.identity
+    def offer(self, host: object) -> dict[str, frames.Scalar]:
+        """Return the options of WELCOME for a client with this host identity; none for other hosts."""
+        if self.identity is None or host != self.identity:
+            return {}
+        if self._secret is None:
+            try:
+                self._secret = Arena(2 * PAGE_BYTES)
+            except ArenaError:
+                self.refused += 1
+                return {}
+        secret = self._secret.announcement
+        return {"secret_process": secret.process, "secret_descriptor": secret.descriptor}
+
+    def proves(self, proof: bytes, session: int) -> bool:
+        """Return whether the client of a session can read the secret."""
+        token = b"" if self._secret is None else self._secret.announcement.token
+        return bool(token) and hmac.compare_digest(proof, session_proof(token, session))
+
+    def close(self) -> None:
+        """Let nobody read the secret any more."""
+        if self._secret is not None:
+            self._secret.close()
+            self._secret = None
 
     def add(self, arena: frames.Arena, memory: memoryview) -> OpenArena:
-        """Add a client's arena under an id of the broker's."""
+        """Add a client's arena under an id of the broker's.
+
+        Raises:
+            ArenaError: Another link has it.
+        """
+        if any(other.arena.token == arena.token for other in self.arenas.values()):
+            raise ArenaError("another link has this arena")
         opened = OpenArena(arena._replace(id=next(self._numbers)), memory)
         self.arenas[opened.arena.id] = opened
         return opened
@@ -105,8 +135,12 @@ class SharedMemory:
 class LinkMemory:
     """Shared memory on the link of one client that has the broker's host identity.
 
+    Anybody can claim that identity, and the broker would open any arena of its user for them. So it opens and
+    announces none before the client has proved that it can open them itself.
+
     Args:
         channel: Its connection.
+        session: The number of its session.
         shared: What all links share.
         loop: The broker's event loop.
         warn: Logs what goes wrong, within limits.
@@ -115,11 +149,14 @@ class LinkMemory:
     def __init__(
         self,
         channel: Channel,
+        session: int,
         shared: SharedMemory,
         loop: asyncio.AbstractEventLoop,
         warn: Callable[[str], None],
     ) -> None:
         self._channel = channel
+        self._session = session
+        self._proved = False
         self._shared = shared
         self._loop = loop
         self._warn = warn
@@ -132,7 +169,14 @@ class LinkMemory:
         self._released: list[int] = []
         """Those that nothing holds any more."""
         self.references = References(self._announce, AHEAD_BYTES)
-        channel.outbox.transfers.references = self.references
+
+    def prove(self, frame: frames.Proof) -> None:
+        """Share memory with the client from now on, if its proof is right."""
+        if self._shared.proves(frame.proof, self._session):
+            self._proved = True
+            self._channel.outbox.transfers.references = self.references
+        else:
+            self._failed("it cannot read the broker's secret")
 
     # The client publishes
 
@@ -147,6 +191,8 @@ class LinkMemory:
         self._own_id = frame.id or -1
         problem = ""
         try:
+            if not self._proved:
+                raise ArenaError("this link has not proved that it may share memory")
             self._own = self._shared.add(frame, open_arena(frame))
         except ArenaError as error:
             problem = str(error)

@@ -58,6 +58,7 @@ class Op(IntEnum):
     UNMAP = 62
     REFERENCE = 63
     RELEASE = 64
+    PROOF = 65
 
 
 class NoticeKind(IntEnum):

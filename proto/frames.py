@@ -441,13 +441,19 @@ class Release(NamedTuple):
     numbers: tuple[int, ...]
 
 
+class Proof(NamedTuple):
+    """The sender can read files of the broker's user: it knows the broker's secret (§6.10.2)."""
+
+    proof: bytes
+
+
 SessionFrame: TypeAlias = Hello | Welcome | Error | Goodbye | Ping | Pong
 Declaration: TypeAlias = Node | Publisher | Subscription | Service | Client | Undeclare | Retire
 DeclarationEvent: TypeAlias = Accepted | Refused | Matched | Attached | Detached | Notice
 MessageFrame: TypeAlias = Batch | Replay | Fragment | Abort | Grant | Credit | Assert
 CallFrame: TypeAlias = Request | Reply | Cancel
 QueryFrame: TypeAlias = Watch | Unwatch | Graph | Describe | Definition | Inspect | Stats
-SharedMemoryFrame: TypeAlias = Arena | Mapped | Unmap | Reference | Release
+SharedMemoryFrame: TypeAlias = Arena | Mapped | Unmap | Reference | Release | Proof
 Frame: TypeAlias = (
     SessionFrame | Declaration | DeclarationEvent | MessageFrame | CallFrame | QueryFrame | SharedMemoryFrame
 )
@@ -505,6 +511,7 @@ SPECS: Mapping[int, Spec] = {
     Op.UNMAP: Spec(Unmap, ("u32",)),
     Op.REFERENCE: Spec(Reference, ("u64", "u64", "u64", "attributes?", "u32", "u64", "u64", "u64")),
     Op.RELEASE: Spec(Release, ("u64s",)),
+    Op.PROOF: Spec(Proof, ("bin16",)),
 }
 
 OPCODES: Mapping[type, int] = {spec.frame: op for op, spec in SPECS.items() if isinstance(spec.frame, type)}

@@ -42,7 +42,7 @@ _EITHER: frozenset[FrameType] = frozenset(
 )
 FROM_CLIENT: frozenset[FrameType] = _EITHER | {
     *get_args(frames.Declaration),
-    *(frames.Grant, frames.Watch, frames.Unwatch, frames.Describe, frames.Inspect),
+    *(frames.Grant, frames.Watch, frames.Unwatch, frames.Describe, frames.Inspect, frames.Proof),
 }
 """The frames that a client may send in an open session."""
 

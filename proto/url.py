@@ -34,6 +34,15 @@ class BrokerUrl(NamedTuple):
     path: str = ""
     tls: bool = False
 
+    @property
+    def is_local(self) -> bool:
+        """Whether it is on this machine for certain: at a unix socket or the loopback device."""
+        if self.path or self.host in LOOPBACK_HOSTS:
+            return True
+        from proto.addresses import is_loopback  # noqa: PLC0415 - rarely needed
+
+        return is_loopback(self.host)
+
     def __str__(self) -> str:
         if self.path:
             return f"callboard+unix://{self.path}"

@@ -258,11 +258,11 @@ class Inspector:
         self._session = Session(Role.CLIENT)
         self._receiver = Receiver(self._session, self._scratch, Decoder(), Reassembler())
 
-    def _hello_options(self) -> dict[str, frames.Scalar]:
+    def _hello_options(self, url: BrokerUrl) -> dict[str, frames.Scalar]:
         identity = os.urandom(limits.INSTANCE_BYTES), os.urandom(limits.INSTANCE_BYTES)
         options: dict[str, frames.Scalar] = dict(zip(("instance", "token"), identity, strict=True))
         options |= {"agent": AGENT, "domain": self._domain}
-        if (host := host_identity()) is not None:
+        if url.is_local and (host := host_identity()) is not None:
             options["host"] = host  # to learn whether the broker shares memory
         return options
 
@@ -276,7 +276,7 @@ class Inspector:
             )
             encrypted.do_handshake()
             self.certificate = encrypted.getpeercert() or {}
-        options = self._hello_options()
+        options = self._hello_options(url)
         address = "" if url.path else str(self._socket.getpeername()[0])
         token = self._credentials.token_for(address, encrypted=url.tls)
         if token is not None:

@@ -168,7 +168,8 @@ class BrokerConnection:
             user = frame.options.get("user")
             self._link.user = user if isinstance(user, str) else None
             self._link.url = str(self.url)  # first: whoever waits for the session may read it
-            self._link.opened(self.channel, most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES)
+            largest = most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES
+            self._link.opened(self.channel, largest, frame.options)
 
     def turned_away(self, frame: frames.Error) -> None:
         """Handle ERROR: note the broker's reason, and close."""
@@ -214,6 +215,8 @@ class BrokerConnection:
             self.close()
             return
         options = self._hello.options if token is None else {**self._hello.options, "auth": token}
+        if (identity := self._link.shared_memory.host) is not None and self.url.is_local:
+            options = {**options, "host": identity}
         self.channel.send(self._hello._replace(options=options))
 
     def frame_received(self, frame: Frame) -> None:

@@ -65,15 +65,15 @@ class Connector:
         self._log = log
         self._credentials = credentials or Credentials()
         self._jitter = jitter
-        options: dict[str, frames.Scalar] = {
-            "agent": AGENT,
-            "domain": domain,
-            "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
-            "token": link.token,
-        }
-        if link.shared_memory.host is not None:
-            options["host"] = link.shared_memory.host
-        self._hello = frames.Hello(limits.PROTOCOL_VERSION, options)
+        self._hello = frames.Hello(
+            limits.PROTOCOL_VERSION,
+            {
+                "agent": AGENT,
+                "domain": domain,
+                "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
+                "token": link.token,
+            },
+        )
         self._connection: BrokerConnection | None = None
         self._warned = False
         self._retry_sec = FIRST_RETRY_SEC

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from actors.session.endpoint import LinkEndpoint
     from proto.aio.channel import Channel
+    from proto.frames import Options
 
 HEADER_BYTES: Final = 256
 """Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""
@@ -198,12 +199,18 @@ class Link:
             take(frame)
             self.wake()
 
-    def opened(self, channel: Channel, max_message_bytes: int) -> None:
-        """Begin a session: declare everything."""
+    def opened(self, channel: Channel, max_message_bytes: int, welcome: Options) -> None:
+        """Begin a session: declare everything.
+
+        Args:
+            channel: The connection.
+            max_message_bytes: The largest frame that the broker takes.
+            welcome: The options of its WELCOME.
+        """
         self.channel = channel
         self.connections += 1
         self.largest = _largest(max_message_bytes)
-        self.shared_memory.begin(channel, self.capabilities)
+        self.shared_memory.begin(channel, self.capabilities, welcome)
         for endpoint in tuple(self.endpoints.values()):
             channel.send(endpoint.declaration())
         channel.flush()

@@ -11,8 +11,16 @@ import asyncio
 import sys
 from typing import TYPE_CHECKING, Final
 
-from proto import frames
-from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena
+from proto import frames, limits
+from proto.aio.arena import (
+    ARENA_BYTES,
+    Arena,
+    ArenaError,
+    host_identity,
+    open_arena,
+    read_token,
+    session_proof,
+)
 from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.frames import Batch
@@ -22,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.aio.channel import Channel
-    from proto.frames import Buffer
+    from proto.frames import Buffer, Options
     from proto.references import Slot
 
 MIN_BYTES: Final = 64 * 1024
@@ -93,11 +101,27 @@ class SharedMemory:
         """Messages that a broker has got by reference."""
         return self._sent_before + (0 if self._references is None else self._references.sent)
 
-    def begin(self, channel: Channel, capabilities: frozenset[str]) -> None:
-        """Begin a session with a broker."""
+    def begin(self, channel: Channel, capabilities: frozenset[str], welcome: Options) -> None:
+        """Begin a session with a broker.
+
+        Args:
+            channel: The connection.
+            capabilities: What the broker can do.
+            welcome: The options of its WELCOME.
+        """
         self.problem = ""
         if self.host is None or Capability.SHARED_MEMORY not in capabilities:
             return
+        process, number = welcome.get("secret_process"), welcome.get("secret_descriptor")
+        session = welcome.get("session")
+        if not (isinstance(process, int) and isinstance(number, int) and isinstance(session, int)):
+            return
+        try:
+            secret = read_token(process, number)
+        except ArenaError as error:
+            self._failed(str(error))
+            return
+        channel.send(frames.Proof(session_proof(secret, session & limits.MAX_U64)))
         self._channel = channel
         self._number = 0
         self.min_bytes = self._wanted

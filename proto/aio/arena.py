@@ -203,6 +203,41 @@ def _seal(descriptor: int) -> None:
         add(_KEPT_SIZE | _FINAL)
 
 
+def session_proof(secret: bytes, session: int) -> bytes:
+    """Return what only a process that has read a broker's secret can say in this session (PROOF)."""
+    return hashlib.blake2b(session.to_bytes(8, "big"), key=secret, digest_size=limits.INSTANCE_BYTES).digest()
+
+
+def read_token(process: int, number: int) -> bytes:
+    """Return the token of the arena that is a process's descriptor with this number.
+
+    Raises:
+        ArenaError: It cannot be read, for example because it is another user's.
+    """
+    for own in tuple(_own.values()):
+        if (own.announcement.process, own.announcement.descriptor) == (process, number) and own.descriptors():
+            return own.announcement.token
+    path = f"/proc/{process}/fd/{number}"
+    try:
+        descriptor = _open(path)
+        try:
+            token = os.pread(descriptor, limits.INSTANCE_BYTES, 0)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise ArenaError(f"cannot open {path}: {error.strerror}") from error
+    if len(token) != limits.INSTANCE_BYTES:
+        raise ArenaError(f"{path} is no arena")
+    return token
+
+
+def _open(path: str) -> int:
+    """Return a descriptor of the memory file at this path in /proc, to read."""
+    if not os.readlink(path).startswith(_LINK):  # noqa: PTH115 - nodes start without pathlib
+        raise ArenaError(f"{path} is no arena")
+    return os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+
+
 def open_arena(arena: frames.Arena) -> memoryview:
     """Return the memory of another process's arena, or of this one's, to read.
 
@@ -219,9 +254,7 @@ def open_arena(arena: frames.Arena) -> memoryview:
         raise ArenaError(f"an arena of {arena.size} bytes is not supported")
     path = f"/proc/{arena.process}/fd/{arena.descriptor}"
     try:
-        if not os.readlink(path).startswith(_LINK):  # noqa: PTH115 - nodes start without pathlib
-            raise ArenaError(f"{path} is no arena")
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        descriptor = _open(path)
         try:
             status = os.fstat(descriptor)
             seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar, cast
 
 from proto import frames, limits
+from proto.aio.arena import read_token, session_proof
 from proto.aio.channel import Channel
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
@@ -153,12 +154,22 @@ def hello(**options: frames.Scalar) -> frames.Hello:
     return frames.Hello(limits.PROTOCOL_VERSION, identity | options)
 
 
+def proof_for(welcome: frames.Welcome) -> frames.Proof:
+    """Return the PROOF that a WELCOME with shared memory asks for."""
+    process, number, session = (
+        int(cast("int", welcome.options[key])) for key in ("secret_process", "secret_descriptor", "session")
+    )
+    return frames.Proof(session_proof(read_token(process, number), session))
+
+
 @contextlib.asynccontextmanager
 async def link(broker: Broker, node: str | None = None, **options: frames.Scalar) -> AsyncIterator[RawClient]:
-    """Have an open session; with a name, a node declared under id 0."""
+    """Have an open session; with a name, a node declared under id 0; with a `host`, shared memory."""
     async with RawClient().connected(broker) as client:
         client.send(hello(**options))
-        await client.next(frames.Welcome)
+        welcome = await client.next(frames.Welcome)
+        if "secret_process" in welcome.options:
+            client.send(proof_for(welcome))
         if node is not None:
             client.send(frames.Node(0, node))
             assert await client.next(frames.Accepted) == frames.Accepted(0, 0)

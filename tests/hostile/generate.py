@@ -187,7 +187,7 @@ def plain_fields(op: int) -> list[Any]:
 def field_cases() -> Iterator[Case]:
     """Each field of each frame of a client: missing, of another type, out of range, and one too many."""
     ends = {Op.ERROR: "closed", Op.GOODBYE: "closed"}
-    shared_memory = (Op.ARENA, Op.MAPPED, Op.REFERENCE, Op.RELEASE)
+    shared_memory = (Op.ARENA, Op.MAPPED, Op.REFERENCE, Op.RELEASE, Op.PROOF)
     ends |= dict.fromkeys(shared_memory, "ERROR UNEXPECTED")  # the client is on no host
     for op, spec in SPECS.items():
         if spec.frame not in FROM_CLIENT | {frames.Hello, frames.Error, frames.Goodbye}:

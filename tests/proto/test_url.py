@@ -84,3 +84,19 @@ def test_secrets_are_not_in_the_error_text() -> None:
     with pytest.raises(InvalidUrlError) as caught:
         parse_url("callboard://user:hunter2@host")
     assert "hunter2" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "local"),
+    [
+        ("callboard+unix:///run/callboard.sock", True),
+        ("callboard://localhost", True),
+        ("callboard://127.0.0.2", True),
+        ("callboards://[::1]", True),
+        ("callboard://192.0.2.1", False),
+        ("callboard://broker", False),
+    ],
+)
+def test_only_some_urls_are_on_this_machine_for_certain(text: str, *, local: bool) -> None:
+    """A name may be any machine's."""
+    assert parse_url(text).is_local is local

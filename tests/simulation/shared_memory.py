@@ -28,7 +28,8 @@ def simulated_arenas(seed: int) -> Iterator[None]:
 
     def determined(arena: Arena, size: int) -> None:
         make(arena, size)
-        arena.announcement = arena.announcement._replace(id=next(numbers), process=1, descriptor=1)
+        number = next(numbers)
+        arena.announcement = arena.announcement._replace(id=number, process=1, descriptor=number)
 
     arena_bytes = random.choice([MIB, 4 * MIB, 64 * MIB])
     ahead_bytes = random.choice([1, MIB, 8 * MIB])

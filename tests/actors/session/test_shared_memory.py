@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+import broker.shared_memory
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.session import shared_memory
 from broker import Broker, BrokerOptions
@@ -142,9 +143,9 @@ async def test_it_can_be_turned_off(where: str, monkeypatch: pytest.MonkeyPatch)
     if where == "environment":
         monkeypatch.setenv("CALLBOARD_SHARED_MEMORY", "0")
     async with (
-        Broker(BrokerOptions(port=0, shared_memory=where != "broker")) as broker,
-        actors.Node("talker", url=broker.url, shared_memory=where != "node") as talker,
-        actors.Node("listener", url=broker.url) as listener,
+        Broker(BrokerOptions(port=0, shared_memory=where != "broker")) as running,
+        actors.Node("talker", url=running.url, shared_memory=where != "node") as talker,
+        actors.Node("listener", url=running.url) as listener,
     ):
         both = Pair(talker, listener)
         await both.publisher.wait_for_subscriptions()
@@ -164,6 +165,23 @@ async def test_the_limit_is_an_option(meeting: Meeting) -> None:
     assert shared(both.talker).written == before + 1
 
 
+async def test_a_node_that_cannot_read_the_secret_sends_bytes(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one of another user that has the broker's host identity."""
+
+    def denied(process: int, number: int) -> bytes:
+        raise arena.ArenaError(f"cannot open /proc/{process}/fd/{number}: Permission denied")
+
+    monkeypatch.setattr(shared_memory, "read_token", denied)
+    both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
+    await both.publisher.wait_for_subscriptions()
+    for number in range(3):
+        await both.send(number)
+    assert not shared(both.talker).active
+    assert "Permission denied" in shared(both.talker).problem
+
+
 def _no_memory(*_: object) -> int:
     raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -180,28 +198,24 @@ async def test_without_memory_messages_go_as_bytes(
     problem: str,
 ) -> None:
     """A system without space for an arena, and one that cannot provide more of it."""
-    monkeypatch.setattr(os, where, function)
     both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
     await both.publisher.wait_for_subscriptions()
+    monkeypatch.setattr(os, where, function)
     for number in range(3):
         await both.send(number)
     assert (shared(both.talker).sent, shared(both.listener).received) == (0, 0)
     assert problem in shared(both.talker).problem
 
 
-class Nothing(dict[bytes, object]):
-    """Forgets what is put into it, as a process does that has not made an arena."""
-
-    def __setitem__(self, key: bytes, value: object) -> None:
-        """Forget it."""
+def _not_opened(*_: object) -> memoryview:
+    raise arena.ArenaError("No space left on device")
 
 
 async def test_an_arena_that_the_broker_cannot_open_is_not_used(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The publisher learns why, logs it once, and writes nothing there any more."""
-    monkeypatch.setattr(arena, "_own", Nothing())
-    monkeypatch.setattr(os, "readlink", _no_memory)
+    monkeypatch.setattr(broker.shared_memory, "open_arena", _not_opened)
     both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
     await both.publisher.wait_for_subscriptions()
     for number in range(5):

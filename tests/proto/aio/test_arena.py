@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from proto import frames
-from proto.aio.arena import Arena, ArenaError, host_identity, open_arena
+from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token
 from proto.extents import PAGE_BYTES
 from proto.references import copy_payload
 
@@ -144,3 +144,16 @@ def test_a_forked_child_writes_nothing(arena: Arena) -> None:
         os._exit(0 if is_null and arena.put(MESSAGE) is None else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
     assert arena.put(MESSAGE) is not None
+
+
+def test_the_token_is_read_by_processes_of_the_same_user(arena: Arena, tmp_path: Path) -> None:
+    """Another process finds it where the arena is, and nothing in other files or numbers."""
+    told, (own,) = arena.announcement, arena.descriptors()
+    code = f"from proto.aio.arena import read_token; print(read_token({told.process}, {own}).hex())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert done.stdout.decode().strip() == told.token.hex()
+    assert read_token(told.process, own) == told.token
+    with (tmp_path / "file").open("wb") as file:
+        for number in (file.fileno(), 2**31 - 1):
+            with pytest.raises(ArenaError):
+                read_token(os.getpid(), number)
