@@ -60,7 +60,7 @@ class PublisherQueue(MessageQueue):
     _transfer: Transfer | None = field(default=None, init=False)
 
     def _beyond_depth(self) -> int:
-        if not self.keeps_credit or self.sequence_limit is None or not self.sendable:
+        if not self.keeps_credit or self.sequence_limit is None or not self._has_credit:
             return 0
         return max(0, self.sequence_limit - cast("int", self._next_sequence))
 
@@ -92,8 +92,11 @@ class PublisherQueue(MessageQueue):
             return True
         if not self._queue or self.blocked:
             return False
-        if not isinstance(self._queue[0], Batch):
-            return True
+        return not isinstance(self._queue[0], Batch) or self._has_credit
+
+    @property
+    def _has_credit(self) -> bool:
+        """Whether credit allows to send a message now. Needs that there was one."""
         # Do not compare the waiting message's own number: after a gap of dropped messages it may exceed every
         # limit that a subscription which has not seen the gap will ever grant.
         if self.sequence_limit is not None and cast("int", self._next_sequence) >= self.sequence_limit:

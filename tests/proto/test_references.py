@@ -143,6 +143,21 @@ def test_depth_holds_for_what_a_reader_has_not_released_in_time() -> None:
     assert not peer.references.full
 
 
+def test_messages_with_credit_are_kept_while_the_peer_releases_nothing() -> None:
+    """§6.5.8: a KEEP_LAST publisher to a KEEP_ALL subscription loses none of them, whatever its depth."""
+    memory, peer = Memory(), Peer(max_held_bytes=len(SMALL), depth=2)
+    peer.open()
+    peer.queue.keeps_credit = True
+    peer.queue.restart(5, 0)
+    peer.queue.sequence_limit = 10
+    for number in range(15):
+        peer.outbox.enqueue(peer.queue, memory.batch(number))
+        peer.sent()
+    assert peer.queue.blocked
+    assert (peer.queue.pending, peer.queue.dropped) == (11, 3)  # 9 with credit, 2 without
+    assert memory.released == [1, 2, 3]
+
+
 def test_credit_holds_for_shared_memory() -> None:
     """A message without credit waits, with or without a frame before it that has been sent."""
     memory, peer = Memory(), Peer()
