@@ -11,8 +11,8 @@ from typing import Final
 from proto.aio import process
 
 RESERVED_FILES: Final = 2048
-"""Descriptors for everything except links: standard streams, the loop, the listening socket, and connections
-that are being refused. At most half of the limit."""
+"""Descriptors for everything except links: standard streams, the loop, the listening socket, shared memory,
+and connections that are being refused. At most half of the limit."""
 
 MAX_BACKLOG: Final = 1024
 """Connections that the kernel holds until the broker accepts them."""
@@ -26,6 +26,7 @@ class Capacity:
 
     Attributes:
         most: Connections that the broker takes.
+        arenas: Descriptors that shared memory may take: each arena keeps one.
         backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row
             before any of them can be refused, so twice as many must fit: refused ones take a while to close.
         refused: Connections turned away so far.
@@ -36,6 +37,7 @@ class Capacity:
         files = process.raise_file_limit(0)
         reserved = min(RESERVED_FILES, files // 2)
         self.most = min(wanted, files - reserved)
+        self.arenas = reserved // 4
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
         limit = "--max-connections" if self.most == wanted else "limit of open files, ulimit -n"

@@ -97,7 +97,7 @@ class Dispatcher:
             self.latched,
             self.received,
         )
-        self.shared_memory = SharedMemory(enabled=options.shared_memory)
+        self.shared_memory = SharedMemory(enabled=options.shared_memory, descriptors=capacity.arenas)
         self.limit_counts = LimitCounts()
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False

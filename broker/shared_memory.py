@@ -10,10 +10,10 @@ from __future__ import annotations
 import hmac
 from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from proto import frames
-from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, session_proof
+from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena, session_proof
 from proto.codec import ARRAY_HEAD_BYTES
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.extents import PAGE_BYTES
@@ -27,6 +27,13 @@ from proto.references import (
     release_frames,
     shared_batch,
 )
+
+MAX_ARENAS: Final = 256
+"""Arenas that the broker maps; it needs a descriptor for each. Those of links that have ended count while
+something of them is held."""
+
+MAX_TOTAL_BYTES: Final = MAX_ARENAS * ARENA_BYTES
+"""Their size together, since a holder of one message keeps all memory of its arena."""
 
 if TYPE_CHECKING:
     import asyncio
@@ -62,6 +69,7 @@ class SharedMemory:
 
     Args:
         enabled: Whether messages may travel by reference.
+        descriptors: How many descriptors arenas may take; `MAX_ARENAS` at most.
 
     Attributes:
         arenas: The arenas of all clients, by the broker's ids.
@@ -71,11 +79,12 @@ class SharedMemory:
         refused: Arenas that the broker or a client could not open.
     """
 
-    def __init__(self, *, enabled: bool) -> None:
+    def __init__(self, *, enabled: bool, descriptors: int) -> None:
         self.identity = host_identity() if enabled else None
         self.arenas: dict[int, OpenArena] = {}
         self.received = self.sent = self.copied = self.refused = 0
         self._numbers = count(1)
+        self._max_arenas = min(MAX_ARENAS, descriptors)
         self._secret: Arena | None = None
         """Its token is what clients must have read: only processes of the broker's user can."""
 
@@ -103,15 +112,19 @@ class SharedMemory:
             self._secret.close()
             self._secret = None
 
-    def add(self, arena: frames.Arena, memory: memoryview) -> OpenArena:
-        """Add a client's arena under an id of the broker's.
+    def open(self, arena: frames.Arena) -> OpenArena:
+        """Map a client's arena, and give it an id of the broker's.
 
         Raises:
-            ArenaError: Another link has it.
+            ArenaError: It cannot be opened, another link has it, or there are too many.
         """
-        if any(other.arena.token == arena.token for other in self.arenas.values()):
+        others = [each.arena for each in self.arenas.values()]
+        if any(other.token == arena.token for other in others):
             raise ArenaError("another link has this arena")
-        opened = OpenArena(arena._replace(id=next(self._numbers)), memory)
+        total = arena.size + sum(other.size for other in others)
+        if len(others) >= self._max_arenas or total > MAX_TOTAL_BYTES:
+            raise ArenaError(f"too many arenas: the broker has mapped {len(others)}")
+        opened = OpenArena(arena._replace(id=next(self._numbers)), open_arena(arena))
         self.arenas[opened.arena.id] = opened
         return opened
 
@@ -193,7 +206,7 @@ class LinkMemory:
         try:
             if not self._proved:
                 raise ArenaError("this link has not proved that it may share memory")
-            self._own = self._shared.add(frame, open_arena(frame))
+            self._own = self._shared.open(frame)
         except ArenaError as error:
             problem = str(error)
             self._failed(problem)

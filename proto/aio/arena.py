@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 ARENA_BYTES: Final = 64 * 1024 * 1024
 """Size of an arena. It takes memory only where messages have been."""
 
-MAX_ARENA_BYTES: Final = 1024 * 1024 * 1024
-"""The largest arena of others that is mapped, since a mapping takes address space."""
+MAX_ARENA_BYTES: Final = 2 * ARENA_BYTES
+"""The largest arena of others that is mapped: one held message keeps all of its memory."""
 
 BACKED_BYTES: Final = 1024 * 1024
 """How much memory is asked for at a time. Without it a full system would end the process that writes."""

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from broker import Broker, BrokerOptions
+from broker import Broker, BrokerOptions, shared_memory
 from proto import frames
-from proto.aio.arena import host_identity
+from proto.aio.arena import MAX_ARENA_BYTES, host_identity
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link
 from tests.broker.test_shared_memory import Sender
@@ -55,3 +55,42 @@ async def test_nobody_uses_the_arena_of_another_link(broker: Broker) -> None:
         await source.declare()
         thief.send(source.arena.announcement)
         assert "another link" in (await thief.next(frames.Mapped)).problem
+
+
+async def test_ended_arenas_count_while_something_of_them_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reader that keeps one message of each link lets the broker map no more than its limit."""
+    monkeypatch.setattr(shared_memory, "MAX_ARENAS", 2)
+    async with Broker(BrokerOptions(port=0)) as broker, link(broker, "/reader", host=HOST) as reader:
+        reader.send(make.subscription(1))
+        await reader.next(frames.Accepted)
+        for _ in range(2):
+            async with link(broker, "/sender", host=HOST) as client:
+                source = Sender(client)
+                await source.declare()
+                client.send(source.reference())
+                reader.send(frames.Mapped((await reader.next(frames.Arena)).id, ""))
+                await reader.synchronise()
+                client.send(source.reference())
+                await reader.next(frames.Reference)
+            await reader.next(frames.Detached)
+        async with link(broker, "/sender", host=HOST) as client:
+            third = Sender(client)
+            client.send(third.arena.announcement)
+            assert "too many arenas" in (await client.next(frames.Mapped)).problem
+        reader.send(frames.Release((0,)))
+        await reader.next(frames.Unmap)
+        async with link(broker, "/sender", host=HOST) as client:
+            await Sender(client).declare()
+
+
+async def test_arenas_are_limited_in_bytes(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Together, and each: one held message keeps all memory of its arena."""
+    monkeypatch.setattr(shared_memory, "MAX_TOTAL_BYTES", 2**26)
+    async with link(broker, "/one", host=HOST) as one, link(broker, "/two", host=HOST) as two:
+        await Sender(one).declare()
+        two.send(Sender(two, 2**25 + 4096).arena.announcement)
+        assert "too many arenas" in (await two.next(frames.Mapped)).problem
+    monkeypatch.undo()
+    async with link(broker, "/three", host=HOST) as three:
+        three.send(Sender(three, MAX_ARENA_BYTES + 4096).arena.announcement._replace(token=bytes(16)))
+        assert "not supported" in (await three.next(frames.Mapped)).problem
