@@ -34,6 +34,10 @@ AHEAD_BYTES: Final = 8 * 1024 * 1024
 """Messages that a broker refers to before the reader has released some. Like the buffer of a socket it must
 be small: only messages that wait in the broker obey the depth of the subscription."""
 
+MIN_MESSAGE_BYTES: Final = 4096
+"""The smallest message that may be referred to: what a link holds is counted by the size of its messages, and
+many tiny ones would cost more than is counted."""
+
 NUMBERS_PER_FRAME: Final = 4000
 """The most references in one RELEASE."""
 
@@ -129,9 +133,15 @@ def copy_payload(memory: memoryview, reference: Reference) -> bytes | None:
 
 
 def check_inside(reference: Reference, arena_bytes: int) -> None:
-    """Raise ProtocolError if a reference is to no message, or is not within its arena."""
-    if not reference.size or reference.offset + SLOT_HEAD_BYTES + reference.size > arena_bytes:
-        text = f"REFERENCE: {reference.size} bytes at {reference.offset} are not in an arena of {arena_bytes}"
+    """Raise ProtocolError if a reference is to too small a message, or is not within its arena."""
+    if (
+        reference.size < MIN_MESSAGE_BYTES
+        or reference.offset + SLOT_HEAD_BYTES + reference.size > arena_bytes
+    ):
+        text = (
+            f"REFERENCE: {reference.size} bytes at {reference.offset} are not in an arena of {arena_bytes},"
+            f" or fewer than {MIN_MESSAGE_BYTES}"
+        )
         raise ProtocolError(ErrorCode.MALFORMED, text)
 
 

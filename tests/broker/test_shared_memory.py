@@ -231,7 +231,7 @@ async def test_an_arena_that_cannot_be_opened_has_an_answer(broker: Broker) -> N
         answer = await client.next(frames.Mapped)
         assert answer.id == NO_ARENA.id
         assert answer.problem
-        client.send(frames.Reference(1, 0, 0, None, NO_ARENA.id, 0, 1, 1))
+        client.send(frames.Reference(1, 0, 0, None, NO_ARENA.id, 0, 4096, 1))
         assert (await client.next(frames.Error)).code == ErrorCode.UNKNOWN_ID
 
 
@@ -241,6 +241,7 @@ async def test_an_arena_that_cannot_be_opened_has_an_answer(broker: Broker) -> N
         ({"offset": 2**25}, ErrorCode.MALFORMED),
         ({"offset": 2**64 - 1}, ErrorCode.MALFORMED),
         ({"size": 0}, ErrorCode.MALFORMED),
+        ({"size": 4095}, ErrorCode.MALFORMED),
         ({"size": 2**21}, ErrorCode.TOO_LARGE),
         ({"arena": 2**32 - 1}, ErrorCode.UNKNOWN_ID),
         ({"publisher": 999}, ErrorCode.UNKNOWN_ID),

@@ -12,6 +12,7 @@ from proto.frames import Arena, Batch, Fragment, Reference
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
 from proto.references import (
+    MIN_MESSAGE_BYTES,
     SLOT_HEAD_BYTES,
     References,
     SharedBatch,
@@ -220,15 +221,15 @@ def test_only_what_was_sent_can_be_released_and_once() -> None:
 
 
 def test_a_reference_is_checked_before_its_memory_is_read() -> None:
-    """Outside of the arena is an error; a slot of a later message, or without an array head, has none."""
-    memory = memoryview(bytearray(SLOT_HEAD_BYTES + 10))
-    write_message(memory, 4, b"0123456789")
-    reference = Reference(1, 0, 0, None, 7, 0, 10, 4)
-    assert copy_payload(memory, reference) == b"\xdd\0\0\0\x010123456789"
+    """Outside of the arena, or to a tiny message: an error; a later message, or no array head: nothing."""
+    memory, message = memoryview(bytearray(SLOT_HEAD_BYTES + MIN_MESSAGE_BYTES)), bytes(MIN_MESSAGE_BYTES)
+    write_message(memory, 4, message)
+    reference = Reference(1, 0, 0, None, 7, 0, len(message), 4)
+    assert copy_payload(memory, reference) == b"\xdd\0\0\0\x01" + message
     assert copy_payload(memory, reference._replace(generation=3)) is None
-    for size, offset in ((11, 0), (10, 1), (0, 0), (10, 2**64 - 1)):
+    for size, offset in ((1, 0), (0, 1), (-1, 0), (-len(message), 0), (0, 2**64 - 1)):
         with pytest.raises(ProtocolError) as caught:
-            copy_payload(memory, reference._replace(size=size, offset=offset))
+            copy_payload(memory, reference._replace(size=len(message) + size, offset=offset))
         assert caught.value.code is ErrorCode.MALFORMED
     memory[SLOT_HEAD_BYTES - 1] = 2
     assert copy_payload(memory, reference) is None
