@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames, limits
 from proto.batches import held_bytes, slice_batch
+from proto.errors import ErrorCode, ProtocolError
 from proto.message_queue import ReplaySource
 from proto.qos import KEEP_ALL, Qos
-from proto.references import copied
 
 if TYPE_CHECKING:
     from broker.records import PublisherRecord, Route, SubscriptionRecord
@@ -37,9 +37,14 @@ def latch(publisher: PublisherRecord, batch: Batch) -> int:
 
     Returns:
         How many messages late joiners will miss: those within the depth but beyond a limit in bytes.
+
+    Raises:
+        ProtocolError: It is in shared memory, of which it would keep a slot.
     """
+    if not batch.raw:
+        text = "REFERENCE: the messages of a TRANSIENT_LOCAL publisher must be sent as BATCH"
+        raise ProtocolError(ErrorCode.UNEXPECTED, text)
     keep = publisher.keep
-    batch = copied(batch)  # a latched message would keep its slot for as long as its publisher lives
     publisher.latched.append(batch)
     publisher.latched_messages += batch.length
     _count(publisher, held_bytes(batch))

@@ -216,7 +216,8 @@ class Routes:
         """Route a batch.
 
         Raises:
-            ProtocolError: The publisher is not this peer's, or exceeds its credit or the greatest number.
+            ProtocolError: The publisher is not this peer's, exceeds its credit or the greatest number, or is
+                latched and sends a reference.
         """
         publisher = self.publisher(peer, batch.publisher)
         if self._attachments.pending:  # ATTACHED comes before the first batch

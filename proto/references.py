@@ -101,15 +101,6 @@ def bytes_head(batch: SharedBatch) -> bytes:
     return batch_head(batch[:6], len(batch.payload)) + ONE_MESSAGE
 
 
-def copied(batch: Batch) -> Batch:
-    """Return the batch with a copy of its message if that is in a slot."""
-    if not isinstance(batch, SharedBatch):
-        return batch
-    head = bytes_head(batch)
-    raw = b"".join((head, batch.slot.message))
-    return Batch(*batch[:6], memoryview(raw)[len(head) - ARRAY_HEAD_BYTES :], raw)
-
-
 def copy_payload(memory: memoryview, reference: Reference) -> bytes | None:
     """Copy the payload of a batch of one out of an arena.
 

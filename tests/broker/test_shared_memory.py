@@ -200,15 +200,12 @@ async def test_an_arena_without_messages_is_forgotten_with_its_publisher(broker:
         assert await client.next(frames.Unmap) == frames.Unmap(announced.id)
 
 
-async def test_latched_messages_hold_no_slots(broker: Broker) -> None:
-    """They are copied, and a late joiner gets the bytes."""
+async def test_latched_messages_are_not_referred_to(broker: Broker) -> None:
+    """They would keep their slots, or cost the broker a copy at once."""
     async with sender(broker, make.LATCHED) as source:
         source.client.send(source.reference())
-        await source.release(0)
-        async with link(broker, "/late", host=HOST) as late:
-            late.send(make.subscription(1, qos=make.LATCHED))
-            replay = await late.next(frames.Replay)
-            assert bytes(replay.payload) == b"\xdd\0\0\0\1" + MESSAGE
+        assert (await source.client.next(frames.Error)).code == ErrorCode.UNEXPECTED
+        assert not broker.stats().latched
 
 
 @pytest.mark.parametrize("same", [True, False])
