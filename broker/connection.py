@@ -212,10 +212,18 @@ class Connection:
         shared, link = self._dispatcher.shared_memory, self._link
         secret = shared.offer(options.get("host"))
         if secret:
-            link.memory = LinkMemory(self.channel, link.session, shared, self._loop, self._warn_of_arena)
+            link.memory = LinkMemory(
+                self.channel, link.session, shared, self._loop, sent=self._flush, warn=self._warn_of_arena
+            )
         else:
             words.remove(Capability.SHARED_MEMORY)
         return {"capabilities": " ".join(words), **secret}
+
+    def _flush(self) -> None:
+        """Write what was sent to the link without a delivery; close it if it is over its limits."""
+        self.channel.flush()
+        self._link.fail_if_over_limit()
+        self._dispatcher.memory.count(self._link)
 
     def _warn_of_arena(self, problem: str) -> None:
         text = "No shared memory with %s: %s"

@@ -156,6 +156,7 @@ class LinkMemory:
         session: The number of its session.
         shared: What all links share.
         loop: The broker's event loop.
+        sent: Called when frames have been sent that nobody has counted; limits what waits.
         warn: Logs what goes wrong, within limits.
     """
 
@@ -165,6 +166,8 @@ class LinkMemory:
         session: int,
         shared: SharedMemory,
         loop: asyncio.AbstractEventLoop,
+        *,
+        sent: Callable[[], None],
         warn: Callable[[str], None],
     ) -> None:
         self._channel = channel
@@ -172,6 +175,7 @@ class LinkMemory:
         self._proved = False
         self._shared = shared
         self._loop = loop
+        self._sent = sent
         self._warn = warn
         self._own: OpenArena | None = None
         """The client's arena."""
@@ -245,6 +249,7 @@ class LinkMemory:
         if self._channel.connected:
             for release in release_frames(released):
                 self._channel.send(release)
+            self._sent()
 
     # The client reads
 

@@ -10,12 +10,14 @@ import pytest
 from broker import Broker, BrokerOptions, shared_memory
 from proto import frames
 from proto.aio.arena import MAX_ARENA_BYTES, host_identity
+from proto.errors import ErrorCode
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, hello, link
+from tests.broker.rawclient import RawClient, hello, link, until
 from tests.broker.test_shared_memory import Sender
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
 
@@ -94,3 +96,21 @@ async def test_arenas_are_limited_in_bytes(broker: Broker, monkeypatch: pytest.M
     async with link(broker, "/three", host=HOST) as three:
         three.send(Sender(three, MAX_ARENA_BYTES + 4096).arena.announcement._replace(token=bytes(16)))
         assert "not supported" in (await three.next(frames.Mapped)).problem
+
+
+async def test_a_publisher_that_reads_nothing_loses_its_link(tmp_path: Path) -> None:
+    """What the broker releases waits for it like any control frame, and has the same limit."""
+    options = BrokerOptions(unix=tmp_path / "s", max_queue_bytes=65536, drain_timeout_sec=0.2)
+    async with Broker(options) as broker, link(broker, "/sender", host=HOST) as client:
+        source = Sender(client)
+        await source.declare()
+        reference = source.reference()
+        client.stop_reading()
+        number = 0
+        while broker.stats().endpoints and number < 400_000:
+            many = range(number, number := number + 4000)
+            client.send(*(reference._replace(first_sequence=each) for each in many))
+            await until(lambda: broker.stats().shared_received == number or not broker.stats().endpoints)
+        assert not broker.stats().endpoints
+        client.go_on_reading()
+        assert (await client.next(frames.Error)).code == ErrorCode.LIMIT
