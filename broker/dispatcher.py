@@ -239,8 +239,9 @@ class Dispatcher:
             self.flush()
         link.channel.close()
         link.channel.outbox = Outbox()  # nothing of it is sent any more
-        if link.memory is not None:
-            link.memory.end()
+        memory, link.memory = link.memory, None
+        if memory is not None:
+            memory.end()
         self.memory.count(link)
 
     def note_ending(self, link: Link, reason: str, *, left: bool = False) -> None:

@@ -296,7 +296,7 @@ class LinkMemory:
         shared.copied += references.copied
         for each in shared.arenas.values():
             each.readers.pop(self, None)
-        self.references = References(self._announce)
+        self.references = References(lambda _: None)  # not in a cycle with this object
         self._own = None
         if own is not None:
             own.ended = True

@@ -17,6 +17,7 @@ from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
 from broker.memory_guard import MemoryGuard
 from broker.stats import collect
 from proto import frames, limits
+from proto.aio.arena import Arena, host_identity
 from proto.aio.tls import client_context
 from proto.batches import with_raw
 from proto.codec import Decoder, encode
@@ -109,8 +110,9 @@ async def test_latched_messages_that_are_replaced_meanwhile_are_skipped() -> Non
         assert live == [3, 4, 5]
 
 
+@pytest.mark.parametrize("host", [None, host_identity()], ids=["bytes", "shared memory"])
 async def test_an_ended_connection_is_freed_without_the_garbage_collector(
-    broker: Broker, caplog: pytest.LogCaptureFixture
+    broker: Broker, host: bytes | None, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Case 48: nothing that a connection held stays in a circle of references, however it ends."""
     caplog.set_level(logging.CRITICAL, "callboard.broker")  # records keep their arguments
@@ -121,7 +123,7 @@ async def test_an_ended_connection_is_freed_without_the_garbage_collector(
         gc.disable()
         try:
             for ending in (frames.Goodbye("done"), frames.Ping(2**64 - 1), frames.Accepted(1, 1)):
-                held = await _use_and_end(broker, partner, ending)
+                held = await _use_and_end(broker, partner, host, ending)
                 await until(lambda: broker.stats().connections == 1)
                 await partner.synchronise()
                 assert [kind for kind, reference in held.items() if reference() is not None] == []
@@ -130,10 +132,14 @@ async def test_an_ended_connection_is_freed_without_the_garbage_collector(
 
 
 async def _use_and_end(
-    broker: Broker, partner: RawClient, ending: frames.Frame
+    broker: Broker, partner: RawClient, host: bytes | None, ending: frames.Frame
 ) -> dict[str, weakref.ref[Any]]:
     """Use a link in every way, and end it; return references to what the broker held for it."""
-    async with link(broker, "/guilty") as guilty:
+    async with link(broker, "/guilty", host=host) as guilty:
+        arena = None if host is None else Arena(2**20)
+        if arena is not None:
+            guilty.send(arena.announcement)
+            await guilty.next(frames.Mapped)
         guilty.stop_reading()
         declared: list[frames.Frame] = [
             make.publisher(1, qos=make.LATCHED),
