@@ -275,7 +275,7 @@ class LinkMemory:
         self.references.released(frame.numbers)
         outbox = self._channel.outbox
         if not self.references.full:
-            blocked, outbox.blocked = outbox.blocked, []
+            blocked, outbox.blocked = outbox.blocked, {}
             for queue in blocked:
                 queue.blocked = False
                 outbox.schedule(queue)

@@ -77,7 +77,7 @@ class Outbox:
     """The large frames that are partly sent."""
     dropped: int = field(default=0, init=False)
     """Messages dropped in all because the link was slow."""
-    blocked: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
+    blocked: dict[PublisherQueue, None] = field(default_factory=dict["PublisherQueue", None], init=False)
     """Queues to serve again when the peer has released messages that it got by reference."""
     _control: deque[bytes] = field(default_factory=deque[bytes], init=False)
     _calls: deque[bytes | tuple[bytes, CallShare]] = field(
@@ -231,6 +231,7 @@ class Outbox:
         self.ordered_bytes -= queue.control_bytes
         self.replay_bytes -= queue.bulk_bytes
         abort = queue.discard(self.transfers)
+        self.blocked.pop(queue, None)
         self._recount(queue)
         if abort is not None:
             self.put_control(abort)
@@ -315,7 +316,7 @@ class Outbox:
             if size:
                 return size
             if queue.blocked:
-                self.blocked.append(queue)
+                self.blocked[queue] = None
         return 0
 
     def _count_sent_control(self, queue: PublisherQueue, size: int, bulk: int) -> None:

@@ -312,5 +312,6 @@ class PublisherQueue(MessageQueue):
         self._front.clear()
         self._queue.clear()
         self._leaving = self._transfer = None
+        self.blocked = False
         self.pending = self.pending_bytes = self.control_bytes = self.bulk_bytes = 0
         self._skip = self._batches = self._attributes_bytes = 0

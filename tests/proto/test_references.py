@@ -157,6 +157,20 @@ def test_messages_with_credit_are_kept_while_the_peer_releases_nothing() -> None
     assert memory.released == [1, 2, 3]
 
 
+def test_a_discarded_queue_waits_for_nothing() -> None:
+    """The outbox forgets it; what is put into it later waits again."""
+    memory, peer = Memory(), Peer(max_held_bytes=1)
+    peer.open()
+    for _ in range(3):
+        for number in range(2):
+            peer.outbox.enqueue(peer.queue, memory.batch(number))
+            peer.sent()
+        assert list(peer.outbox.blocked) == [peer.queue]
+        peer.outbox.discard_queue(peer.queue)
+        assert not peer.outbox.blocked
+        assert not peer.queue.blocked
+
+
 def test_credit_holds_for_shared_memory() -> None:
     """A message without credit waits, with or without a frame before it that has been sent."""
     memory, peer = Memory(), Peer()
