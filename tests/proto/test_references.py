@@ -186,6 +186,24 @@ def test_credit_holds_for_shared_memory() -> None:
     assert [type(frame) for frame in peer.sent()] == [Batch]
 
 
+def test_a_link_with_many_waiting_queues_drops_their_oldest_messages() -> None:
+    """Queues that wait for a release count for its limit, and lose messages when others need space."""
+    memory, peer = Memory(), Peer(max_held_bytes=1)
+    peer.open()
+    peer.outbox.max_held_bytes = 22 * len(SMALL)
+    first = [PublisherQueue(6, 10), PublisherQueue(7, 10)]
+    for number in range(11):
+        for queue in first:
+            peer.outbox.enqueue(queue, memory.batch(number))
+            peer.sent()
+    assert [queue.pending for queue in first] == [10, 10]
+    for publisher in range(8, 15):
+        peer.outbox.enqueue(PublisherQueue(publisher, 10), memory.batch(0))
+        peer.sent()
+        assert peer.outbox.held_bytes <= peer.outbox.max_held_bytes
+    assert all(1 < queue.pending < 10 for queue in first)
+
+
 @pytest.mark.parametrize("how", ["drop", "discard", "lose", "restart"])
 def test_a_slot_is_released_however_its_message_leaves_the_queue(how: str) -> None:
     """Dropped, discarded, lost with the link, or sent as bytes on the next one."""
