@@ -179,8 +179,8 @@ class LinkMemory:
         self._warn = warn
         self._own: OpenArena | None = None
         """The client's arena."""
-        self._own_id = 0
-        """The client's id of it."""
+        self._own_id: int | None = None
+        """The client's id of it, also if it could not be opened; None before ARENA."""
         self._count = 0
         """REFERENCE frames received."""
         self._released: list[int] = []
@@ -203,9 +203,9 @@ class LinkMemory:
         Raises:
             ProtocolError: It has announced one already.
         """
-        if self._own_id:
+        if self._own_id is not None:
             raise ProtocolError(ErrorCode.UNEXPECTED, "ARENA: this link has one already")
-        self._own_id = frame.id or -1
+        self._own_id = frame.id
         problem = ""
         try:
             if not self._proved:

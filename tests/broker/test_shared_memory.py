@@ -256,6 +256,18 @@ async def test_a_wrong_reference_ends_its_link(wrong: dict[str, Any], code: Erro
         assert not client.waiting(frames.Batch)
 
 
+async def test_an_arena_may_have_the_id_0(broker: Broker) -> None:
+    """As any other; a second one is refused all the same."""
+    async with link(broker, "/sender", host=HOST) as client, reader(broker) as other:
+        source = Sender(client)
+        source.arena.announcement = source.arena.announcement._replace(id=0)
+        await source.declare()
+        client.send(source.reference())
+        await other.next(frames.Batch)
+        client.send(source.arena.announcement)
+        assert (await client.next(frames.Error)).code == ErrorCode.UNEXPECTED
+
+
 @pytest.mark.parametrize("frame", [frames.Release((0,)), NO_ARENA], ids=["release", "second arena"])
 async def test_frames_out_of_place_end_the_link(broker: Broker, frame: frames.Frame) -> None:
     """A release of what was not sent; another arena."""
