@@ -102,10 +102,10 @@ class Arena:
     """
 
     def __init__(self, size: int) -> None:
+        self._descriptor = -1
         if not SUPPORTED:
             raise ArenaError("this platform has no sealed memory files")
         size = rounded(size)
-        self._descriptor = -1
         try:
             self._descriptor = descriptor = _create()
             os.fchmod(descriptor, 0o400)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import mmap
 import os
 import pickle
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from proto import frames
+from proto.aio import arena as arenas
 from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token
 from proto.extents import PAGE_BYTES
 from proto.references import copy_payload
@@ -157,3 +159,12 @@ def test_the_token_is_read_by_processes_of_the_same_user(arena: Arena, tmp_path:
         for number in (file.fileno(), 2**31 - 1):
             with pytest.raises(ArenaError):
                 read_token(os.getpid(), number)
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
+def test_a_platform_without_sealed_memory_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is left to close."""
+    monkeypatch.setattr(arenas, "SUPPORTED", False)
+    with pytest.raises(ArenaError, match="no sealed memory"):
+        Arena(SIZE)
+    gc.collect()
