@@ -53,7 +53,7 @@ class OpenArena:
         arena, memory: As given.
         ended: Whether its link has ended, so that nobody can open it any more.
         slots: Slots that are held.
-        readers: The links that know it.
+        readers: The links for which there has been a message in it.
     """
 
     def __init__(self, arena: frames.Arena, memory: memoryview) -> None:
@@ -256,15 +256,15 @@ class LinkMemory:
     def _announce(self, arena: frames.Arena) -> None:
         """Let the client open an arena in which there is a message for it."""
         opened = self._shared.arenas[arena.id]
-        if not opened.ended:
-            opened.readers[self] = None
+        opened.readers[self] = None
+        if not opened.ended:  # otherwise nobody can open it any more
             self._channel.send(arena)
 
     def opened(self, frame: frames.Mapped) -> None:
         """Send references to an arena from now on, if the client could open it."""
-        if frame.problem:
+        known = self.references.opened(frame.id, usable=not frame.problem)
+        if known and frame.problem:
             self._failed(peer_text(frame.problem))
-        self.references.opened(frame.id, usable=not frame.problem)
 
     def released(self, frame: frames.Release) -> None:
         """Let go of slots that the client has read, and let its outbox serve the queues that wait for that.
@@ -294,8 +294,9 @@ class LinkMemory:
         shared, references, own = self._shared, self.references, self._own
         shared.sent += references.sent
         shared.copied += references.copied
-        for each in shared.arenas.values():
-            each.readers.pop(self, None)
+        for arena in references.arenas:
+            if (known := shared.arenas.get(arena)) is not None:
+                known.readers.pop(self, None)
         self.references = References(lambda _: None)  # not in a cycle with this object
         self._own = None
         if own is not None:

@@ -192,10 +192,17 @@ class References:
             )
         )
 
-    def opened(self, arena: int, *, usable: bool) -> None:
-        """Note that the peer has opened an arena, or could not; ignore an arena that has gone."""
-        if arena in self._usable:
+    @property
+    def arenas(self) -> Iterable[int]:
+        """The arenas in which there has been a message for the peer."""
+        return self._usable
+
+    def opened(self, arena: int, *, usable: bool) -> bool:
+        """Note that the peer has opened an arena, or could not; return whether the arena is still there."""
+        known = arena in self._usable
+        if known:
             self._usable[arena] = usable
+        return known
 
     def closed(self, arena: int) -> bool:
         """Forget an arena in which no message is any more; return whether the peer knows it."""

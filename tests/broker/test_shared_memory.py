@@ -268,6 +268,26 @@ async def test_an_arena_may_have_the_id_0(broker: Broker) -> None:
         assert (await client.next(frames.Error)).code == ErrorCode.UNEXPECTED
 
 
+async def test_an_answer_about_an_unknown_arena_is_ignored(broker: Broker) -> None:
+    """It may have ended meanwhile; it is no failure, either."""
+    async with reader(broker) as client:
+        client.send(frames.Mapped(999, "cannot"))
+        await client.synchronise()
+        assert not broker.stats().refused_arenas
+
+
+async def test_an_arena_that_ended_before_its_announcement_is_forgotten(broker: Broker) -> None:
+    """Its messages arrive as bytes; nothing remains on the reader's link."""
+    async with link(broker, "/reader", host=HOST) as client:
+        client.send(make.subscription(1, qos=make.KEEP_ALL))
+        await client.next(frames.Accepted)
+        async with sender(broker) as source:
+            source.client.send(source.reference(), frames.Goodbye("done"))
+            await source.client.gone()
+        await client.next(frames.Batch)
+        await client.next(frames.Unmap)
+
+
 @pytest.mark.parametrize("frame", [frames.Release((0,)), NO_ARENA], ids=["release", "second arena"])
 async def test_frames_out_of_place_end_the_link(broker: Broker, frame: frames.Frame) -> None:
     """A release of what was not sent; another arena."""
