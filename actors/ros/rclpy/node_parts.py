@@ -113,7 +113,7 @@ class NodeParts:
         """Make something an entity of the node."""
         node = self._node()
         assert node is not None  # it makes this call
-        self.entities.setdefault(type(entity), []).append(entity)
+        self.of(type(entity)).append(entity)
         entity.attach(node)
 
     def of(self, kind: type[Entity]) -> list[Any]:

@@ -14,8 +14,9 @@ def get_action_client_names_and_types_by_node(
     node: Node, remote_node_name: str, remote_node_namespace: str
 ) -> list[tuple[str, list[str]]]:
     """Return the actions of which a node has clients; raise NodeNameNonExistentError without such a node."""
-    return parts_of(node).query_node(
-        parts_of(node).native.get_action_client_names_and_types_by_node,
+    parts = parts_of(node)
+    return parts.query_node(
+        parts.native.get_action_client_names_and_types_by_node,
         remote_node_name,
         remote_node_namespace,
     )
@@ -25,8 +26,9 @@ def get_action_server_names_and_types_by_node(
     node: Node, remote_node_name: str, remote_node_namespace: str
 ) -> list[tuple[str, list[str]]]:
     """Return the actions that a node serves; raise NodeNameNonExistentError without such a node."""
-    return parts_of(node).query_node(
-        parts_of(node).native.get_action_server_names_and_types_by_node,
+    parts = parts_of(node)
+    return parts.query_node(
+        parts.native.get_action_server_names_and_types_by_node,
         remote_node_name,
         remote_node_namespace,
     )
