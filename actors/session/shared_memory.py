@@ -130,14 +130,10 @@ class SharedMemory:
     def end(self) -> None:
         """End the session. What is in queues stays valid, and leaves as bytes in the next one."""
         self._stop_writing()
-        if self._release_due is not None:
-            self._release_due.cancel()
-            self._release_due = None
         self._sent_before = self.sent
         self._channel = self._references = None
         self._opened.clear()
-        self._released.clear()
-        self._released_bytes = 0
+        self._release()  # sends nothing, as there is no channel any more
 
     def _stop_writing(self) -> None:
         self.min_bytes = NEVER
