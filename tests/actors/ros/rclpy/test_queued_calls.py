@@ -137,10 +137,10 @@ def test_an_interrupted_goal_is_aborted(context: Context, caplog: pytest.LogCapt
     client = ActionClient(node, Fibonacci, "count")
     with SingleThreadedExecutor(context=context) as executor:
         executor.add_node(node)
-        handle = spun(executor, client.send_goal_async(Fibonacci.Goal(order=1)))
-        with pytest.raises(KeyboardInterrupt):
+        sent = client.send_goal_async(Fibonacci.Goal(order=1))
+        with pytest.raises(KeyboardInterrupt):  # before or after the client has got the handle
             executor.spin()
-        assert spun(executor, handle.get_result_async()).status == GoalStatus.STATUS_ABORTED
+        assert spun(executor, spun(executor, sent).get_result_async()).status == GoalStatus.STATUS_ABORTED
     assert not caplog.records
 
 
