@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING, Final
 
 from proto import frames
 from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena, session_proof
-from proto.codec import ARRAY_HEAD_BYTES
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.extents import PAGE_BYTES
 from proto.references import (
     AHEAD_BYTES,
-    SLOT_HEAD_BYTES,
     References,
     SharedBatch,
     Slot,
@@ -227,15 +225,13 @@ class LinkMemory:
             raise ProtocolError(ErrorCode.UNKNOWN_ID, f"this link has no arena with the id {frame.arena}")
         check_inside(frame, len(own.memory))
         number, self._count = self._count, self._count + 1
-        self._shared.received += 1
+        self._shared.received += frame.length
         own.slots += 1
-        start = frame.offset + SLOT_HEAD_BYTES
-        payload = own.memory[start - ARRAY_HEAD_BYTES : start + frame.size]
         release = partial(self._release, own, number)
-        slot = Slot(own.arena, frame.offset, frame.generation, payload, release)
-        return shared_batch(slot, frame.publisher, frame.first_sequence, frame.stamp_ns, frame.attributes)
+        slot = Slot(own.arena, own.memory, frame.offset, frame.generation, release)
+        return shared_batch(slot, frame[:6], frame.start, frame.size)
 
-    def _release(self, arena: OpenArena, number: int) -> None:
+    def _release(self, arena: OpenArena, number: int, _: Slot) -> None:
         arena.slots -= 1
         if not arena.ended:
             if not self._released:

@@ -13,7 +13,7 @@ from typing import Final
 from proto import limits
 from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_from_bytes, ends_to_bytes
 from proto.frames import Batch, Options, Replay, Scalar
-from proto.references import SharedBatch, Slot, renamed, shared_batch
+from proto.references import SLOT_HEAD_BYTES, SharedBatch, Slot, shared_batch
 
 MAX_HEAD_BYTES: Final = 64
 """Maximum size of everything before the message in a batch of one: prefix, header and array head."""
@@ -28,18 +28,20 @@ class BatchBuilder:
     Attributes:
         next_sequence: The number of the first message of the next batch.
         length: Messages collected.
+        slot: The slot in shared memory where they are, if they are there.
     """
 
-    __slots__ = ("_buffer", "_ends", "length", "next_sequence")
+    __slots__ = ("_buffer", "_ends", "length", "next_sequence", "slot")
 
     def __init__(self, next_sequence: int) -> None:
         self.next_sequence = next_sequence
         self._buffer = bytearray(ARRAY_HEAD_BYTES)
         self._ends = array("I")
         self.length = 0
+        self.slot: Slot | None = None
 
     def add(self, message: bytes | memoryview) -> bool:
-        """Add an encoded message; return whether the batch is large enough to be sent now."""
+        """Add an encoded message, if there is no `slot`; return whether the batch is to be sent now."""
         buffer = self._buffer
         buffer += message
         end = len(buffer) - ARRAY_HEAD_BYTES
@@ -47,15 +49,24 @@ class BatchBuilder:
         self.length += 1
         return end >= limits.BATCH_FLUSH_BYTES or self.length >= limits.BATCH_FLUSH_COUNT
 
+    def add_shared(self, slot: Slot) -> None:
+        """Add the last message in a slot. The others in it must have been added, and nothing else."""
+        self.slot = slot
+        self._ends.append(slot.size)
+        self.length += 1
+
     def take(self, publisher: int, stamp_ns: int) -> Batch:
-        """Return the collected messages as one encoded batch and start the next one."""
-        payload, count = self._buffer, self.length
-        payload[:ARRAY_HEAD_BYTES] = array_head(count)
+        """Return the collected messages as one batch, encoded or in shared memory, and start the next one."""
+        payload, count, slot = self._buffer, self.length, self.slot
         ends = ends_to_bytes(self._ends) if count > 1 else None
-        self._buffer = bytearray(ARRAY_HEAD_BYTES)
         self._ends = array("I")
         self.length = 0
         fields = self._number(publisher, stamp_ns, count, ends)
+        if slot is not None:
+            self.slot = None
+            return shared_batch(slot, fields, SLOT_HEAD_BYTES, slot.size)
+        payload[:ARRAY_HEAD_BYTES] = array_head(count)
+        self._buffer = bytearray(ARRAY_HEAD_BYTES)
         head = batch_head(fields, len(payload))
         raw = head + payload
         return Batch(*fields, memoryview(raw)[len(head) :], raw)
@@ -74,13 +85,6 @@ class BatchBuilder:
         raw = memoryview(buffer)[start:].toreadonly()
         return Batch(*fields, raw[len(raw) - payload_bytes :], raw)
 
-    def shared(self, slot: Slot, publisher: int, stamp_ns: int) -> SharedBatch:
-        """Return the large message in a slot as a batch. Needs `length` 0."""
-        assert not self.length
-        first = self.next_sequence
-        self.next_sequence = first + 1
-        return shared_batch(slot, publisher, first, stamp_ns)
-
     def _number(
         self, publisher: int, stamp_ns: int, count: int, ends: bytes | None
     ) -> tuple[int, int, int, int, bytes | None, None]:
@@ -96,7 +100,7 @@ def with_raw(batch: Batch) -> Batch:
 
 
 def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
-    """Return messages `start` (included) to `stop` (excluded) as an encoded batch of their own.
+    """Return messages `start` (included) to `stop` (excluded) as a batch of their own.
 
     Needs 0 <= start < stop <= batch.length.
     """
@@ -105,24 +109,16 @@ def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
     assert batch.ends is not None
     offsets = ends_from_bytes(batch.ends)
     base = offsets[start - 1] if start else 0
-    body = memoryview(batch.payload)[ARRAY_HEAD_BYTES + base : ARRAY_HEAD_BYTES + offsets[stop - 1]]
     count = stop - start
     ends = None
     if count > 1:
         ends = ends_to_bytes(array("I", [offset - base for offset in offsets[start:stop]]))
-    payload = array_head(count) + body
-    return with_raw(
-        Batch(
-            batch.publisher,
-            batch.first_sequence + start,
-            batch.stamp_ns,
-            count,
-            ends,
-            batch.attributes,
-            payload,
-            b"",
-        )
-    )
+    first = batch.first_sequence + start
+    fields = batch.publisher, first, batch.stamp_ns, count, ends, batch.attributes
+    if isinstance(batch, SharedBatch):
+        return shared_batch(batch.slot, fields, batch.start + base, offsets[stop - 1] - base)
+    body = memoryview(batch.payload)[ARRAY_HEAD_BYTES + base : ARRAY_HEAD_BYTES + offsets[stop - 1]]
+    return with_raw(Batch(*fields, array_head(count) + body, b""))
 
 
 def fitting_stop(batch: Batch, start: int, max_bytes: int) -> int:
@@ -142,7 +138,7 @@ def with_publisher(batch: Batch, publisher: int) -> Batch:
     if batch.publisher == publisher:
         return batch
     if isinstance(batch, SharedBatch):
-        return renamed(batch, publisher)
+        return shared_batch(batch.slot, (publisher, *batch[1:6]), batch.start, message_bytes(batch))
     return with_raw(batch._replace(publisher=publisher, raw=b""))
 
 

@@ -32,6 +32,7 @@ from proto.frames import (
     Graph,
     GraphEntry,
     Options,
+    Reference,
     Replay,
     Reply,
     ReplyEntry,
@@ -179,13 +180,20 @@ def _stats(query: int, more: bool, totals: Options, topics: Any, links: Any, *la
     return Stats(query, more, totals, _topics(topics), _links(links), _brokers(later[0]), later[1])
 
 
+def _reference(*fields: Any) -> Frame:
+    reference = Reference(*fields)
+    _check_ends("REFERENCE", reference.length, reference.ends, reference.size)
+    return reference
+
+
 _NESTED: Final[Mapping[int, Callable[..., Frame]]] = {
     Op.REQUEST: _request,
     Op.REPLY: _reply,
     Op.GRAPH: _graph,
     Op.STATS: _stats,
+    Op.REFERENCE: _reference,
 }
-"""The frames with lists of entries, which become NamedTuples."""
+"""The frames with lists of entries, which become NamedTuples, or with a check of several fields."""
 
 _LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topics", "links", "brokers"})
 
@@ -275,7 +283,11 @@ class Decoder:
         payload = content[size:]
         fields = _checked(plan, header)
         if op in _BATCHES:
-            _check_batch(plan.name, fields[-3], fields[-2], payload)
+            length = fields[-3]
+            if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(length):
+                text = f"{plan.name}: the payload does not start with an array 32 of {length} messages"
+                raise _malformed(text)
+            _check_ends(plan.name, length, fields[-2], len(payload) - ARRAY_HEAD_BYTES)
         if op == Op.BATCH:
             return Batch(*fields, payload, raw)  # type: ignore[call-arg]  # mypy counts *fields as one
         return plan.make(*fields, payload)
@@ -380,11 +392,8 @@ def _in_range(batch_fields: tuple[Any, ...]) -> bool:
     return bool(publisher >= 0 and sequence >= 0 and stamp >= 0 and 1 <= length <= limits.MAX_BATCH_COUNT)
 
 
-def _check_batch(name: str, count: int, ends: bytes | None, payload: memoryview) -> None:
-    """Check that the ends of a batch rise to its payload's end: splitting it relies on that."""
-    if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(count):
-        raise _malformed(f"{name}: the payload does not start with an array 32 of {count} messages")
-    body_bytes = len(payload) - ARRAY_HEAD_BYTES
+def _check_ends(name: str, count: int, ends: bytes | None, body_bytes: int) -> None:
+    """Check that the ends of a batch rise to the end of its messages: splitting it relies on that."""
     if count == 1:
         if ends is not None or body_bytes == 0:
             raise _malformed(f"{name}: a single message has a body and no ends")
@@ -393,7 +402,7 @@ def _check_batch(name: str, count: int, ends: bytes | None, payload: memoryview)
         raise _malformed(f"{name}: {count} messages need {4 * count} bytes of ends")
     offsets = ends_from_bytes(ends).tolist()
     if offsets[0] == 0 or offsets[-1] != body_bytes or not all(map(operator.lt, offsets, offsets[1:])):
-        raise _malformed(f"{name}: the ends do not rise to the payload's end")
+        raise _malformed(f"{name}: the ends do not rise to the end of the messages")
 
 
 def _malformed(text: str) -> ProtocolError:

@@ -45,6 +45,24 @@ class Extents:
                 return start
         return None
 
+    def extend(self, start: int, size: int, larger: int) -> bool:
+        """Let an allocated part have a larger size; return whether what follows it is free."""
+        size, larger = rounded(size), rounded(larger)
+        if larger == size:
+            return True
+        starts, sizes = self._starts, self._sizes
+        index = bisect_left(starts, start)
+        more = larger - size
+        if index == len(starts) or starts[index] != start + size or sizes[index] < more:
+            return False
+        if sizes[index] == more:
+            del starts[index], sizes[index]
+        else:
+            starts[index] += more
+            sizes[index] -= more
+        self.free_bytes -= more
+        return True
+
     def free(self, start: int, size: int) -> None:
         """Return an allocated part, and join it with the free parts next to it."""
         size = rounded(size)

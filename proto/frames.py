@@ -420,17 +420,20 @@ class Unmap(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """One message of a publisher, which is in an arena: a BATCH of one message (§6.10).
+    """A BATCH whose messages are in an arena (§6.10).
 
-    The slot begins at `offset` with `generation`; the message has `size` bytes.
+    Their slot begins at `offset` with `generation`; they are the `size` bytes that begin `start` bytes later.
     """
 
     publisher: int
     first_sequence: int
     stamp_ns: int
+    length: int
+    ends: bytes | None
     attributes: Options | None
     arena: int
     offset: int
+    start: int
     size: int
     generation: int
 
@@ -509,7 +512,10 @@ SPECS: Mapping[int, Spec] = {
     Op.ARENA: Spec(Arena, ("u32", "u32", "u32", "u64", "bin16")),
     Op.MAPPED: Spec(Mapped, ("u32", "str")),
     Op.UNMAP: Spec(Unmap, ("u32",)),
-    Op.REFERENCE: Spec(Reference, ("u64", "u64", "u64", "attributes?", "u32", "u64", "u64", "u64")),
+    Op.REFERENCE: Spec(
+        Reference,
+        ("u64", "u64", "u64", "length", "bin?", "attributes?", "u32", "u64", "u64", "u64", "u64"),
+    ),
     Op.RELEASE: Spec(Release, ("u64s",)),
     Op.PROOF: Spec(Proof, ("bin16",)),
 }

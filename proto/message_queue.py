@@ -15,6 +15,7 @@ from proto import limits
 from proto.batches import attributes_bytes, message_bytes, slice_batch
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
+from proto.references import SharedBatch
 
 
 class ReplaySource(ABC):
@@ -206,14 +207,20 @@ class MessageQueue:
     def drop_larger(self, max_bytes: int) -> int:
         """Drop the batches with more than `max_bytes` bytes of messages, before the first message is sent.
 
+        Of a batch in shared memory only the messages that are larger are dropped: as bytes each is one batch.
+
         Returns:
             The number of messages dropped.
         """
         self._cut_skipped()
         before = self.dropped
         kept: deque[Batch | Ordered] = deque()
-        for item in self._queue:
-            if isinstance(item, Batch) and message_bytes(item) > max_bytes:
+        waiting = deque(self._queue)
+        while waiting:
+            item = waiting.popleft()
+            if isinstance(item, SharedBatch) and item.length > 1 and message_bytes(item) > max_bytes:
+                self._split(item, waiting)
+            elif isinstance(item, Batch) and message_bytes(item) > max_bytes:
                 self._batches -= 1
                 self.pending -= item.length
                 self.pending_bytes -= message_bytes(item)
@@ -224,3 +231,10 @@ class MessageQueue:
                 kept.append(item)
         self._queue = kept
         return self.dropped - before
+
+    def _split(self, batch: SharedBatch, waiting: deque[Batch | Ordered]) -> None:
+        """Put the messages of a batch in front of what waits, each as a batch of its own."""
+        waiting.extendleft(slice_batch(batch, index, index + 1) for index in reversed(range(batch.length)))
+        self._batches += batch.length - 1
+        if batch.attributes is not None:
+            self._attributes_bytes += (batch.length - 1) * attributes_bytes(batch.attributes)

@@ -11,8 +11,8 @@ Four rules hold at every moment:
 - **Large frames.** A frame above `limits.MAX_FRAME_BYTES` is sent in fragments, one each time the outbox
   serves the queue. Meanwhile its messages count as `leaving`, no longer as `pending`.
 
-A message in shared memory (`references.py`) is sent by reference to a peer that can read it, and as bytes to
-any other.
+A batch in shared memory (`references.py`) is sent by reference to a peer that can read it, and to any other
+as bytes, message by message: together they may be much more than a frame.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ class PublisherQueue(MessageQueue):
         return len(head) + len(payload)
 
     def _prepare_shared(self, transfers: Transfers) -> bytes:
-        """Return the frame of a message in shared memory at the head of the queue; nothing if it must wait.
+        """Return the frame of messages in shared memory at the head of the queue; nothing if they must wait.
 
         Nothing is returned, either, if it begins to leave in fragments.
         """
@@ -181,12 +181,14 @@ class PublisherQueue(MessageQueue):
                 self.blocked = True
                 return b""
             return references.refer(batch)
-        head, message = bytes_head(batch), batch.slot.message
+        if batch.length > 1:
+            batch = cast("SharedBatch", self._cut_head(batch, 0, 1))
+        head, messages = bytes_head(batch), batch.messages
         raw = b""
-        if not is_large_size(len(head) + len(message)):
-            raw = b"".join((head, message))
+        if not is_large_size(len(head) + len(messages)):
+            raw = b"".join((head, messages))
         else:
-            self._transfer = transfers.start(message, head, shared=True)
+            self._transfer = transfers.start(messages, head, shared=True)
         if references is not None and (raw or self._transfer is not None):
             references.copied += 1
         return raw
@@ -205,6 +207,10 @@ class PublisherQueue(MessageQueue):
             stop = min(stop, max(self.sequence_limit - head.first_sequence, start + 1))
         if self.byte_limit is not None:
             stop = min(stop, fitting_stop(head, start, self.byte_limit - self.sent_bytes))
+        return self._cut_head(head, start, stop).raw
+
+    def _cut_head(self, head: Batch, start: int, stop: int) -> Batch:
+        """Let messages `start` to `stop` (excluded) be the first batch, without those before; return it."""
         batch = slice_batch(head, start, stop)
         if self.publisher:
             batch = with_publisher(batch, self.publisher)
@@ -220,7 +226,7 @@ class PublisherQueue(MessageQueue):
                 self._queue.appendleft(rest)
             self._queue.appendleft(batch)
             self._skip = 0
-        return batch.raw
+        return batch
 
     def _prepare_ordered(self, head: Ordered) -> Buffer:
         if isinstance(head, ReplaySource):

@@ -1,9 +1,9 @@
 """Large messages in shared memory, and what a link sends of them by reference (docs/protocol.md §6.10).
 
-A publisher writes a message into a slot of its arena. Whoever holds a `Slot` may read it; when the last
-holder lets go of it, the slot's owner may use it again. Holders are the batches in queues and, for slots that
-a peer reads, the link's `References`. CPython frees an object with its last reference, so a slot that leaves
-its last queue, by whatever way, is released at that moment.
+A publisher writes the messages of a batch into a slot of its arena. Whoever holds a `Slot` may read them;
+when the last holder lets go of it, the slot's owner may use it again. Holders are the batches in queues and,
+for slots that a peer reads, the link's `References`. CPython frees an object with its last reference, so a
+slot that leaves its last queue, by whatever way, is released at that moment.
 
 A slot begins with a generation, which its owner changes before it writes the next message into it. A reader
 that compares it after the message has been copied never takes a part of another message, even if its link
@@ -13,7 +13,7 @@ ended long before. The memory itself is opened in `proto/aio/arena.py`.
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode
 from proto.errors import ErrorCode, ProtocolError
@@ -22,116 +22,135 @@ from proto.frames import Arena, Batch, Reference, Release
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from proto.frames import Buffer, Options
+    from proto.frames import Options
 
 GENERATION_BYTES: Final = 8
 """The little-endian generation at the start of a slot."""
 
 SLOT_HEAD_BYTES: Final = 64
-"""What precedes the message in a slot; the array head of a batch of one are the last bytes of it."""
+"""What precedes the messages in a slot. Its last bytes are the array head of the batch."""
 
 AHEAD_BYTES: Final = 8 * 1024 * 1024
 """Messages that a broker refers to before the reader has released some. Like the buffer of a socket it must
 be small: only messages that wait in the broker obey the depth of the subscription."""
 
-MIN_MESSAGE_BYTES: Final = 4096
-"""The smallest message that may be referred to: what a link holds is counted by the size of its messages, and
-many tiny ones would cost more than is counted."""
+MIN_REFERENCE_BYTES: Final = 4096
+"""The least that may be referred to: what a link holds is counted by the size of its messages, and many
+references to little would cost more than is counted."""
 
 NUMBERS_PER_FRAME: Final = 4000
 """The most references in one RELEASE."""
 
-ONE_MESSAGE: Final = array_head(1)
-
 
 class Slot:
-    """A message in shared memory, for as long as anything holds this object.
+    """Messages in shared memory, for as long as anything holds this object.
 
     Args:
-        arena: Where it is.
-        offset: Where its slot begins there.
-        generation: What its slot begins with.
-        payload: The payload of a batch with this one message: its memory.
-        release: Called when nothing holds the slot any more.
+        arena: Where they are.
+        memory: All of the arena.
+        offset: Where the slot begins there.
+        generation: What it begins with.
+        release: Called with the slot when nothing else holds it any more.
+
+    Attributes:
+        size: Bytes of its messages, which follow its head; set by its owner, who may add some until it refers
+            to the slot.
+        length: How many messages these are.
     """
 
-    __slots__ = ("_release", "arena", "generation", "offset", "payload")
+    __slots__ = ("__weakref__", "_release", "arena", "generation", "length", "memory", "offset", "size")
 
     def __init__(
-        self, arena: Arena, offset: int, generation: int, payload: memoryview, release: Callable[[], None]
+        self,
+        arena: Arena,
+        memory: memoryview,
+        offset: int,
+        generation: int,
+        release: Callable[[Slot], None],
     ) -> None:
         self.arena = arena
+        self.memory = memory
         self.offset = offset
         self.generation = generation
-        self.payload = payload
+        self.length = self.size = 0
         self._release = release
 
     def __del__(self) -> None:
         """Release it."""
-        self._release()
-
-    @property
-    def message(self) -> memoryview:
-        """The message. Its sender may change it as long as it likes: do not interpret it before a copy."""
-        return self.payload[ARRAY_HEAD_BYTES:]
+        self._release(self)
 
 
 class SharedBatch(Batch):
-    """A batch of one message in a slot; `raw` is empty, and of `payload` only the size may be used."""
+    """A batch of messages in a slot; `raw` is empty, and of `payload` only the size may be used.
+
+    Attributes:
+        slot: The slot.
+        start: Where the first message begins, from the start of the slot.
+    """
 
     slot: Slot
+    start: int
+
+    @property
+    def messages(self) -> memoryview:
+        """The messages. Their sender may change them at any time: do not interpret them before a copy."""
+        return cast("memoryview", self.payload)[ARRAY_HEAD_BYTES:]
 
 
 def shared_batch(
-    slot: Slot, publisher: int, first_sequence: int, stamp_ns: int, attributes: Options | None = None
+    slot: Slot,
+    head: tuple[int, int, int, int, bytes | None, Options | None],
+    start: int,
+    size: int,
 ) -> SharedBatch:
-    """Return a slot as a batch."""
-    batch = SharedBatch(publisher, first_sequence, stamp_ns, 1, None, attributes, slot.payload, b"")
+    """Return messages in a slot as a batch.
+
+    Args:
+        slot: The slot.
+        head: The first six fields of the batch.
+        start: Where the first message begins, from the start of the slot.
+        size: Bytes of all messages.
+    """
+    begin = slot.offset + start
+    batch = SharedBatch(*head, slot.memory[begin - ARRAY_HEAD_BYTES : begin + size], b"")
     batch.slot = slot
+    batch.start = start
     return batch
 
 
-def renamed(batch: SharedBatch, publisher: int) -> SharedBatch:
-    """Return the batch with another publisher id."""
-    return shared_batch(batch.slot, publisher, batch.first_sequence, batch.stamp_ns, batch.attributes)
-
-
 def bytes_head(batch: SharedBatch) -> bytes:
-    """Return the encoded BATCH up to its message, which must follow on the wire."""
-    return batch_head(batch[:6], len(batch.payload)) + ONE_MESSAGE
+    """Return the encoded BATCH up to its messages, which must follow on the wire."""
+    return batch_head(batch[:6], len(batch.payload)) + array_head(batch.length)
 
 
 def copy_payload(memory: memoryview, reference: Reference) -> bytes | None:
-    """Copy the payload of a batch of one out of an arena.
+    """Copy the payload of a batch out of an arena.
 
     Args:
         memory: The arena.
         reference: What it refers to.
 
     Returns:
-        None if the slot is used for another message by now, or is no slot.
+        None if the slot is used for other messages by now.
 
     Raises:
         ProtocolError: It is not within the arena.
     """
     check_inside(reference, len(memory))
     offset = reference.offset
-    start = offset + SLOT_HEAD_BYTES
-    payload = bytes(memory[start - ARRAY_HEAD_BYTES : start + reference.size])
+    begin = offset + reference.start
+    payload = b"".join((array_head(reference.length), memory[begin : begin + reference.size]))
     generation = int.from_bytes(memory[offset : offset + GENERATION_BYTES], "little")  # after the copy
-    valid = generation == reference.generation and payload.startswith(ONE_MESSAGE)
-    return payload if valid else None
+    return payload if generation == reference.generation else None
 
 
 def check_inside(reference: Reference, arena_bytes: int) -> None:
-    """Raise ProtocolError if a reference is to too small a message, or is not within its arena."""
-    if (
-        reference.size < MIN_MESSAGE_BYTES
-        or reference.offset + SLOT_HEAD_BYTES + reference.size > arena_bytes
-    ):
+    """Raise ProtocolError if a reference is to too little, or is not within its arena."""
+    offset, start, size = reference.offset, reference.start, reference.size
+    if size < MIN_REFERENCE_BYTES or start < SLOT_HEAD_BYTES or offset + start + size > arena_bytes:
         text = (
-            f"REFERENCE: {reference.size} bytes at {reference.offset} are not in an arena of {arena_bytes},"
-            f" or fewer than {MIN_MESSAGE_BYTES}"
+            f"REFERENCE: {size} bytes at {offset} + {start} are not in a slot of an arena of {arena_bytes},"
+            f" or fewer than {MIN_REFERENCE_BYTES}"
         )
         raise ProtocolError(ErrorCode.MALFORMED, text)
 
@@ -150,14 +169,17 @@ class References:
         copied: Messages in shared memory that were sent as bytes.
     """
 
-    __slots__ = ("_announce", "_held", "_max_held_bytes", "_usable", "copied", "held_bytes", "sent")
+    __slots__ = ("_announce", "_count", "_held", "_max_held_bytes", "_usable", "copied", "held_bytes", "sent")
 
     def __init__(self, announce: Callable[[Arena], None], max_held_bytes: int = sys.maxsize) -> None:
         self._announce = announce
         self._max_held_bytes = max_held_bytes
         self._usable: dict[int, bool] = {}
         """By arena, whether the peer has opened it; False also if it has not answered yet."""
-        self._held: dict[int, Slot] = {}
+        self._held: dict[int, SharedBatch] = {}
+        """By the number of their REFERENCE."""
+        self._count = 0
+        """REFERENCE frames so far."""
         self.held_bytes = self.sent = self.copied = 0
 
     def allows(self, slot: Slot) -> bool:
@@ -175,22 +197,12 @@ class References:
 
     def refer(self, batch: SharedBatch) -> bytes:
         """Return the encoded REFERENCE to a batch, and hold its slot until the peer releases it."""
-        slot, message_bytes = batch.slot, len(batch.payload) - ARRAY_HEAD_BYTES
-        self._held[self.sent] = slot
-        self.sent += 1
-        self.held_bytes += message_bytes
-        return encode(
-            Reference(
-                batch.publisher,
-                batch.first_sequence,
-                batch.stamp_ns,
-                batch.attributes,
-                slot.arena.id,
-                slot.offset,
-                message_bytes,
-                slot.generation,
-            )
-        )
+        slot, size = batch.slot, len(batch.payload) - ARRAY_HEAD_BYTES
+        self._held[self._count] = batch
+        self._count += 1
+        self.sent += batch.length
+        self.held_bytes += size
+        return encode(Reference(*batch[:6], slot.arena.id, slot.offset, batch.start, size, slot.generation))
 
     @property
     def arenas(self) -> Iterable[int]:
@@ -215,10 +227,10 @@ class References:
             ProtocolError: It was not sent these references, or has released them.
         """
         for number in numbers:
-            slot = self._held.pop(number, None)
-            if slot is None:
+            batch = self._held.pop(number, None)
+            if batch is None:
                 raise ProtocolError(ErrorCode.UNEXPECTED, f"RELEASE of reference {number}, which is not held")
-            self.held_bytes -= len(slot.payload) - ARRAY_HEAD_BYTES
+            self.held_bytes -= len(batch.payload) - ARRAY_HEAD_BYTES
 
 
 def release_frames(numbers: Sequence[int]) -> Iterator[Release]:
@@ -227,13 +239,6 @@ def release_frames(numbers: Sequence[int]) -> Iterator[Release]:
         yield Release(tuple(numbers[start : start + NUMBERS_PER_FRAME]))
 
 
-def write_head(memory: memoryview, generation: int) -> None:
-    """Write what precedes the message in a slot. Write it first: readers of an earlier message notice it."""
+def begin_slot(memory: memoryview, generation: int) -> None:
+    """Write a generation at the start of a slot, before its messages: readers of earlier ones notice it."""
     memory[:GENERATION_BYTES] = generation.to_bytes(GENERATION_BYTES, "little")
-    memory[SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES : SLOT_HEAD_BYTES] = ONE_MESSAGE
-
-
-def write_message(memory: memoryview, generation: int, message: Buffer) -> None:
-    """Write a message into a slot."""
-    write_head(memory, generation)
-    memory[SLOT_HEAD_BYTES : SLOT_HEAD_BYTES + len(message)] = message

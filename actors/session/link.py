@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
-from actors.session.shared_memory import SharedMemory
+from actors.session.shared_memory import SLOT_BYTES, SharedMemory
 from proto import frames, limits
 from proto.loop_lag import LoopLag
 
@@ -85,6 +85,9 @@ class Link:
         self._last_id = 0
         self._dirty: dict[FlushSource, None] = {}
         self._flush_due = False
+        self._lingering = False
+        """Whether this turn has published in shared memory what can wait for another one."""
+        self._lingering_bytes = 0
         self._changed: dict[asyncio.Future[None], None] = {}
         self._pongs: dict[int, asyncio.Future[None]] = {}
 
@@ -133,13 +136,30 @@ class Link:
             self._flush_due = True
             self.loop.call_soon(self._flush_if_due)
 
+    def flush_references_later(self, source: FlushSource, size: int) -> None:
+        """The same for `size` bytes in shared memory; while the broker holds others there, wait for more.
+
+        Each turn that publishes another one lets all of them wait for one turn more, up to `SLOT_BYTES`: a
+        frame costs less than waking the broker for it.
+        """
+        if self.shared_memory.held_bytes:
+            self._lingering = True
+            self._lingering_bytes += size
+        self.flush_later(source)
+
     def _flush_if_due(self) -> None:
-        if self._flush_due:
+        if not self._flush_due:
+            return
+        if self._lingering and self._lingering_bytes < SLOT_BYTES and self.loop is not None:
+            self._lingering = False
+            self.loop.call_soon(self._flush_if_due)
+        else:
             self.flush()
 
     def flush(self) -> None:
         """Write everything collected."""
-        self._flush_due = False
+        self._flush_due = self._lingering = False
+        self._lingering_bytes = 0
         while self._dirty:
             dirty, self._dirty = self._dirty, {}
             for source in dirty:

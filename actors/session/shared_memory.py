@@ -1,8 +1,8 @@
 """Large messages of one link in shared memory, where the broker is on this host (docs/protocol.md §6.10).
 
 The link's publishers write into one arena, which is made for each session when the first large message is
-published: what an earlier broker's readers may still read is never written again. Received references are
-copied out at once, and released together.
+published: what an earlier broker's readers may still read is never written again. What is received from
+other processes is copied out at once; references are released together.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from proto.aio.arena import (
     Arena,
     ArenaError,
     host_identity,
-    open_arena,
     read_token,
+    reader,
     session_proof,
 )
 from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.frames import Batch
-from proto.references import References, copy_payload, release_frames
+from proto.references import References, release_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 MIN_BYTES: Final = 64 * 1024
 """Messages from this size on are worth it."""
+
+SLOT_BYTES: Final = 1024 * 1024
+"""Messages up to this size together are put into one slot, and sent as one batch."""
 
 RELEASE_BYTES: Final = 1024 * 1024
 """References to this much are released together; little, since memory that was used lately is in caches."""
@@ -80,8 +83,8 @@ class SharedMemory:
         self._channel: Channel | None = None
         self._references: References | None = None
         self._arena: Arena | None = None
-        self._opened: dict[int, memoryview] = {}
-        """The arenas of others that this link reads, by the broker's id."""
+        self._readers: dict[int, Callable[[frames.Reference], Buffer | None]] = {}
+        """By the broker's id, what gives the payloads in the arenas that this link reads."""
         self._sent_before = 0
         """Messages sent by reference in earlier sessions."""
         self._number = 0
@@ -100,6 +103,11 @@ class SharedMemory:
     def sent(self) -> int:
         """Messages that a broker has got by reference."""
         return self._sent_before + (0 if self._references is None else self._references.sent)
+
+    @property
+    def held_bytes(self) -> int:
+        """Size of the messages that the broker has by reference, and has not released."""
+        return 0 if self._references is None else self._references.held_bytes
 
     def begin(self, channel: Channel, capabilities: frozenset[str], welcome: Options) -> None:
         """Begin a session with a broker.
@@ -132,7 +140,7 @@ class SharedMemory:
         self._stop_writing()
         self._sent_before = self.sent
         self._channel = self._references = None
-        self._opened.clear()
+        self._readers.clear()
         self._release()  # sends nothing, as there is no channel any more
 
     def _stop_writing(self) -> None:
@@ -166,6 +174,15 @@ class SharedMemory:
             self.written += 1
         return slot
 
+    def extend(self, slot: Slot, message: Buffer) -> bool:
+        """Add a message to those in a slot that `put` has returned; return whether that can be."""
+        arena = self._arena
+        if arena is None or slot.arena is not arena.announcement or slot.size + len(message) > SLOT_BYTES:
+            return False
+        extended = arena.extend(slot, message)
+        self.written += extended
+        return extended
+
     def _announce(self, arena: frames.Arena) -> None:
         if self._channel is not None and self._arena is not None and arena is self._arena.announcement:
             self._channel.send(arena)
@@ -190,7 +207,7 @@ class SharedMemory:
         """Open another client's arena, and answer."""
         problem = ""
         try:
-            self._opened[frame.id] = open_arena(frame)
+            self._readers[frame.id] = reader(frame)
         except ArenaError as error:
             problem = str(error)
             self._failed(problem)
@@ -199,28 +216,26 @@ class SharedMemory:
 
     def unmapped(self, frame: frames.Unmap) -> None:
         """Forget another client's arena."""
-        self._opened.pop(frame.id, None)
+        self._readers.pop(frame.id, None)
 
     def receive(self, frame: frames.Reference) -> Batch | None:
-        """Return the message of a reference as a batch, or None if its slot has been used again.
+        """Return the messages of a reference as a batch, or None if their slot has been used again.
 
         Raises:
             ProtocolError: This link has not opened its arena, or it is not in there.
         """
-        memory = self._opened.get(frame.arena)
-        if memory is None:
+        read = self._readers.get(frame.arena)
+        if read is None:
             raise ProtocolError(ErrorCode.UNKNOWN_ID, f"REFERENCE to arena {frame.arena}, which is not open")
         self._released.append(self._number)
         self._number += 1
         self._released_bytes += frame.size
-        self.received += 1
-        payload = copy_payload(memory, frame)
+        self.received += frame.length
+        payload = read(frame)
         if payload is None:
-            self.stale += 1
+            self.stale += frame.length
             return None
-        return Batch(
-            frame.publisher, frame.first_sequence, frame.stamp_ns, 1, None, frame.attributes, payload, b""
-        )
+        return Batch(*frame[:6], payload, b"")
 
     def read_finished(self) -> None:
         """Release what has been copied: at once if it is much, otherwise soon."""

@@ -151,7 +151,7 @@ class ThreadPublisher(Generic[T]):
             try:
                 self._publisher.publish_encoded(data)
             except PublisherFull:  # `publish` has checked this; others have published since
-                self._endpoint.collect(data)
+                self._endpoint.collect_encoded(data)
             except (NodeDestroyed, InvalidMessageError):  # has been destroyed, or has another broker now
                 self._refused += 1
         dropped = self.dropped

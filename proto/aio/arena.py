@@ -17,14 +17,14 @@ import sys
 import weakref
 from functools import cache, partial
 from itertools import count
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from proto import frames, limits
 from proto.aio.forks import drop_in_children
-from proto.codec import ARRAY_HEAD_BYTES
+from proto.codec import ARRAY_HEAD_BYTES, array_head
 from proto.errors import CallboardError
 from proto.extents import PAGE_BYTES, Extents, rounded
-from proto.references import SLOT_HEAD_BYTES, Slot, write_message
+from proto.references import SLOT_HEAD_BYTES, Slot, begin_slot, copy_payload
 
 if sys.platform == "linux":
     import fcntl
@@ -124,6 +124,9 @@ class Arena:
         self._extents = Extents(PAGE_BYTES, size)
         self._released: list[tuple[int, int]] = []
         """Slots that nothing holds any more: freed later, since the last holder may go at any moment."""
+        self._release = partial(_add_extent, self._released)
+        self._slots: dict[int, weakref.ref[Slot]] = {}
+        """The last slot at each offset, for readers in this process."""
         self._generation = 0
         self._process = os.getpid()
         self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
@@ -144,10 +147,68 @@ class Arena:
             self._extents.free(offset, size)
             return None
         self._generation += 1
-        write_message(self._writable[offset : offset + size], self._generation, message)
-        payload = self.memory[offset + SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES : offset + size]
-        release = partial(self._released.append, (offset, size))
-        return Slot(self.announcement, offset, self._generation, payload, release)
+        begin_slot(self._writable[offset:], self._generation)
+        slot = Slot(self.announcement, self.memory, offset, self._generation, self._release)
+        self._slots[offset] = weakref.ref(slot)
+        self._append(slot, message)
+        return slot
+
+    def extend(self, slot: Slot, message: Buffer) -> bool:
+        """Add a message to those in a slot that nothing refers to yet; return whether it fits behind them."""
+        if os.getpid() != self._process:
+            return False
+        message = memoryview(message).cast("B")
+        self._free_released()
+        end = SLOT_HEAD_BYTES + slot.size
+        if not self._extents.extend(slot.offset, end, end + len(message)):
+            return False
+        start, stop = slot.offset + end, slot.offset + end + len(message)
+        if stop > self._backed and not self._back(stop):
+            self._extents.free(rounded(start), rounded(stop) - rounded(start))
+            return False
+        self._append(slot, message)
+        return True
+
+    def _append(self, slot: Slot, message: Buffer) -> None:
+        """Write a message behind those in a slot, and how many there are in front of them."""
+        first = slot.offset + SLOT_HEAD_BYTES
+        start = first + slot.size
+        self._writable[start : start + len(message)] = message
+        slot.size += len(message)
+        slot.length += 1
+        self._writable[first - ARRAY_HEAD_BYTES : first] = array_head(slot.length)
+
+    def read(self, reference: frames.Reference) -> Buffer | None:
+        """Return the payload of a batch in this arena to a reader in this process.
+
+        It is no copy if the batch is all of a slot: the slot is held as long as the payload or a part of it.
+
+        Args:
+            reference: What the reader has received.
+
+        Returns:
+            None if the slot is used for other messages by now.
+
+        Raises:
+            ProtocolError: It is not within the arena.
+        """
+        slot = self._slot_at(reference.offset)
+        if slot is None or (slot.generation, slot.length, slot.size) != (
+            reference.generation,
+            reference.length,
+            reference.size,
+        ):
+            return copy_payload(self.memory, reference)
+        from ctypes import c_ubyte  # noqa: PLC0415 - few programs need it
+
+        start = slot.offset + SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES
+        holder: Any = (c_ubyte * (ARRAY_HEAD_BYTES + slot.size)).from_buffer(self._writable, start)
+        holder.slot = slot
+        return memoryview(holder).cast("B").toreadonly()
+
+    def _slot_at(self, offset: int) -> Slot | None:
+        slot = self._slots.get(offset)
+        return None if slot is None else slot()
 
     def _free_released(self) -> None:
         while self._released:
@@ -183,6 +244,10 @@ class Arena:
     def __del__(self) -> None:
         """Close it."""
         self.close()
+
+
+def _add_extent(released: list[tuple[int, int]], slot: Slot) -> None:
+    released.append((slot.offset, SLOT_HEAD_BYTES + slot.size))
 
 
 def _create() -> int:
@@ -271,3 +336,16 @@ def open_arena(arena: frames.Arena) -> memoryview:
     if bytes(memory[: len(arena.token)]) != arena.token:
         raise ArenaError(f"{path} is another arena")
     return memory
+
+
+def reader(arena: frames.Arena) -> Callable[[frames.Reference], Buffer | None]:
+    """Return what gives the payloads of batches in an arena: of other processes as copies.
+
+    Args:
+        arena: As announced.
+
+    Raises:
+        ArenaError: It cannot be opened, or is not what was announced.
+    """
+    own = _own.get(arena.token)
+    return partial(copy_payload, open_arena(arena)) if own is None else own.read

@@ -14,7 +14,7 @@ from proto import frames
 from proto.aio.arena import Arena, host_identity
 from proto.codes import Capability
 from proto.errors import ErrorCode
-from proto.references import AHEAD_BYTES, Slot
+from proto.references import AHEAD_BYTES, SLOT_HEAD_BYTES, Slot
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link
 
@@ -63,8 +63,9 @@ class Sender:
         assert slot is not None
         number, self._sent = self._sent, self._sent + 1
         self.slots[number] = slot
+        head = self._publisher, number, 1, 1, None, None
         return frames.Reference(
-            self._publisher, number, 1, None, slot.arena.id, slot.offset, len(message), slot.generation
+            *head, slot.arena.id, slot.offset, SLOT_HEAD_BYTES, len(message), slot.generation
         )._replace(**changes)
 
     async def release(self, *wanted: int) -> None:
@@ -228,7 +229,7 @@ async def test_an_arena_that_cannot_be_opened_has_an_answer(broker: Broker) -> N
         answer = await client.next(frames.Mapped)
         assert answer.id == NO_ARENA.id
         assert answer.problem
-        client.send(frames.Reference(1, 0, 0, None, NO_ARENA.id, 0, 4096, 1))
+        client.send(frames.Reference(1, 0, 0, 1, None, None, NO_ARENA.id, 0, SLOT_HEAD_BYTES, 4096, 1))
         assert (await client.next(frames.Error)).code == ErrorCode.UNKNOWN_ID
 
 

@@ -166,6 +166,7 @@ PLAIN: Final[dict[str, Any]] = {
 EXAMPLES: Final[dict[int, list[Any]]] = {
     Op.HELLO: [limits.PROTOCOL_VERSION, IDENTITY],
     Op.FRAGMENT: [90, 100, True],
+    Op.REFERENCE: [PUBLISHER, 0, 1, 1, None, None, 1, 4096, 64, 65_536, 1],
 }
 """Where those are not."""
 

@@ -100,7 +100,7 @@ OPS = sorted(SPECS)
 
 @st.composite
 def batch_frames(draw: st.DrawFn) -> Frame:
-    """Make a BATCH or REPLAY whose table and payload fit."""
+    """Make a BATCH, REPLAY or REFERENCE whose table and messages fit."""
     messages = draw(st.lists(st.binary(min_size=1, max_size=12), min_size=1, max_size=8))
     ends = array("I")
     for message in messages:
@@ -108,10 +108,16 @@ def batch_frames(draw: st.DrawFn) -> Frame:
     payload = array_head(len(messages)) + b"".join(messages)
     table = ends_to_bytes(ends) if len(messages) > 1 else None
     attributes = draw(st.none() | FLAT_MAP)
-    fields = (draw(U64), draw(U64), draw(U64), len(messages), table, attributes, payload)
-    if draw(st.booleans()):
-        return frames.Batch(*fields, b"")
-    return frames.Replay(draw(U32), *fields)
+    head = draw(U64), draw(U64), draw(U64), len(messages), table, attributes
+    kind = draw(st.sampled_from([frames.Batch, frames.Replay, frames.Reference]))
+    if kind is frames.Reference:
+        size = ends[-1] if table else draw(U64)
+        return frames.Reference(*head, draw(U32), draw(U64), draw(U64), size or 1, draw(U64))
+    return (
+        frames.Batch(*head, payload, b"")
+        if kind is frames.Batch
+        else frames.Replay(draw(U32), *head, payload)
+    )
 
 
 def plain_frames(op: int) -> st.SearchStrategy[Frame]:
@@ -123,7 +129,8 @@ def plain_frames(op: int) -> st.SearchStrategy[Frame]:
     return cast("st.SearchStrategy[Frame]", st.builds(spec.frame, *fields))
 
 
-FRAMES = st.one_of(batch_frames(), *[plain_frames(op) for op in OPS if op not in {Op.BATCH, Op.REPLAY}])
+BATCHES = {Op.BATCH, Op.REPLAY, Op.REFERENCE}
+FRAMES = st.one_of(batch_frames(), *[plain_frames(op) for op in OPS if op not in BATCHES])
 
 
 def framed(content: bytes) -> bytes:

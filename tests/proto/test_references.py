@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import itertools
+from array import array
+
 import pytest
 
 from proto import frames, limits
 from proto.batches import message_bytes, with_publisher
-from proto.codec import decode, encode
+from proto.codec import decode, encode, ends_to_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Arena, Batch, Fragment, Reference
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
 from proto.references import (
-    MIN_MESSAGE_BYTES,
+    MIN_REFERENCE_BYTES,
     SLOT_HEAD_BYTES,
     References,
     SharedBatch,
     Slot,
+    begin_slot,
     copy_payload,
     release_frames,
     shared_batch,
-    write_message,
 )
 
 ARENA = Arena(7, 1, 3, 2**20, bytes(16))
@@ -39,11 +42,17 @@ class Memory:
 
     def batch(self, number: int, message: bytes = SMALL, *, arena: Arena = ARENA) -> SharedBatch:
         """Return a message in a slot as a batch."""
-        memory = memoryview(bytearray(SLOT_HEAD_BYTES + len(message)))
-        write_message(memory, number + 100, message)
-        payload = memory[SLOT_HEAD_BYTES - 5 :].toreadonly()
-        slot = Slot(arena, 0, number + 100, payload, lambda: self.released.append(number))
-        return shared_batch(slot, 5, number, 1, {"a": 1})
+        return self.several(number, [message], arena=arena)
+
+    def several(self, number: int, messages: list[bytes], *, arena: Arena = ARENA) -> SharedBatch:
+        """Return messages in one slot as a batch."""
+        content = b"".join(messages)
+        memory = memoryview(bytearray(SLOT_HEAD_BYTES) + content)
+        begin_slot(memory, number + 100)
+        slot = Slot(arena, memory.toreadonly(), 0, number + 100, lambda _: self.released.append(number))
+        ends = array("I", itertools.accumulate(map(len, messages)))
+        head = 5, number, 1, len(messages), ends_to_bytes(ends) if len(messages) > 1 else None, {"a": 1}
+        return shared_batch(slot, head, SLOT_HEAD_BYTES, len(content))
 
 
 class Peer:
@@ -105,7 +114,8 @@ def test_a_peer_that_has_opened_the_arena_gets_references() -> None:
     for number in range(3):
         peer.outbox.enqueue(peer.queue, memory.batch(number))
     assert peer.sent() == [
-        Reference(5, number, 1, {"a": 1}, ARENA.id, 0, len(SMALL), number + 100) for number in range(3)
+        Reference(5, number, 1, 1, None, {"a": 1}, ARENA.id, 0, SLOT_HEAD_BYTES, len(SMALL), number + 100)
+        for number in range(3)
     ]
     assert (peer.queue.sent, peer.references.held_bytes, memory.released) == (3, 3 * len(SMALL), [])
     peer.references.released((1,))
@@ -251,18 +261,94 @@ def test_only_what_was_sent_can_be_released_and_once() -> None:
 
 
 def test_a_reference_is_checked_before_its_memory_is_read() -> None:
-    """Outside of the arena, or to a tiny message: an error; a later message, or no array head: nothing."""
-    memory, message = memoryview(bytearray(SLOT_HEAD_BYTES + MIN_MESSAGE_BYTES)), bytes(MIN_MESSAGE_BYTES)
-    write_message(memory, 4, message)
-    reference = Reference(1, 0, 0, None, 7, 0, len(message), 4)
+    """Outside of the arena, in a slot's head, or to too little: an error; to a later message: nothing."""
+    message = b"part" * (MIN_REFERENCE_BYTES // 4)
+    memory = memoryview(bytearray(SLOT_HEAD_BYTES) + message)
+    begin_slot(memory, 4)
+    reference = Reference(1, 0, 0, 1, None, None, 7, 0, SLOT_HEAD_BYTES, len(message), 4)
     assert copy_payload(memory, reference) == b"\xdd\0\0\0\x01" + message
     assert copy_payload(memory, reference._replace(generation=3)) is None
-    for size, offset in ((1, 0), (0, 1), (-1, 0), (-len(message), 0), (0, 2**64 - 1)):
+    for size, offset, start in (
+        *((1, 0, 64), (0, 1, 64), (0, 0, 65), (-1, 0, 64), (-len(message), 0, 64)),
+        *((0, 2**64 - 1, 64), (0, 0, 2**64 - 1), (0, 0, 63)),
+    ):
         with pytest.raises(ProtocolError) as caught:
-            copy_payload(memory, reference._replace(size=len(message) + size, offset=offset))
+            copy_payload(memory, reference._replace(size=len(message) + size, offset=offset, start=start))
         assert caught.value.code is ErrorCode.MALFORMED
-    memory[SLOT_HEAD_BYTES - 1] = 2
-    assert copy_payload(memory, reference) is None
+
+
+@pytest.mark.parametrize(("length", "ends"), [(2, (1, 5000)), (2, (5000, 4096)), (1, (4096,)), (2, (4096,))])
+def test_the_ends_of_references_are_checked(length: int, ends: tuple[int, ...]) -> None:
+    """They rise to the end of the messages, one for each of several."""
+    reference = Reference(
+        1, 0, 0, length, ends_to_bytes(array("I", ends)), None, 7, 0, SLOT_HEAD_BYTES, 4096, 4
+    )
+    with pytest.raises(ProtocolError, match="REFERENCE"):
+        decode(encode(reference))
+
+
+PARTS = [b"a" * 5000, b"b" * 6000, b"c" * 7000]
+
+
+def test_a_batch_in_one_slot_is_cut_like_any_other() -> None:
+    """Depth and credit count its messages; each part refers to them where they are."""
+    memory, peer = Memory(), Peer(depth=2)
+    peer.open()
+    peer.queue.restart(5, 0)
+    peer.queue.sequence_limit = 0
+    peer.outbox.enqueue(peer.queue, memory.several(0, PARTS))
+    assert peer.sent() == []
+    assert (peer.queue.pending, peer.queue.dropped) == (2, 1)
+    for number in (1, 2):
+        peer.queue.sequence_limit = number + 1
+        peer.outbox.schedule(peer.queue)
+        (sent,) = peer.sent()
+        assert isinstance(sent, Reference)
+        start = SLOT_HEAD_BYTES + sum(map(len, PARTS[:number]))
+        assert (sent.first_sequence, sent.length, sent.ends) == (number, 1, None)
+        assert (sent.offset, sent.start, sent.size) == (0, start, len(PARTS[number]))
+    assert (peer.references.held_bytes, peer.references.sent) == (13_000, 2)
+    peer.references.released((0,))
+    assert memory.released == []
+    peer.references.released((1,))
+    assert memory.released == [0]
+
+
+def test_a_batch_in_one_slot_is_one_reference() -> None:
+    """It is decoded with the ends of its messages, and counts as so many."""
+    memory, peer = Memory(), Peer()
+    peer.open()
+    peer.outbox.enqueue(peer.queue, memory.several(4, PARTS))
+    (sent,) = peer.sent()
+    assert isinstance(sent, Reference)
+    assert (sent.first_sequence, sent.length, sent.size) == (4, 3, 18_000)
+    assert sent.ends == ends_to_bytes(array("I", (5000, 11_000, 18_000)))
+    assert (peer.references.sent, peer.queue.sent) == (3, 3)
+
+
+def test_a_batch_in_one_slot_leaves_as_bytes_message_by_message() -> None:
+    """So that no frame, and no transfer, has more than one of them."""
+    memory, peer = Memory(), Peer()
+    peer.outbox.enqueue(peer.queue, memory.several(0, PARTS))
+    sent = peer.sent()
+    assert [type(frame) for frame in sent] == [Batch] * 3
+    for number, (batch, part) in enumerate(zip(sent, PARTS, strict=True)):
+        assert isinstance(batch, Batch)
+        assert bytes(batch.raw) == encode(Batch(5, number, 1, 1, None, {"a": 1}, b"\xdd\0\0\0\1" + part, b""))
+    assert (peer.references.copied, peer.queue.sent, peer.queue.pending_bytes) == (3, 3, 0)
+    assert memory.released == [0]
+
+
+def test_only_the_messages_that_are_too_large_are_dropped() -> None:
+    """A broker with a lower limit gets the others of their batch."""
+    memory, queue = Memory(), PublisherQueue(5, None)
+    queue.put(memory.several(0, PARTS))
+    assert queue.drop_larger(6000) == 1
+    assert (queue.pending, queue.pending_bytes, queue.first_sequence) == (2, 11_000, 0)
+    peer = Peer()
+    peer.outbox.schedule(queue)
+    assert [batch.first_sequence for batch in peer.sent() if isinstance(batch, Batch)] == [0, 1]
+    assert (queue.held_bytes, queue.sent) == (0, 2)
 
 
 def test_many_releases_fit_into_frames() -> None:

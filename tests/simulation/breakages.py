@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
-import actors.session.shared_memory
 import broker.attachment_frames
 import broker.latched
 import broker.routes
@@ -41,11 +40,14 @@ from broker.services import Services
 from broker.shared_memory import LinkMemory
 from broker.stalls import Stalls
 from broker.topics import Topics
+from proto.aio.arena import Arena
+from proto.batches import message_bytes
+from proto.codec import array_head
 from proto.frames import Replay, ReplyEntry
 from proto.liveness import Liveness, PeerState
 from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
-from proto.references import ONE_MESSAGE, SLOT_HEAD_BYTES, References, Slot
+from proto.references import References, Slot, shared_batch
 from tests.proto.outboxes import Replays
 from tests.simulation import faults
 from tests.simulation.histories import History, live
@@ -425,18 +427,19 @@ def releases_while_it_is_read() -> Iterator[None]:
         raw = refer(references, batch)
         if references._max_held_bytes < sys.maxsize:  # the broker's
             slot = batch.slot
-            references._held[references.sent - 1] = Slot(
-                slot.arena, slot.offset, slot.generation, slot.payload, lambda: None
+            other = Slot(slot.arena, slot.memory, slot.offset, slot.generation, lambda _: None)
+            references._held[references._count - 1] = shared_batch(
+                other, batch[:6], batch.start, message_bytes(batch)
             )
         return raw
 
-    def unchecked(memory: memoryview, reference: Reference) -> bytes:
-        start = reference.offset + SLOT_HEAD_BYTES
-        return bytes(memory[start - len(ONE_MESSAGE) : start + reference.size])
+    def unchecked(arena: Arena, reference: Reference) -> bytes:
+        start = reference.offset + reference.start
+        return array_head(reference.length) + arena.memory[start : start + reference.size]
 
     with (
         mock.patch.object(References, "refer", early),
-        mock.patch.object(actors.session.shared_memory, "copy_payload", unchecked),
+        mock.patch.object(Arena, "read", unchecked),
     ):
         yield
 

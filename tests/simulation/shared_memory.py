@@ -11,6 +11,7 @@ from unittest import mock
 import actors.session.shared_memory
 import broker.shared_memory
 from proto.aio.arena import Arena
+from proto.references import copy_payload
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,10 @@ MIB = 1024 * 1024
 
 @contextmanager
 def simulated_arenas(seed: int) -> Iterator[None]:
-    """Announce the same numbers in each run; make arenas, and what may be read at once, small in some."""
+    """Announce the same numbers in each run; make arenas, and what may be read at once, small in some.
+
+    In some all nodes read copies, as if each had a process of its own.
+    """
     random, numbers, make = Random(f"{seed} arenas"), count(1), Arena.__init__
 
     def determined(arena: Arena, size: int) -> None:
@@ -33,8 +37,10 @@ def simulated_arenas(seed: int) -> Iterator[None]:
 
     arena_bytes = random.choice([MIB, 4 * MIB, 64 * MIB])
     ahead_bytes = random.choice([1, MIB, 8 * MIB])
+    read = random.choice([Arena.read, lambda arena, reference: copy_payload(arena.memory, reference)])
     with (
         mock.patch.object(Arena, "__init__", determined),
+        mock.patch.object(Arena, "read", read),
         mock.patch.object(actors.session.shared_memory, "ARENA_BYTES", arena_bytes),
         mock.patch.object(broker.shared_memory, "AHEAD_BYTES", ahead_bytes),
     ):

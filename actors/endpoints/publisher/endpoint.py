@@ -42,7 +42,8 @@ class PublisherEndpoint(Endpoint):
         gid: The id under which subscriptions know it, also across reconnects (`MessageInfo.publisher_gid`).
         queue: Its batches that have not been sent.
         space: Messages that may be published before the queue is checked again.
-        large: Whether the last message was large and left as bytes.
+        large: Whether the last message was large.
+        shares: Whether the last large message was put into shared memory.
         accepted_now: Whether the broker of this session has accepted the publisher.
         overflowed: Messages that other threads have published, and that were dropped before they got here.
         manual: Whether readers expect it to assert its liveliness.
@@ -67,7 +68,7 @@ class PublisherEndpoint(Endpoint):
         self._declared_gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.gid = public_gid(context.link.token, self._declared_gid)
         self.space = 0
-        self.large = False
+        self.large = self.shares = False
         self.accepted_now = False
         self.overflowed = 0
         self.interface = msg_type
@@ -120,7 +121,7 @@ class PublisherEndpoint(Endpoint):
             raise PublisherRefused(f"The broker refused to publish on '{self._topic}': {self.refusal}")
 
     def collect(self, data: bytes | memoryview) -> None:
-        """Put an encoded message into the batch of this loop turn."""
+        """Put an encoded message into the batch of this loop turn, if the last one was not `large`."""
         if len(data) > limits.BATCH_FLUSH_BYTES:
             self.collect_large(data, 0)
             return
@@ -131,11 +132,19 @@ class PublisherEndpoint(Endpoint):
         elif batch.length == 1:
             self.context.link.flush_later(self)
 
-    def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
-        """Send a message that is a batch of its own.
+    def collect_encoded(self, data: bytes | memoryview) -> None:
+        """Send a message of any size."""
+        if self.large:
+            self.collect_large(data, 0)
+        else:
+            self.collect(data)
 
-        The next message is expected to be as large. Unless this one goes through shared memory, the next is
-        encoded behind space for a head, which costs more but saves a copy.
+    def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
+        """Send a large message, or one that follows a large one.
+
+        In shared memory others may follow it in the same batch. The next message is expected to be as large;
+        unless this one goes through shared memory, that is encoded behind space for a head, which costs more
+        but saves a copy.
 
         Args:
             buffer: Ends with the encoded message.
@@ -144,27 +153,38 @@ class PublisherEndpoint(Endpoint):
         message = memoryview(buffer)[start:]
         self.large = len(message) > limits.BATCH_FLUSH_BYTES
         if not self.large:
+            self.flush_turn()
             self.collect(bytes(message))
             return
-        link, shared = self.context.link, self.context.link.shared_memory
+        link = self.context.link
         link.require_fits(f"A message on '{self._topic}'", len(message))
-        self.flush_turn()
-        publisher, now = self.queue.publisher, time.time_ns()
-        slot = None
-        # Latched messages are kept for long: they would fill the memory.
-        if len(message) >= shared.min_bytes and self.accepted_now and not self._keep:
-            slot = shared.put(message)
-        queue = self.queue
-        if slot is not None:
-            self._put(self._batch.shared(slot, publisher, now))
-            self.large = False
-            if queue.depth is None or queue.pending <= queue.depth:
-                link.flush_later(self)
+        self.shares = self._share(message)
+        queue, batch = self.queue, self._batch
+        if self.shares:
+            if queue.depth is None or queue.pending + batch.length <= queue.depth:
+                link.flush_references_later(self, len(message))
                 return
+            self.flush_turn()
         else:
+            self.flush_turn()
             room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
-            self._put(self._batch.single(room, publisher, now))
+            self._put(batch.single(room, queue.publisher, time.time_ns()))
         link.flush()
+
+    def _share(self, message: memoryview) -> bool:
+        """Put a message into shared memory, if possible behind the last one; return whether it is there."""
+        batch, shared = self._batch, self.context.link.shared_memory
+        # Latched messages are kept for long: they would fill the memory.
+        if len(message) < shared.min_bytes or not self.accepted_now or self._keep:
+            return False
+        slot = batch.slot
+        if slot is None or not shared.extend(slot, message):
+            self.flush_turn()
+            slot = shared.put(message)
+            if slot is None:
+                return False
+        batch.add_shared(slot)
+        return True
 
     def flush_turn(self) -> None:
         """Put the batch of this loop turn into the publisher queue. Called by the link."""

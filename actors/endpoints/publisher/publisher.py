@@ -134,9 +134,12 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         endpoint.space -= 1
         if isinstance(msg, bytes):
             self._codec.decode(msg)
-            endpoint.collect(msg)
+            endpoint.collect_encoded(msg)
         elif endpoint.large:
-            endpoint.collect_large(self._codec.encode_behind(msg, MAX_HEAD_BYTES))
+            if endpoint.shares:
+                endpoint.collect_large(self._codec.encode(msg), 0)
+            else:
+                endpoint.collect_large(self._codec.encode_behind(msg, MAX_HEAD_BYTES))
         else:
             endpoint.collect(self._codec.encode(msg))
 
@@ -162,7 +165,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         if endpoint.space <= 0:
             endpoint.require_space()
         endpoint.space -= 1
-        endpoint.collect(data)
+        endpoint.collect_encoded(data)
 
     def assert_liveliness(self) -> None:
         """Assert that this publisher is alive, although it publishes nothing, so that its lease begins anew.

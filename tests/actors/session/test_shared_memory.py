@@ -7,6 +7,7 @@ import errno
 import os
 import sys
 from typing import TYPE_CHECKING, Any
+from unittest import mock
 
 import pytest
 
@@ -14,6 +15,7 @@ import actors
 import broker.shared_memory
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.session import shared_memory
+from actors.session.shared_memory import SharedMemory
 from broker import Broker, BrokerOptions
 from proto.aio import arena
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
+    from proto.frames import Batch, Reference
     from tests.actors.meeting import Meeting
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
@@ -237,6 +240,71 @@ async def test_a_full_arena_sends_bytes(meeting: Meeting, monkeypatch: pytest.Mo
     await until(lambda: len(both.received) == 20)
     assert both.received == list(range(20))
     assert shared(both.talker).full > 0
+
+
+async def test_a_reader_in_the_same_process_that_keeps_messages_gets_bytes(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it keeps fills the memory; it stays as it was, and the publisher goes on."""
+    monkeypatch.setattr(shared_memory, "ARENA_BYTES", MIB)
+    both = await pair(meeting)
+    kept: list[UInt8MultiArray] = []
+    both.listener.create_subscription(UInt8MultiArray, "t", kept.append, 10)
+    await both.publisher.wait_for_subscriptions(2)
+    for number in range(10):
+        await both.send(number)
+    await until(lambda: len(kept) == 10)
+    assert shared(both.talker).full >= 7
+    assert [bytes(message.data) for message in kept] == [bytes([number]) * LARGE for number in range(10)]
+    before = shared(both.talker).written
+    kept.clear()
+    await both.send(10)
+    assert shared(both.talker).written == before + 1
+
+
+async def test_a_reader_changes_nothing_for_others(meeting: Meeting) -> None:
+    """Neither for the publisher nor for another reader in the same process, in either direction."""
+    both = await pair(meeting)
+    other = Pair(both.talker, await meeting.node("other", **BARE))
+    got: list[UInt8MultiArray] = []
+
+    def change(message: UInt8MultiArray) -> None:
+        with pytest.raises(TypeError):
+            memoryview(message.data)[0] = 1
+        message.data = bytes(LARGE)
+        got.append(message)
+
+    both.listener.create_subscription(UInt8MultiArray, "t", change, 10)
+    await both.publisher.wait_for_subscriptions(3)
+    source = bytearray(b"\x07" * LARGE)
+    message = UInt8MultiArray(data=memoryview(source))
+    both.publisher.publish(message)
+    source[:] = bytes(LARGE)
+    await until(lambda: both.received == other.received == [7] and len(got) == 1)
+    assert bytes(message.data) == bytes(LARGE)
+
+
+@pytest.mark.parametrize(("qos", "most"), [(KEEP_ALL, 4), (2, 15)])
+async def test_messages_of_one_loop_turn_share_a_batch(meeting: Meeting, qos: Any, most: int) -> None:
+    """Each frame has many of them, at most as many as the publisher's depth allows to wait, and one more."""
+    both = await pair(meeting, KEEP_ALL)
+    both.publisher.destroy()
+    both.publisher = both.talker.create_publisher(UInt8MultiArray, "t", qos)
+    await both.publisher.wait_for_subscriptions()
+    lengths: list[int] = []
+    receive = SharedMemory.receive
+
+    def count(memory: SharedMemory, frame: Reference) -> Batch | None:
+        lengths.append(frame.length)
+        return receive(memory, frame)
+
+    with mock.patch.object(SharedMemory, "receive", count):
+        for number in range(30):
+            both.publisher.publish(numbered(number, 70_000))
+        await until(lambda: len(both.received) == 30)
+    assert both.received == list(range(30))
+    assert sum(lengths) == 30
+    assert len(lengths) <= most
 
 
 async def test_it_begins_anew_with_another_broker(meeting: Meeting) -> None:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import mmap
 import os
 import pickle
 import subprocess
 import sys
+from array import array
 from pathlib import Path
 
 import pytest
 
 from proto import frames
 from proto.aio import arena as arenas
-from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token
+from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token, reader
+from proto.codec import array_head, ends_to_bytes
 from proto.extents import PAGE_BYTES
-from proto.references import copy_payload
+from proto.references import SLOT_HEAD_BYTES, Slot, copy_payload
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
 
@@ -47,8 +50,20 @@ def reference_to(arena: Arena, message: bytes) -> frames.Reference:
     """Put a message into an arena and return a reference to it, whose slot is released."""
     slot = arena.put(message)
     assert slot is not None
-    assert bytes(slot.message) == message
-    return frames.Reference(1, 0, 0, None, slot.arena.id, slot.offset, len(message), slot.generation)
+    assert content(slot) == message
+    return reference(slot)
+
+
+def reference(slot: Slot, ends: bytes | None = None) -> frames.Reference:
+    """Return a reference to all of a slot."""
+    head = 1, 0, 0, slot.length, ends, None
+    return frames.Reference(*head, slot.arena.id, slot.offset, SLOT_HEAD_BYTES, slot.size, slot.generation)
+
+
+def content(slot: Slot) -> bytes:
+    """Return the messages in a slot."""
+    start = slot.offset + SLOT_HEAD_BYTES
+    return bytes(slot.memory[start : start + slot.size])
 
 
 def elsewhere(reference: frames.Reference, *announcements: frames.Arena) -> list[str]:
@@ -60,10 +75,10 @@ def elsewhere(reference: frames.Reference, *announcements: frames.Arena) -> list
 
 def test_another_process_reads_what_was_announced_and_nothing_else(arena: Arena) -> None:
     """The right announcement opens the arena; a wrong size, token or number opens nothing."""
-    reference, right = reference_to(arena, MESSAGE), arena.announcement
+    before, right = reference_to(arena, MESSAGE), arena.announcement
     null = os.open(os.devnull, os.O_RDONLY)
     payload, *errors = elsewhere(
-        reference,
+        before,
         right,
         right._replace(size=SIZE - PAGE_BYTES),
         right._replace(token=bytes(16)),
@@ -107,11 +122,10 @@ def test_a_closed_arena_cannot_be_opened_and_keeps_its_messages(arena: Arena) ->
     slot = arena.put(MESSAGE)
     assert slot is not None
     announcement = arena.announcement
-    reference = frames.Reference(1, 0, 0, None, 1, slot.offset, len(MESSAGE), slot.generation)
     arena.close()
     assert arena.descriptors() == ()
-    assert "No such" in elsewhere(reference, announcement)[0]
-    assert bytes(slot.message) == MESSAGE
+    assert "No such" in elsewhere(reference(slot), announcement)[0]
+    assert content(slot) == MESSAGE
 
 
 def test_space_is_used_again_when_a_slot_is_not_held(arena: Arena) -> None:
@@ -135,6 +149,63 @@ def test_a_reader_notices_that_a_slot_was_used_again(arena: Arena) -> None:
     assert after.offset == before.offset
     assert copy_payload(memory, before) is None
     assert copy_payload(memory, after) == b"\xdd\0\0\0\1" + MESSAGE[::-1]
+
+
+def test_messages_share_a_slot_while_there_is_space_behind_them(arena: Arena) -> None:
+    """All of them are read together; the space is free again when nothing holds the slot."""
+    space = arena.used_bytes
+    slot = arena.put(b"a" * PAGE_BYTES)
+    assert slot is not None
+    assert arena.extend(slot, b"b" * 10)
+    assert arena.extend(slot, b"c" * PAGE_BYTES)
+    assert (slot.length, content(slot)) == (3, b"a" * PAGE_BYTES + b"b" * 10 + b"c" * PAGE_BYTES)
+    other = arena.put(MESSAGE)
+    assert other is not None
+    assert not arena.extend(slot, bytes(3 * PAGE_BYTES))
+    assert (slot.length, content(other)) == (3, MESSAGE)
+    del slot, other
+    assert arena.used_bytes == space == 0
+
+
+def test_no_message_is_added_where_the_system_has_no_memory(
+    arena: Arena, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The slot stays as it is, and takes no space for the message."""
+    monkeypatch.setattr(arenas, "BACKED_BYTES", PAGE_BYTES)
+    slot = arena.put(MESSAGE)
+    assert slot is not None
+    used = arena.used_bytes
+
+    def full(descriptor: int, start: int, length: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    assert not arena.extend(slot, bytes(PAGE_BYTES))
+    assert (content(slot), slot.length, arena.used_bytes) == (MESSAGE, 1, used)
+
+
+def test_a_reader_in_this_process_gets_the_memory_itself(arena: Arena) -> None:
+    """Read-only, and not used again before it lets go of all that it has got; of a part it gets a copy."""
+    slot = arena.put(MESSAGE)
+    assert slot is not None
+    assert arena.extend(slot, MESSAGE)
+    sent = reference(slot, ends_to_bytes(array("I", [len(MESSAGE), 2 * len(MESSAGE)])))
+    read = reader(arena.announcement)
+    payload = read(sent)
+    assert isinstance(payload, memoryview)
+    assert payload.readonly
+    assert bytes(payload) == array_head(2) + MESSAGE + MESSAGE
+    part = read(sent._replace(length=1, ends=None, start=SLOT_HEAD_BYTES + len(MESSAGE), size=len(MESSAGE)))
+    assert part == array_head(1) + MESSAGE
+    view = payload[-1:]
+    del payload, slot
+    assert arena.used_bytes
+    assert bytes(view) == MESSAGE[-1:]
+    del view
+    assert not arena.used_bytes
+    assert read(sent) == array_head(2) + MESSAGE + MESSAGE  # nothing has been written there since
+    assert reference_to(arena, MESSAGE).offset == sent.offset
+    assert read(sent) is None
 
 
 def test_a_forked_child_writes_nothing(arena: Arena) -> None:
