@@ -38,8 +38,10 @@ class ReaderCredit:
         route.queue.keeps_credit = True
         if route.limits is None:
             route.limits = CreditLimits()
-        first = publisher.first_for(subscription) + subscription.window_messages
-        route.limits.add(subscription.key, first, subscription.window_bytes, route.queue.bytes_put)
+        # The ATTACHED follows what is queued. Its numbers may be greater: of the publisher's earlier session.
+        first = max(publisher.first_for(subscription), route.queue.end_sequence)
+        limit = first + subscription.window_messages
+        route.limits.add(subscription.key, limit, subscription.window_bytes, route.queue.bytes_put)
         self._update(route)
 
     def grant(

@@ -86,6 +86,16 @@ class PublisherQueue(MessageQueue):
         return None
 
     @property
+    def end_sequence(self) -> int:
+        """The number after the last message that waits or was sent; 0 if there was none."""
+        for item in reversed(self._queue):
+            if isinstance(item, Batch):
+                return item.first_sequence + item.length
+        if isinstance(self._leaving, Batch):
+            return self._leaving.first_sequence + self._leaving.length
+        return self._next_sequence or 0
+
+    @property
     def sendable(self) -> bool:
         """Whether there is a next item and credit allows to send it."""
         if self._leaving is not None or self._front:

@@ -294,6 +294,28 @@ def test_what_waits_for_a_readers_credit_is_sent_when_it_can_grant_no_more(*, le
     assert isinstance(read[-1], frames.Detached) == leaves
 
 
+def test_what_is_queued_before_an_attachment_needs_none_of_its_credit() -> None:
+    """A publisher comes back and sends latched messages again, while they wait for the link from before."""
+    switch = Switch()
+    talker, reader = switch.join("/talker"), switch.join("/reader")
+    switch.send(reader, make.subscription(1))
+    switch.send(talker, make.batch(switch.publisher(talker, make.publisher(1, qos=make.LATCHED)), 0, 4))
+    switch.leave(talker)
+    again = switch.join("/talker")
+    number = switch.publisher(again, make.publisher(1, qos=make.LATCHED, next_sequence=2))
+    switch.send(reader, make.subscription(2, qos=make.KEEP_ALL, window=0))
+    switch.send(again, make.batch(number, 2, 2))
+    read = switch.read_all(reader)
+    attached = [
+        number for frame in read if isinstance(frame, frames.Attached) for number in frame.subscriptions
+    ]
+    assert attached == [1, 1, 2]
+    assert [(frame.first_sequence, frame.length) for frame in read if isinstance(frame, frames.Batch)][0] == (
+        0,
+        4,
+    )
+
+
 def test_byte_credit_of_a_keep_last_publisher_counts_from_the_attachment() -> None:
     """A large message that is being sent when a KEEP_ALL subscription joins uses none of its credit."""
     switch = Switch()
