@@ -310,10 +310,8 @@ def test_what_is_queued_before_an_attachment_needs_none_of_its_credit() -> None:
         number for frame in read if isinstance(frame, frames.Attached) for number in frame.subscriptions
     ]
     assert attached == [1, 1, 2]
-    assert [(frame.first_sequence, frame.length) for frame in read if isinstance(frame, frames.Batch)][0] == (
-        0,
-        4,
-    )
+    first = next(frame for frame in read if isinstance(frame, frames.Batch))
+    assert (first.first_sequence, first.length) == (0, 4)
 
 
 def test_byte_credit_of_a_keep_last_publisher_counts_from_the_attachment() -> None:
