@@ -192,23 +192,15 @@ class Arena:
         Raises:
             ProtocolError: It is not within the arena.
         """
-        slot = self._slot_at(reference.offset)
-        if slot is None or (slot.generation, slot.length, slot.size) != (
-            reference.generation,
-            reference.length,
-            reference.size,
-        ):
+        known = self._slots.get(reference.offset)
+        slot, holder_type = None if known is None else known(), _holder_type(len(self.memory))
+        wanted = reference.generation, reference.length, reference.size
+        if slot is None or (slot.generation, slot.length, slot.size) != wanted or holder_type is None:
             return copy_payload(self.memory, reference)
-        from ctypes import c_ubyte  # noqa: PLC0415 - few programs need it
-
-        start = slot.offset + SLOT_HEAD_BYTES - ARRAY_HEAD_BYTES
-        holder: Any = (c_ubyte * (ARRAY_HEAD_BYTES + slot.size)).from_buffer(self._writable, start)
+        holder = holder_type.from_buffer(self._writable)
         holder.slot = slot
-        return memoryview(holder).cast("B").toreadonly()
-
-    def _slot_at(self, offset: int) -> Slot | None:
-        slot = self._slots.get(offset)
-        return None if slot is None else slot()
+        first = slot.offset + SLOT_HEAD_BYTES
+        return memoryview(holder).cast("B")[first - ARRAY_HEAD_BYTES : first + slot.size].toreadonly()
 
     def _free_released(self) -> None:
         while self._released:
@@ -248,6 +240,16 @@ class Arena:
 
 def _add_extent(released: list[tuple[int, int]], slot: Slot) -> None:
     released.append((slot.offset, SLOT_HEAD_BYTES + slot.size))
+
+
+@cache
+def _holder_type(size: int) -> Any:
+    """Return the type of objects whose views keep them alive, of this size; None if Python lacks ctypes."""
+    try:
+        from ctypes import c_ubyte  # noqa: PLC0415 - optional, and few programs need it
+    except ImportError:  # pragma: no cover
+        return None
+    return c_ubyte * size
 
 
 def _create() -> int:

@@ -258,8 +258,9 @@ async def test_a_reader_in_the_same_process_that_keeps_messages_gets_bytes(
     assert [bytes(message.data) for message in kept] == [bytes([number]) * LARGE for number in range(10)]
     before = shared(both.talker).written
     kept.clear()
-    await both.send(10)
-    assert shared(both.talker).written == before + 1
+    while shared(both.talker).written == before:  # until the broker has released them, too
+        await both.send(10)
+        kept.clear()
 
 
 async def test_a_reader_changes_nothing_for_others(meeting: Meeting) -> None:
