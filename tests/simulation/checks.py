@@ -24,8 +24,11 @@ if TYPE_CHECKING:
 IDLE_TIMEOUT_SEC: Final = 200.0
 """A healed world has come to rest by then: slow readers have read, links are back."""
 
-FRESH_MESSAGES: Final = 20
+FRESH_MESSAGES: Final = 30
 """So often a message may be lost for a good reason before one is received."""
+
+SETTLING_SEC: Final = 1.0
+"""Before a message is published: a link that has just come back may not have declared everything yet."""
 
 FRESH_PAUSE_SEC: Final = 2.0
 """Between two of them: a broker sends a slow KEEP_ALL reader its earlier messages first, which may expire."""
@@ -136,8 +139,9 @@ async def _publish_fresh(
     """Publish a message and wait for it, while those before it arrive: credit may let few pass at a time.
 
     Returns:
-        Which subscription has not received it, and whether it may have been lost: a link broke meanwhile,
-        since tiny ceilings may still end links that get a backlog, or a message was older than its lifespan.
+        Which subscription has not received it, and whether it may have been lost: a link broke meanwhile, or
+        just before, since tiny ceilings may still end links that get a backlog, or a message was older than
+        its lifespan.
     """
 
     def excuses() -> list[int]:
@@ -156,6 +160,7 @@ async def _publish_fresh(
         return ""
 
     before = excuses()
+    await asyncio.sleep(SETTLING_SEC)
     await world.members[0].publish_one(pub, 10)
     number = pub.published - 1
     missing, end = not_received(), world.loop.time() + REACTION_TIMEOUT_SEC
