@@ -97,6 +97,10 @@ def _not_idle(world: World) -> Iterator[str]:
         for name, waiting in _waiting(member):
             if waiting:
                 yield f"{name} still has {waiting} waiting"
+    for broker in (each.broker for each in world.brokers if each.alive and each.broker is not None):
+        for link in broker._dispatcher.links:
+            if link.channel.outbox.has_more:
+                yield f"{link} still has messages that may be sent"
 
 
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
