@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from proto.aio.channel import Channel
     from proto.frames import Options
 
+LINGER_SEC: Final = 0.001
+"""So long a message in shared memory may wait for others."""
+
 HEADER_BYTES: Final = 256
 """Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""
 
@@ -85,9 +88,10 @@ class Link:
         self._last_id = 0
         self._dirty: dict[FlushSource, None] = {}
         self._flush_due = False
-        self._lingering = False
-        """Whether this turn has published in shared memory what can wait for another one."""
+        self._lingers = False
+        """Whether this turn has published in shared memory, so that another one may be waited for."""
         self._lingering_bytes = 0
+        self._linger_until = 0.0
         self._changed: dict[asyncio.Future[None], None] = {}
         self._pongs: dict[int, asyncio.Future[None]] = {}
 
@@ -139,26 +143,28 @@ class Link:
     def flush_references_later(self, source: FlushSource, size: int) -> None:
         """The same for `size` bytes in shared memory; while the broker holds others there, wait for more.
 
-        Each turn that publishes another one lets all of them wait for one turn more, up to `SLOT_BYTES`: a
-        frame costs less than waking the broker for it.
+        Each turn that publishes another one lets all of them wait for one turn more, up to `SLOT_BYTES` and
+        `LINGER_SEC`: a frame costs less than waking the broker for it.
         """
-        if self.shared_memory.held_bytes:
-            self._lingering = True
+        if self.shared_memory.held_bytes and self.loop is not None:
+            if not self._lingering_bytes:
+                self._linger_until = self.loop.time() + LINGER_SEC
+            self._lingers = True
             self._lingering_bytes += size
         self.flush_later(source)
 
     def _flush_if_due(self) -> None:
         if not self._flush_due:
             return
-        if self._lingering and self._lingering_bytes < SLOT_BYTES and self.loop is not None:
-            self._lingering = False
-            self.loop.call_soon(self._flush_if_due)
+        loop, lingers, self._lingers = self.loop, self._lingers, False
+        if lingers and loop and self._lingering_bytes < SLOT_BYTES and loop.time() < self._linger_until:
+            loop.call_soon(self._flush_if_due)
         else:
             self.flush()
 
     def flush(self) -> None:
         """Write everything collected."""
-        self._flush_due = self._lingering = False
+        self._flush_due = self._lingers = False
         self._lingering_bytes = 0
         while self._dirty:
             dirty, self._dirty = self._dirty, {}

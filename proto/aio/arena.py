@@ -194,8 +194,12 @@ class Arena:
         """
         known = self._slots.get(reference.offset)
         slot, holder_type = None if known is None else known(), _holder_type(len(self.memory))
-        wanted = reference.generation, reference.length, reference.size
-        if slot is None or (slot.generation, slot.length, slot.size) != wanted or holder_type is None:
+        wanted = reference.generation, reference.start, reference.length, reference.size
+        if (
+            slot is None
+            or holder_type is None
+            or wanted != (slot.generation, SLOT_HEAD_BYTES, slot.length, slot.size)
+        ):
             return copy_payload(self.memory, reference)
         holder = holder_type.from_buffer(self._writable)
         holder.slot = slot

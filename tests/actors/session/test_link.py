@@ -11,6 +11,7 @@ import pytest
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
+from actors.session import link
 from actors.session.link import Link
 from actors.session.shared_memory import SLOT_BYTES
 from broker import Broker, BrokerOptions
@@ -276,6 +277,16 @@ async def test_references_wait_for_those_of_the_next_turn(size: int, flushed: li
     for _ in range(3):
         await asyncio.sleep(0)
     assert both.flushed == flushed
+
+
+async def test_references_do_not_wait_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a time the next turn writes them, though it publishes another one."""
+    monkeypatch.setattr(link, "LINGER_SEC", 0.0)
+    both = Turns(held_bytes=1)
+    for _ in range(4):
+        both.publish(1000)
+        await asyncio.sleep(0)
+    assert both.flushed == [1, 1, 1, 1]
 
 
 async def test_a_reference_that_the_broker_waits_for_leaves_in_its_own_turn() -> None:
