@@ -210,7 +210,8 @@ class Connection:
         """Return the options of WELCOME that say what the broker can do for a client with these of HELLO."""
         words = [*Capability]
         shared, link = self._dispatcher.shared_memory, self._link
-        secret = shared.offer(options.get("host"))
+        other_user = link.origin.address is None and not is_same_user(self.channel.extra_info)
+        secret = {} if other_user else shared.offer(options.get("host"))
         if secret:
             link.memory = LinkMemory(
                 self.channel, link.session, shared, self._loop, sent=self._flush, warn=self._warn_of_arena

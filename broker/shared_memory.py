@@ -13,7 +13,8 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from proto import frames
-from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena, session_proof
+from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena
+from proto.aio.session_proof import connection_ends, session_proof
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.extents import PAGE_BYTES
 from proto.references import (
@@ -99,10 +100,10 @@ class SharedMemory:
         secret = self._secret.announcement
         return {"secret_process": secret.process, "secret_descriptor": secret.descriptor}
 
-    def proves(self, proof: bytes, session: int) -> bool:
-        """Return whether the client of a session can read the secret."""
+    def proves(self, proof: bytes, session: int, ends: bytes) -> bool:
+        """Return whether the client of a session, on a connection with these ends, can read the secret."""
         token = b"" if self._secret is None else self._secret.announcement.token
-        return bool(token) and hmac.compare_digest(proof, session_proof(token, session))
+        return bool(token) and hmac.compare_digest(proof, session_proof(token, session, ends))
 
     def close(self) -> None:
         """Let nobody read the secret any more."""
@@ -187,11 +188,12 @@ class LinkMemory:
 
     def prove(self, frame: frames.Proof) -> None:
         """Share memory with the client from now on, if its proof is right."""
-        if self._shared.proves(frame.proof, self._session):
+        ends = connection_ends(self._channel.extra_info, client=False)
+        if self._shared.proves(frame.proof, self._session, ends):
             self._proved = True
             self._channel.outbox.transfers.references = self.references
         else:
-            self._failed("it cannot read the broker's secret")
+            self._failed("it cannot read the broker's secret, or connects through a proxy")
 
     # The client publishes
 

@@ -7,7 +7,9 @@ slot that leaves its last queue, by whatever way, is released at that moment.
 
 A slot begins with a generation, which its owner changes before it writes the next message into it. A reader
 that compares it after the message has been copied never takes a part of another message, even if its link
-ended long before. The memory itself is opened in `proto/aio/arena.py`.
+ended long before. The processor must not reorder these reads, nor the owner's writes: x86-64 never does,
+others (ARM) could if a link ends at the very moment of the copy. While a link lasts, its slots are held, and
+the generation is not needed. The memory itself is opened in `proto/aio/arena.py`.
 """
 
 from __future__ import annotations

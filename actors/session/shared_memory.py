@@ -19,8 +19,8 @@ from proto.aio.arena import (
     host_identity,
     read_token,
     reader,
-    session_proof,
 )
+from proto.aio.session_proof import connection_ends, session_proof
 from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.frames import Batch
@@ -129,7 +129,8 @@ class SharedMemory:
         except ArenaError as error:
             self._failed(str(error))
             return
-        channel.send(frames.Proof(session_proof(secret, session & limits.MAX_U64)))
+        ends = connection_ends(channel.extra_info, client=True)
+        channel.send(frames.Proof(session_proof(secret, session & limits.MAX_U64, ends)))
         self._channel = channel
         self._number = 0
         self.min_bytes = self._wanted

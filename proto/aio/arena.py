@@ -274,11 +274,6 @@ def _seal(descriptor: int) -> None:
         add(_KEPT_SIZE | _FINAL)
 
 
-def session_proof(secret: bytes, session: int) -> bytes:
-    """Return what only a process that has read a broker's secret can say in this session (PROOF)."""
-    return hashlib.blake2b(session.to_bytes(8, "big"), key=secret, digest_size=limits.INSTANCE_BYTES).digest()
-
-
 def read_token(process: int, number: int) -> bytes:
     """Return the token of the arena that is a process's descriptor with this number.
 
@@ -334,6 +329,9 @@ def open_arena(arena: frames.Arena) -> memoryview:
                 os.geteuid(),
             ):
                 raise ArenaError(f"{path} is not as announced")
+            if os.fstatvfs(descriptor).f_bsize != mmap.PAGESIZE:
+                # Where such a page is missing and none is free, reading it ends the process.
+                raise ArenaError(f"{path} has huge pages")
             memory = memoryview(mmap.mmap(descriptor, arena.size, access=mmap.ACCESS_READ))
         finally:
             os.close(descriptor)

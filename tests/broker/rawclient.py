@@ -8,8 +8,9 @@ import os
 from typing import TYPE_CHECKING, Final, TypeVar, cast
 
 from proto import frames, limits
-from proto.aio.arena import read_token, session_proof
+from proto.aio.arena import read_token
 from proto.aio.channel import Channel
+from proto.aio.session_proof import connection_ends, session_proof
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
 from proto.session import Role
@@ -154,12 +155,13 @@ def hello(**options: frames.Scalar) -> frames.Hello:
     return frames.Hello(limits.PROTOCOL_VERSION, identity | options)
 
 
-def proof_for(welcome: frames.Welcome) -> frames.Proof:
-    """Return the PROOF that a WELCOME with shared memory asks for."""
+def proof_for(welcome: frames.Welcome, channel: Channel) -> frames.Proof:
+    """Return the PROOF that a WELCOME with shared memory asks for, on this connection."""
     process, number, session = (
         int(cast("int", welcome.options[key])) for key in ("secret_process", "secret_descriptor", "session")
     )
-    return frames.Proof(session_proof(read_token(process, number), session))
+    ends = connection_ends(channel.extra_info, client=True)
+    return frames.Proof(session_proof(read_token(process, number), session, ends))
 
 
 @contextlib.asynccontextmanager
@@ -169,7 +171,7 @@ async def link(broker: Broker, node: str | None = None, **options: frames.Scalar
         client.send(hello(**options))
         welcome = await client.next(frames.Welcome)
         if "secret_process" in welcome.options:
-            client.send(proof_for(welcome))
+            client.send(proof_for(welcome, client.channel))
         if node is not None:
             client.send(frames.Node(0, node))
             assert await client.next(frames.Accepted) == frames.Accepted(0, 0)

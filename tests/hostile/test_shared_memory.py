@@ -9,10 +9,10 @@ import pytest
 
 from broker import Broker, BrokerOptions, shared_memory
 from proto import frames
-from proto.aio.arena import MAX_ARENA_BYTES, host_identity
+from proto.aio.arena import MAX_ARENA_BYTES, Arena, host_identity
 from proto.errors import ErrorCode
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, hello, link, until
+from tests.broker.rawclient import RawClient, hello, link, proof_for, until
 from tests.broker.test_shared_memory import Sender
 
 if TYPE_CHECKING:
@@ -48,6 +48,32 @@ async def test_a_host_identity_alone_opens_nothing(broker: Broker, sent: tuple[f
         assert not thief.waiting(frames.Arena)
         thief.send(source.arena.announcement)
         assert "not proved" in (await thief.next(frames.Mapped)).problem
+
+
+async def test_a_proof_is_worth_nothing_on_another_connection(broker: Broker) -> None:
+    """A false broker that gives its own session to a node of the user cannot use what the node answers."""
+    async with RawClient().connected(broker) as victim, RawClient().connected(broker) as thief:
+        thief.send(hello(host=HOST))
+        welcome = await thief.next(frames.Welcome)
+        thief.send(proof_for(welcome, victim.channel))
+        thief.send(Arena(2**20).announcement)
+        assert "not proved" in (await thief.next(frames.Mapped)).problem
+        thief.send(proof_for(welcome, thief.channel))
+        await thief.synchronise()
+    assert broker.stats().refused_arenas == 2
+
+
+async def test_another_user_at_the_socket_file_is_offered_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An insecure broker lets it connect, but there its proof would not be bound to a connection."""
+    monkeypatch.setattr("broker.connection.is_same_user", lambda _: False)
+    async with (
+        Broker(BrokerOptions(unix=tmp_path / "s", insecure=True)) as broker,
+        RawClient().connected(broker) as thief,
+    ):
+        thief.send(hello(host=HOST))
+        assert "secret_process" not in (await thief.next(frames.Welcome)).options
 
 
 async def test_nobody_uses_the_arena_of_another_link(broker: Broker) -> None:

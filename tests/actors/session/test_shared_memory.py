@@ -16,6 +16,7 @@ import broker.shared_memory
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.session import shared_memory
 from actors.session.shared_memory import SharedMemory
+from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
 from proto.aio import arena
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
@@ -183,6 +184,17 @@ async def test_a_node_that_cannot_read_the_secret_sends_bytes(
         await both.send(number)
     assert not shared(both.talker).active
     assert "Permission denied" in shared(both.talker).problem
+
+
+async def test_through_a_proxy_messages_go_as_bytes(meeting: Meeting) -> None:
+    """The broker cannot know that it is none of another user who repeats what nodes prove."""
+    async with FaultProxy(meeting.broker.url) as proxy, actors.Node("talker", url=proxy.url) as talker:
+        both = Pair(talker, await meeting.node("listener", **BARE))
+        await both.publisher.wait_for_subscriptions()
+        for number in range(3):
+            await both.send(number)
+        await until(lambda: "not proved" in shared(talker).problem)
+        assert shared(talker).sent == 0
 
 
 def _no_memory(*_: object) -> int:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
+import fcntl
 import gc
 import mmap
 import os
@@ -103,6 +105,34 @@ def test_an_unsealed_file_is_not_an_arena() -> None:
             open_arena(frames.Arena(1, os.getpid(), descriptor, SIZE, bytes(16)))
     finally:
         os.close(descriptor)
+
+
+def test_huge_pages_of_a_pool_are_refused() -> None:
+    """A process that reads one that is missing ends if the pool is empty, whatever the seals."""
+    token, size = bytes(16), 2**21
+    try:
+        descriptor = os.memfd_create("callboard", os.MFD_HUGETLB | os.MFD_ALLOW_SEALING)
+    except OSError:
+        pytest.skip("this kernel has no huge pages")
+    try:
+        os.ftruncate(descriptor, size)
+        fcntl.fcntl(descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW)
+        with pytest.raises(ArenaError, match="huge pages"):
+            open_arena(frames.Arena(1, os.getpid(), descriptor, size, token))
+    finally:
+        os.close(descriptor)
+
+
+def test_nobody_else_can_punch_holes_into_it(arena: Arena) -> None:
+    """Not even its owner: a reader whose system has no memory left would end at one."""
+    (descriptor,) = arena.descriptors()
+    if not fcntl.fcntl(descriptor, fcntl.F_GET_SEALS) & arenas._READ_ONLY:
+        pytest.skip("before Linux 5.1")
+    keep_size, punch_hole = 1, 2
+    fallocate = ctypes.CDLL(None, use_errno=True).fallocate64
+    fallocate.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_int64, ctypes.c_int64)
+    assert fallocate(descriptor, keep_size | punch_hole, 0, PAGE_BYTES) == -1
+    assert ctypes.get_errno() == errno.EPERM
 
 
 def test_nobody_else_can_write_or_cut_it(arena: Arena) -> None:
