@@ -9,12 +9,12 @@ from broker.access.errors import Unauthorized
 from broker.access.rules import Rights
 from broker.graph import WatchCount
 from broker.limit_counts import LimitCounts
-from broker.machine_memory import memory_bytes, resident_bytes
 from broker.memory_guard import MemoryGuard
 from broker.reports import Reports
 from broker.router import Router
 from broker.router_limits import RouterLimits
 from broker.shared_memory import SharedMemory
+from proto.aio.machine_memory import memory_bytes, resident_bytes
 from proto.errors import ErrorCode
 from proto.fragments import ByteTotal, ReassemblyTotal
 from proto.mesh_keys import mesh_key

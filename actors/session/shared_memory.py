@@ -23,6 +23,7 @@ from proto.aio.arena import (
 from proto.aio.session_proof import connection_ends, session_proof
 from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.extents import PAGE_BYTES
 from proto.frames import Batch
 from proto.references import References, release_frames
 
@@ -44,6 +45,9 @@ RELEASE_BYTES: Final = 1024 * 1024
 
 RELEASE_AFTER_SEC: Final = 0.005
 """After this time fewer are released, too."""
+
+MEMORY_SHARE: Final = 8
+"""An arena takes at most this part (an eighth) of the memory of the machine, or of its container."""
 
 NEVER: Final = sys.maxsize
 
@@ -163,7 +167,7 @@ class SharedMemory:
         """Write a message of at least `min_bytes` bytes to shared memory; None means that it cannot be."""
         if self._arena is None:
             try:
-                self._arena = Arena(ARENA_BYTES)
+                self._arena = Arena(_arena_bytes())
             except ArenaError as error:
                 self._failed(str(error))
                 self._stop_writing()
@@ -256,3 +260,10 @@ class SharedMemory:
                 self._channel.send(release)
         self._released.clear()
         self._released_bytes = 0
+
+
+def _arena_bytes() -> int:
+    """Return the size of an arena. A process that fills the memory of its container is killed."""
+    from proto.aio.machine_memory import memory_bytes  # noqa: PLC0415 - it needs pathlib, few nodes need it
+
+    return max(PAGE_BYTES, min(ARENA_BYTES, memory_bytes() // MEMORY_SHARE))

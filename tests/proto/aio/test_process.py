@@ -118,7 +118,7 @@ def test_freed_memory_is_returned_on_request() -> None:
     if not hasattr(ctypes.CDLL(None), "malloc_trim"):
         pytest.skip("not glibc")
     code = (
-        "from broker.machine_memory import resident_bytes; from proto.aio import process;"
+        "from proto.aio.machine_memory import resident_bytes; from proto.aio import process;"
         "process.return_memory(); process.configure_process();"
         "blocks = [bytes(60_000) for _ in range(2000)]; last = bytes(60_000); del blocks;"
         "before = resident_bytes(); process.return_memory(); print(before - resident_bytes())"

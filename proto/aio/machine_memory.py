@@ -25,11 +25,19 @@ def _cgroup_limits() -> list[int]:
     """Return the limits of the control groups, version 1 or 2, that this process is in."""
     files = [_CGROUPS / "memory/memory.limit_in_bytes", _CGROUPS / "memory.max"]
     try:
-        path = Path("/proc/self/cgroup").read_text().rpartition("::")[2].strip().lstrip("/")
-        group = _CGROUPS / path
-        files += [each / "memory.max" for each in (group, *group.parents) if _CGROUPS in each.parents]
+        lines = Path("/proc/self/cgroup").read_text().splitlines()
     except OSError:
-        pass
+        lines = []
+    for line in lines:
+        _, controllers, path = line.split(":", 2)
+        if "memory" in controllers.split(","):
+            top, name = _CGROUPS / "memory", "memory.limit_in_bytes"
+        elif not controllers:
+            top, name = _CGROUPS, "memory.max"
+        else:
+            continue
+        group = top / path.lstrip("/")
+        files += [each / name for each in (group, *group.parents) if top in each.parents]
     limits: list[int] = []
     for file in files:
         try:
