@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak mesh-soak mesh-crowd fuzz hostile upstream clean
+.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -68,6 +68,12 @@ FIRST ?= 0
 
 soak: $(READY)
 	@$(BIN)/python -m tests.simulation.soak --minutes $(SOAK_MINUTES) --first-seed $(FIRST) $(if $(SEEDS),--seeds $(SEEDS)) $(if $(MESH),--mesh)
+
+# Kill a publisher, a reader or a broker at each step of a slot's life in shared memory, ROUNDS times in all.
+ROUNDS ?= 1000
+
+slot-kills: $(READY)
+	@$(BIN)/python -m tests.integration.slot_kills --rounds $(ROUNDS) --seed $(FIRST)
 
 # Brokers in a mesh, as processes: churn for SOAK_MINUTES; how long 8 x 50 nodes take to see each other.
 mesh-soak: $(READY)

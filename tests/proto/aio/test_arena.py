@@ -9,6 +9,7 @@ import gc
 import mmap
 import os
 import pickle
+import stat
 import subprocess
 import sys
 from array import array
@@ -121,6 +122,29 @@ def test_huge_pages_of_a_pool_are_refused() -> None:
             open_arena(frames.Arena(1, os.getpid(), descriptor, size, token))
     finally:
         os.close(descriptor)
+
+
+@pytest.mark.parametrize("size", [0, PAGE_BYTES - 1])
+def test_less_than_a_page_is_not_an_arena(size: int) -> None:
+    """Nothing is opened for it."""
+    with pytest.raises(ArenaError, match=f"an arena of {size} bytes is not supported"):
+        open_arena(frames.Arena(1, os.getpid(), 0, size, bytes(16)))
+
+
+@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="needs root")
+def test_a_file_of_another_user_is_not_an_arena(arena: Arena) -> None:
+    """Root could open it; its content would be another user's."""
+    (descriptor,) = arena.descriptors()
+    process, announcement = os.getpid(), arena.announcement
+    os.fchown(descriptor, 54321, 54321)
+    (error,) = elsewhere(reference_to(arena, MESSAGE), announcement)
+    assert error == f"/proc/{process}/fd/{descriptor} is not as announced"
+
+
+def test_only_its_user_may_open_it(arena: Arena) -> None:
+    """Its mode allows to read, to the user alone."""
+    (descriptor,) = arena.descriptors()
+    assert stat.S_IMODE(os.fstat(descriptor).st_mode) == 0o400
 
 
 def test_nobody_else_can_punch_holes_into_it(arena: Arena) -> None:
@@ -241,11 +265,19 @@ def test_a_reader_in_this_process_gets_the_memory_itself(arena: Arena) -> None:
 def test_a_forked_child_writes_nothing(arena: Arena) -> None:
     """It has the same memory, in which the parent's messages are, but not the descriptor."""
     (descriptor,) = arena.descriptors()
+    slot = arena.put(MESSAGE)  # further ones need no more memory of the system
+    assert slot is not None
+    before = bytes(arena.memory)
     process = os.fork()
     if not process:
         is_null = os.fstat(descriptor).st_rdev == Path(os.devnull).stat().st_rdev
-        os._exit(0 if is_null and arena.put(MESSAGE) is None else 1)
+        refused = arena.put(MESSAGE) is None and not arena.extend(slot, MESSAGE)
+        arena.close()
+        os._exit(0 if is_null and refused else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    assert bytes(arena.memory) == before
+    assert elsewhere(reference(slot), arena.announcement) == [(array_head(1) + MESSAGE).hex()]
+    assert arena.extend(slot, MESSAGE)
     assert arena.put(MESSAGE) is not None
 
 
