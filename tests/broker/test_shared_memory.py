@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from broker import Broker, BrokerOptions
+from broker.shared_memory import SharedMemory
 from proto import frames
-from proto.aio.arena import Arena, host_identity
+from proto.aio.arena import Arena, ArenaError, host_identity
 from proto.codes import Capability
 from proto.errors import ErrorCode
+from proto.extents import PAGE_BYTES
 from proto.references import AHEAD_BYTES, SLOT_HEAD_BYTES, Slot
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, hello, link
+from tests.broker.rawclient import RawClient, hello, link, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -315,3 +317,56 @@ async def test_a_broker_that_stops_waits_for_readers(broker: Broker) -> None:
         for each in (source.client, client):
             await each.next(frames.Goodbye)
             each.channel.close()
+
+
+async def test_what_ended_links_have_shared_still_counts(broker: Broker) -> None:
+    """Of a reader that got bytes once and a reference once."""
+    async with reader(broker) as client, sender(broker) as source:
+        await open_arena(source, client)
+        source.client.send(source.reference())
+        await client.next(frames.Reference)
+    await until(lambda: not broker.stats().connections)
+    stats = broker.stats()
+    assert (stats.shared_received, stats.shared_sent, stats.shared_copied) == (2, 1, 1)
+
+
+async def test_an_arena_that_ended_while_its_message_waited_is_not_announced(broker: Broker) -> None:
+    """Nobody can open it any more: the message arrives as bytes, and the reader's link forgets the arena."""
+    async with reader(broker, depth=100) as client:
+        client.stop_reading()
+        async with link(broker, "/other") as other:
+            other.send(make.publisher(1))
+            number = (await other.next(frames.Accepted)).number
+            for first in range(40):  # more than sockets hold
+                other.send(make.batch(number, first, size=200_000))
+            await other.synchronise()
+            async with sender(broker) as source:
+                source.client.send(source.reference(), frames.Goodbye("done"))
+                await source.client.gone()
+            client.go_on_reading()
+            while not isinstance(got := await client.next(object), frames.Unmap):
+                assert not isinstance(got, frames.Arena)
+
+
+def test_fewer_descriptors_mean_fewer_arenas() -> None:
+    """Each that the broker has opened needs one."""
+    shared = SharedMemory(enabled=True, descriptors=1)
+    first, second = Arena(2 * PAGE_BYTES), Arena(2 * PAGE_BYTES)
+    shared.open(first.announcement)
+    with pytest.raises(ArenaError, match="too many arenas"):
+        shared.open(second.announcement)
+
+
+async def test_a_broker_that_holds_too_much_discards_references(
+    broker: Broker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it discards other large messages; their slots are released."""
+    async with reader(broker) as client, sender(broker) as source:
+        await open_arena(source, client)
+        reassembly = broker._dispatcher.reassembly
+        monkeypatch.setattr(type(reassembly), "refusing", True)
+        source.client.send(source.reference())
+        await source.release(1)
+        monkeypatch.undo()
+        source.client.send(source.reference())
+        assert (await client.next(frames.Reference)).first_sequence == 2

@@ -19,13 +19,14 @@ from actors.session.shared_memory import SharedMemory
 from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
 from proto.aio import arena
+from proto.frames import Reference
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
-    from proto.frames import Batch, Reference
+    from proto.frames import Batch
     from tests.actors.meeting import Meeting
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
@@ -321,17 +322,34 @@ async def test_messages_of_one_loop_turn_share_a_batch(meeting: Meeting, qos: An
 
 
 async def test_it_begins_anew_with_another_broker(meeting: Meeting) -> None:
-    """After a restart a new arena is made, and both ends open it."""
+    """After a restart a new arena is made, since readers may still read the old one; numbers begin at 0."""
     both = await pair(meeting, KEEP_ALL)
+    writes, reads = (node._context.link.shared_memory for node in (both.talker, both.listener))
+    assert writes._arena is not None
+    token = writes._arena.announcement.token
     await meeting.broker.stop()
-    await until(lambda: not both.talker.connected)
+    await until(lambda: not both.talker.connected and not both.listener.connected)
     assert not shared(both.talker).active
+    assert not reads._readers
     await meeting.restart_broker()
     await both.publisher.wait_for_subscriptions()
     await until(both.subscription.get_publisher_count)
     before = shared(both.listener).received
     while shared(both.listener).received == before:
         await both.send(2)
+    assert writes._arena is not None
+    assert writes._arena.announcement.token != token
+    await until(lambda: not writes.held_bytes)
+    await both.listener.get_graph()  # the broker has taken what was released
+    assert both.listener._context.link.connections == 2
+
+
+def test_messages_whose_slot_was_used_again_are_counted() -> None:
+    """They are released like others."""
+    memory = SharedMemory()
+    memory._readers[1] = lambda _: None
+    assert memory.receive(Reference(1, 0, 0, 3, None, None, 1, 0, 64, 5000, 1)) is None
+    assert (memory.received, memory.stale, memory._released) == (3, 3, [0])
 
 
 async def test_latched_messages_reach_late_joiners(meeting: Meeting) -> None:

@@ -234,6 +234,7 @@ def test_no_message_is_added_where_the_system_has_no_memory(
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(os, "posix_fallocate", full)
+    assert arena.put(MESSAGE) is None
     assert not arena.extend(slot, bytes(PAGE_BYTES))
     assert (content(slot), slot.length, arena.used_bytes) == (MESSAGE, 1, used)
 
