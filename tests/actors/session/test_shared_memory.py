@@ -20,6 +20,7 @@ from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
 from proto.aio import arena
 from proto.frames import Reference
+from proto.references import AHEAD_BYTES
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
 
 if TYPE_CHECKING:
@@ -37,6 +38,13 @@ LARGE = 300_000
 def numbered(number: int, size: int = LARGE) -> UInt8MultiArray:
     """Return a message whose content depends on its number everywhere."""
     return UInt8MultiArray(data=bytes([number]) * size)
+
+
+def number_of(message: UInt8MultiArray) -> int:
+    """Return the number of a message; fail if its content is not that of one message."""
+    data = bytes(message.data)
+    assert data == data[:1] * len(data)
+    return data[0]
 
 
 def shared(node: actors.Node) -> SharedMemoryDiagnostics:
@@ -59,9 +67,7 @@ class Pair:
         self.publisher = talker.create_publisher(UInt8MultiArray, "t", qos)
 
     def _take(self, message: UInt8MultiArray) -> None:
-        data = bytes(message.data)
-        assert data == data[:1] * len(data)
-        self.received.append(data[0])
+        self.received.append(number_of(message))
 
     async def send(self, number: int, size: int = LARGE) -> None:
         """Publish a message and wait until it has arrived."""
@@ -381,3 +387,47 @@ async def test_all_slots_come_back(meeting: Meeting) -> None:
     await until(lambda: both.received[-1:] == [5])
     await asyncio.sleep(0)
     assert shared(both.talker).full == 0
+
+
+async def test_late_joiners_get_large_latched_messages_of_a_link_with_shared_memory(
+    meeting: Meeting,
+) -> None:
+    """They go as bytes, in order with each other, while other messages of the link go by reference."""
+    both = await pair(meeting)
+    kept = both.talker.create_publisher(UInt8MultiArray, "kept", latched(3))
+    before = shared(both.talker).sent
+    for number in range(5):
+        kept.publish(numbered(number))
+        await both.send(number)
+    await kept.flush()
+    assert shared(both.talker).sent == before + 5
+    late: list[int] = []
+    both.listener.create_subscription(
+        UInt8MultiArray, "kept", lambda message: late.append(number_of(message)), latched(3)
+    )
+    await until(lambda: late == [2, 3, 4])
+    kept.publish(numbered(5))
+    await until(lambda: late == [2, 3, 4, 5])
+
+
+async def test_a_keep_all_reader_gets_all_of_a_keep_last_publisher_beyond_what_is_referred_to(
+    meeting: Meeting,
+) -> None:
+    """Twice as much as the broker refers to before a release: what waits for it is neither lost nor bytes."""
+    count = 2 * AHEAD_BYTES // MIB
+    both = await pair(meeting, actors.QoSProfile(depth=count))
+    got: list[int] = []
+    reader = await meeting.node("keeper", **BARE)
+    reader.create_subscription(UInt8MultiArray, "t", lambda message: got.append(number_of(message)), KEEP_ALL)
+    await both.publisher.wait_for_subscriptions(2)
+    both.subscription.destroy()
+    while not shared(reader).received:
+        both.publisher.publish(numbered(200))
+        await until(lambda: got and got.pop() == 200)
+    before, copied = shared(reader).received, meeting.broker.stats().shared_copied
+    for number in range(count):
+        both.publisher.publish(numbered(number, MIB))
+    await until(lambda: len(got) == count)
+    assert got == list(range(count))
+    assert shared(reader).received - before == count
+    assert meeting.broker.stats().shared_copied == copied
