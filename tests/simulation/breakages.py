@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
@@ -40,7 +41,6 @@ from broker.services import Services
 from broker.shared_memory import LinkMemory
 from broker.stalls import Stalls
 from broker.topics import Topics
-from proto.aio.arena import Arena
 from proto.batches import message_bytes
 from proto.codec import array_head
 from proto.frames import Replay, ReplyEntry
@@ -49,7 +49,7 @@ from proto.outbox import Outbox
 from proto.publisher_queue import PublisherQueue
 from proto.references import References, Slot, shared_batch
 from tests.proto.outboxes import Replays
-from tests.simulation import faults
+from tests.simulation import faults, shared_memory
 from tests.simulation.histories import History, live
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 
     from actors.session.attachments import Attachment
     from broker.records import Endpoint, Peer
+    from proto.aio.arena import Arena
     from proto.frames import Batch, Reference
     from proto.references import SharedBatch
     from tests.simulation.faults import Fault
@@ -419,8 +420,20 @@ def waits_for_ever() -> Iterator[None]:
 
 
 @contextmanager
+def in_small_arenas(breakage: Callable[[], AbstractContextManager[object]]) -> Iterator[None]:
+    """Have the breakage where slots are soon used again, and readers are referred to many of them."""
+    with (
+        breakage(),
+        mock.patch.object(shared_memory, "ARENA_BYTES", (shared_memory.MIB,)),
+        mock.patch.object(shared_memory, "AHEAD_BYTES", (8 * shared_memory.MIB,)),
+        mock.patch.object(shared_memory, "COPIES", (True,)),
+    ):
+        yield
+
+
+@contextmanager
 def releases_while_it_is_read() -> Iterator[None]:
-    """The broker releases slots that readers have not released, and readers do not compare generations."""
+    """The broker releases slots that readers have not released."""
     refer = References.refer
 
     def early(references: References, batch: SharedBatch) -> bytes:
@@ -433,14 +446,47 @@ def releases_while_it_is_read() -> Iterator[None]:
             )
         return raw
 
+    with mock.patch.object(References, "refer", early):
+        yield
+
+
+@contextmanager
+def takes_what_was_written_later() -> Iterator[None]:
+    """Besides, readers do not compare generations."""
+
     def unchecked(arena: Arena, reference: Reference) -> bytes:
         start = reference.offset + reference.start
         return array_head(reference.length) + arena.memory[start : start + reference.size]
 
-    with (
-        mock.patch.object(References, "refer", early),
-        mock.patch.object(Arena, "read", unchecked),
-    ):
+    with releases_while_it_is_read(), mock.patch.object(shared_memory, "read_copy", unchecked):
+        yield
+
+
+@contextmanager
+def loses_references() -> Iterator[None]:
+    """A node does not take what a reference refers to, and counts nothing."""
+    receive = SharedMemory.receive
+
+    def lossy(memory: SharedMemory, frame: Reference) -> Batch | None:
+        batch = receive(memory, frame)
+        return None if memory._number % 3 == 0 else batch
+
+    with mock.patch.object(SharedMemory, "receive", lossy):
+        yield
+
+
+@contextmanager
+def releases_late() -> Iterator[None]:
+    """A node releases a slot only with the next one that it releases."""
+    read_finished = SharedMemory.read_finished
+
+    def late(memory: SharedMemory) -> None:
+        if len(memory._released) > 1:
+            last = memory._released.pop()
+            read_finished(memory)
+            memory._released.append(last)
+
+    with mock.patch.object(SharedMemory, "read_finished", late):
         yield
 
 
@@ -502,7 +548,10 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "slots come back from the broker": (does_nothing(LinkMemory, "_send_released"), True),
     "arenas are forgotten": (does_nothing(broker.shared_memory.SharedMemory, "forget"), False),
     "queues go on after a release": (does_nothing(LinkMemory, "released"), True),
-    "nobody takes what was written later": (releases_while_it_is_read, True),
+    "nobody takes what was written later": (partial(in_small_arenas, takes_what_was_written_later), False),
+    "slots are kept while they are read": (partial(in_small_arenas, releases_while_it_is_read), True),
+    "references are not lost": (loses_references, True),
+    "slots come back in time": (releases_late, True),
     "a stopping broker drains": (stops_without_drain, False),
     "a stopping broker holds its publishers": (holds_nobody, False),
 }

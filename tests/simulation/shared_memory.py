@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from itertools import count
 from random import Random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 from unittest import mock
 
 import actors.session.shared_memory
@@ -17,9 +17,25 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from broker.dispatcher import Dispatcher
+    from proto.frames import Reference
     from tests.simulation.world import World
 
-MIB = 1024 * 1024
+MIB: Final = 1024 * 1024
+
+ARENA_BYTES: Final = (MIB, 4 * MIB, 64 * MIB)
+"""Sizes of arenas, of which each history has one."""
+
+AHEAD_BYTES: Final = (1, MIB, 8 * MIB)
+"""How much a broker refers to before a release, likewise."""
+
+
+def read_copy(arena: Arena, reference: Reference) -> bytes | None:
+    """Read as a reader in another process does."""
+    return copy_payload(arena.memory, reference)
+
+
+COPIES: Final = (False, True)
+"""Whether nodes read arenas of this process as those of others, likewise."""
 
 
 @contextmanager
@@ -35,9 +51,8 @@ def simulated_arenas(seed: int) -> Iterator[None]:
         number = next(numbers)
         arena.announcement = arena.announcement._replace(id=number, process=1, descriptor=number)
 
-    arena_bytes = random.choice([MIB, 4 * MIB, 64 * MIB])
-    ahead_bytes = random.choice([1, MIB, 8 * MIB])
-    read = random.choice([Arena.read, lambda arena, reference: copy_payload(arena.memory, reference)])
+    arena_bytes, ahead_bytes = random.choice(ARENA_BYTES), random.choice(AHEAD_BYTES)
+    read = read_copy if random.choice(COPIES) else Arena.read
     with (
         mock.patch.object(Arena, "__init__", determined),
         mock.patch.object(Arena, "read", read),
@@ -48,9 +63,14 @@ def simulated_arenas(seed: int) -> Iterator[None]:
 
 
 def check_slots(world: World) -> None:
-    """At rest all slots have come back, and nobody has more arenas than there are links."""
+    """At rest all slots have come back, and nobody has more arenas than there are links.
+
+    Where no links end early, no slot has been used again before it was read.
+    """
     for member in world.members:
         shared = member.node._context.link.shared_memory
+        if world.calm and shared.stale:
+            world.complain(f"{member.host}: the slots of {shared.stale} messages were used again")
         if shared._references is not None and shared._references.held_bytes:
             world.complain(f"{member.host}: the broker holds {shared._references.held_bytes} shared bytes")
         arena = shared._arena
