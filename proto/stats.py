@@ -45,6 +45,7 @@ class BrokerRates:
     dropped: float
     abandoned: float
     lost_on_break: float
+    shared_sent: float
     unmatched: float
     stale: float
     calls: float

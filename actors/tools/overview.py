@@ -145,6 +145,7 @@ class Totals:
         uptime_sec: Seconds since it began to listen.
         routed_per_sec: Messages per second that had at least one receiver.
         delivered_per_sec: Copies per second handed to a link.
+        shared_per_sec: Of these, copies per second passed on in shared memory.
         drops_per_sec: Copies per second dropped because a link was slow.
         calls_per_sec: Calls per second forwarded to a server.
         received_bytes_per_sec, sent_bytes_per_sec: Bytes per second into the broker and out of it.
@@ -159,6 +160,7 @@ class Totals:
     uptime_sec: float
     routed_per_sec: float | None
     delivered_per_sec: float | None
+    shared_per_sec: float | None
     drops_per_sec: float | None
     calls_per_sec: float | None
     received_bytes_per_sec: float | None
@@ -271,6 +273,7 @@ def _totals(report: BrokerReport, rates: BrokerReportRates | None) -> Totals:
         uptime_sec=totals.uptime_sec,
         routed_per_sec=None if rise is None else rise.routed,
         delivered_per_sec=None if rise is None else rise.delivered,
+        shared_per_sec=None if rise is None else rise.shared_sent,
         drops_per_sec=None if rise is None else rise.dropped,
         calls_per_sec=None if rise is None else rise.calls,
         received_bytes_per_sec=None if rise is None else rise.bytes_received,

@@ -202,6 +202,7 @@ def headlines(totals: Totals) -> tuple[list[Styled], list[Styled]]:
     work = [
         Styled(f"routed {rate(totals.routed_per_sec)}/s", ""),
         Styled(f"delivered {rate(totals.delivered_per_sec)}/s", ""),
+        *([Styled(f"shared {rate(totals.shared_per_sec)}/s", "")] if totals.shared_per_sec else []),
         Styled(f"drops {rate(totals.drops_per_sec)}/s", "bad" if dropping else ""),
         Styled(f"calls {rate(totals.calls_per_sec)}/s", ""),
         Styled(f"queued {compact(totals.queued)}", "warn" if totals.queued else ""),

@@ -131,3 +131,10 @@ def test_the_headlines_say_what_is_wrong() -> None:
     assert Styled("queued 7", "warn") in work
     well, idle = headlines(replace(SEEN.totals, suspended=0, queued=0, drops_per_sec=0.0))
     assert {part.style for part in (*well, *idle)} == {""}
+
+
+def test_the_headline_has_shared_memory_where_it_is_used() -> None:
+    """Copies per second that are passed on by reference."""
+    assert not any("shared" in part.text for part in headlines(SEEN.totals)[1])
+    _, work = headlines(replace(SEEN.totals, shared_per_sec=120.0))
+    assert Styled("shared 120/s", "") in work
