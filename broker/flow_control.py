@@ -6,7 +6,7 @@ from heapq import heapify, heappop, heappush, heapreplace
 from typing import TYPE_CHECKING, Final
 
 from proto.batches import message_bytes
-from proto.codec import ends_from_bytes
+from proto.ends import ends_from_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_U64
 

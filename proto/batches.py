@@ -11,7 +11,8 @@ from bisect import bisect_left
 from typing import Final
 
 from proto import limits
-from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode, ends_from_bytes, ends_to_bytes
+from proto.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode
+from proto.ends import ends_from_bytes, ends_to_bytes
 from proto.frames import Batch, Options, Replay, Scalar
 from proto.references import SLOT_HEAD_BYTES, SharedBatch, Slot, shared_batch
 

@@ -9,8 +9,6 @@ or raises ProtocolError.
 from __future__ import annotations
 
 import operator
-import sys
-from array import array
 from functools import partial
 from struct import Struct
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
@@ -20,6 +18,7 @@ import msgpack
 from proto import limits
 from proto.codes import Op
 from proto.depth import MAX_DEPTH, check_depth
+from proto.ends import check_ends
 from proto.errors import ErrorCode, ProtocolError
 from proto.field_kinds import KINDS
 from proto.frames import (
@@ -54,7 +53,6 @@ ARRAY_HEAD_BYTES: Final = 5
 
 _FIXARRAY: Final = 0x90
 _MAX_MARKER: Final = 0x9F
-_LITTLE_ENDIAN: Final = sys.byteorder == "little"
 _prefix: Final = Struct(">BI").pack
 _graph_head: Final = Struct(">BH").pack
 _SHAPES: Final = {kind: (op, len(SPECS[op].kinds), SPECS[op].has_payload) for kind, op in OPCODES.items()}
@@ -128,22 +126,6 @@ def array_head(count: int) -> bytes:
     return _prefix(ARRAY_32, count)
 
 
-def ends_to_bytes(ends: array[int]) -> bytes:
-    """Return message end offsets (array typecode "I") as little-endian u32."""
-    if not _LITTLE_ENDIAN:  # pragma: no cover
-        ends = ends[:]
-        ends.byteswap()
-    return ends.tobytes()
-
-
-def ends_from_bytes(data: bytes) -> array[int]:
-    """Return little-endian u32 end offsets as an array."""
-    ends = array("I", data)
-    if not _LITTLE_ENDIAN:  # pragma: no cover
-        ends.byteswap()
-    return ends
-
-
 _call = cast("Callable[[Check, Any], bool]", operator.call)
 
 # Takes half the time of calling the class; frames have hundreds of entries.
@@ -182,7 +164,7 @@ def _stats(query: int, more: bool, totals: Options, topics: Any, links: Any, *la
 
 def _reference(*fields: Any) -> Frame:
     reference = Reference(*fields)
-    _check_ends("REFERENCE", reference.length, reference.ends, reference.size)
+    check_ends("REFERENCE", reference.length, reference.ends, reference.size)
     return reference
 
 
@@ -287,7 +269,7 @@ class Decoder:
             if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(length):
                 text = f"{plan.name}: the payload does not start with an array 32 of {length} messages"
                 raise _malformed(text)
-            _check_ends(plan.name, length, fields[-2], len(payload) - ARRAY_HEAD_BYTES)
+            check_ends(plan.name, length, fields[-2], len(payload) - ARRAY_HEAD_BYTES)
         if op == Op.BATCH:
             return Batch(*fields, payload, raw)  # type: ignore[call-arg]  # mypy counts *fields as one
         return plan.make(*fields, payload)
@@ -390,19 +372,6 @@ def _with_defaults(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
 def _in_range(batch_fields: tuple[Any, ...]) -> bool:
     publisher, sequence, stamp, length, _, _ = batch_fields
     return bool(publisher >= 0 and sequence >= 0 and stamp >= 0 and 1 <= length <= limits.MAX_BATCH_COUNT)
-
-
-def _check_ends(name: str, count: int, ends: bytes | None, body_bytes: int) -> None:
-    """Check that the ends of a batch rise to the end of its messages: splitting it relies on that."""
-    if count == 1:
-        if ends is not None or body_bytes == 0:
-            raise _malformed(f"{name}: a single message has a body and no ends")
-        return
-    if ends is None or len(ends) != 4 * count:
-        raise _malformed(f"{name}: {count} messages need {4 * count} bytes of ends")
-    offsets = ends_from_bytes(ends).tolist()
-    if offsets[0] == 0 or offsets[-1] != body_bytes or not all(map(operator.lt, offsets, offsets[1:])):
-        raise _malformed(f"{name}: the ends do not rise to the end of the messages")
 
 
 def _malformed(text: str) -> ProtocolError:

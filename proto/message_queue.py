@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
 from proto import limits
-from proto.batches import attributes_bytes, message_bytes, slice_batch
+from proto.batches import attributes_bytes, message_bytes, slice_batch, with_publisher
 from proto.fragments import is_large
 from proto.frames import Batch, Replay
 from proto.references import SharedBatch
@@ -136,6 +136,11 @@ class MessageQueue:
             + limits.MESSAGE_OVERHEAD_BYTES * self.pending
         )
 
+    @property
+    def next_sequence(self) -> int | None:
+        """The number after the last message sent, or the one with which it began; None for neither."""
+        return self._next_sequence
+
     def control_frames(self) -> list[bytes]:
         """Return the frames between the messages, without latched messages."""
         return [item for item in (*self._front, *self._queue) if isinstance(item, bytes)]
@@ -203,6 +208,25 @@ class MessageQueue:
         self.pending_bytes -= message_bytes(whole) - message_bytes(rest)
         self._queue[index] = rest
         self._skip = 0
+
+    def _cut_head(self, head: Batch, start: int, stop: int) -> Batch:
+        """Let messages `start` to `stop` (excluded) be the first batch, without those before; return it."""
+        batch = slice_batch(head, start, stop)
+        if self.publisher:
+            batch = with_publisher(batch, self.publisher)
+        if batch is not head:
+            self._queue.popleft()
+            self.pending_bytes -= message_bytes(head) - message_bytes(batch)
+            if stop < head.length:
+                rest = slice_batch(head, stop, head.length)
+                self._batches += 1
+                self.pending_bytes += message_bytes(rest)
+                if rest.attributes is not None:
+                    self._attributes_bytes += attributes_bytes(rest.attributes)
+                self._queue.appendleft(rest)
+            self._queue.appendleft(batch)
+            self._skip = 0
+        return batch
 
     def drop_larger(self, max_bytes: int) -> int:
         """Drop the batches with more than `max_bytes` bytes of messages, before the first message is sent.

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING, cast
 
-from proto.batches import attributes_bytes, fitting_stop, message_bytes, slice_batch, with_publisher
+from proto.batches import attributes_bytes, fitting_stop, message_bytes
 from proto.codec import encode, encode_head
 from proto.fragments import is_large, is_large_size
 from proto.frames import Abort, Batch, Buffer, Replay
@@ -69,11 +69,6 @@ class PublisherQueue(MessageQueue):
         """Bytes of the messages sent, being sent and waiting: `sent_bytes` when all of them are sent."""
         leaving = message_bytes(self._leaving) if isinstance(self._leaving, Batch) else 0
         return self.sent_bytes + leaving + self.pending_bytes
-
-    @property
-    def next_sequence(self) -> int | None:
-        """The number after the last message sent, or the one with which it began; None for neither."""
-        return self._next_sequence
 
     @property
     def first_sequence(self) -> int | None:
@@ -218,25 +213,6 @@ class PublisherQueue(MessageQueue):
         if self.byte_limit is not None:
             stop = min(stop, fitting_stop(head, start, self.byte_limit - self.sent_bytes))
         return self._cut_head(head, start, stop).raw
-
-    def _cut_head(self, head: Batch, start: int, stop: int) -> Batch:
-        """Let messages `start` to `stop` (excluded) be the first batch, without those before; return it."""
-        batch = slice_batch(head, start, stop)
-        if self.publisher:
-            batch = with_publisher(batch, self.publisher)
-        if batch is not head:
-            self._queue.popleft()
-            self.pending_bytes -= message_bytes(head) - message_bytes(batch)
-            if stop < head.length:
-                rest = slice_batch(head, stop, head.length)
-                self._batches += 1
-                self.pending_bytes += message_bytes(rest)
-                if rest.attributes is not None:
-                    self._attributes_bytes += attributes_bytes(rest.attributes)
-                self._queue.appendleft(rest)
-            self._queue.appendleft(batch)
-            self._skip = 0
-        return batch
 
     def _prepare_ordered(self, head: Ordered) -> Buffer:
         if isinstance(head, ReplaySource):

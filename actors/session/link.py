@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
-from actors.session.shared_memory import SLOT_BYTES, SharedMemory
+from actors.session.linger import Linger
+from actors.session.shared_memory import SharedMemory
 from proto import frames, limits
 from proto.loop_lag import LoopLag
 
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from actors.session.endpoint import LinkEndpoint
     from proto.aio.channel import Channel
     from proto.frames import Options
-
-LINGER_SEC: Final = 0.001
-"""So long a message in shared memory may wait for others."""
 
 HEADER_BYTES: Final = 256
 """Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""
@@ -88,10 +86,7 @@ class Link:
         self._last_id = 0
         self._dirty: dict[FlushSource, None] = {}
         self._flush_due = False
-        self._lingers = False
-        """Whether this turn has published in shared memory, so that another one may be waited for."""
-        self._lingering_bytes = 0
-        self._linger_until = 0.0
+        self._linger = Linger()
         self._changed: dict[asyncio.Future[None], None] = {}
         self._pongs: dict[int, asyncio.Future[None]] = {}
 
@@ -133,39 +128,34 @@ class Link:
         if size > self.largest:
             raise InvalidMessageError(f"{what} has {size} bytes; that is over the limit of {self.largest}")
 
-    def flush_later(self, source: FlushSource) -> None:
-        """Call the source's `flush_turn` at the end of this loop turn, then write."""
+    def flush_later(self, source: FlushSource, shared_bytes: int = 0) -> None:
+        """Call the source's `flush_turn` at the end of this loop turn, then write.
+
+        Args:
+            source: What has collected something.
+            shared_bytes: The size of a message that it has put into shared memory. While the broker holds
+                others there, this one may wait for more (`Linger`).
+        """
+        if shared_bytes and self.loop is not None and self.shared_memory.held_bytes:
+            self._linger.add(shared_bytes, self.loop.time())
         self._dirty[source] = None
         if not self._flush_due and self.loop is not None and not (self.channel and self.channel.reading):
             self._flush_due = True
             self.loop.call_soon(self._flush_if_due)
 
-    def flush_references_later(self, source: FlushSource, size: int) -> None:
-        """The same for `size` bytes in shared memory; while the broker holds others there, wait for more.
-
-        Each turn that publishes another one lets all of them wait for one turn more, up to `SLOT_BYTES` and
-        `LINGER_SEC`: a frame costs less than waking the broker for it.
-        """
-        if self.shared_memory.held_bytes and self.loop is not None:
-            if not self._lingering_bytes:
-                self._linger_until = self.loop.time() + LINGER_SEC
-            self._lingers = True
-            self._lingering_bytes += size
-        self.flush_later(source)
-
     def _flush_if_due(self) -> None:
+        loop = self.loop
         if not self._flush_due:
             return
-        loop, lingers, self._lingers = self.loop, self._lingers, False
-        if lingers and loop and self._lingering_bytes < SLOT_BYTES and loop.time() < self._linger_until:
+        if loop is not None and self._linger.goes_on(loop.time()):
             loop.call_soon(self._flush_if_due)
         else:
             self.flush()
 
     def flush(self) -> None:
         """Write everything collected."""
-        self._flush_due = self._lingers = False
-        self._lingering_bytes = 0
+        self._flush_due = False
+        self._linger.end()
         while self._dirty:
             dirty, self._dirty = self._dirty, {}
             for source in dirty:

@@ -163,30 +163,37 @@ class SharedMemory:
 
     # This link publishes
 
-    def put(self, message: Buffer) -> Slot | None:
-        """Write a message of at least `min_bytes` bytes to shared memory; None means that it cannot be."""
-        if self._arena is None:
+    def put(self, message: Buffer, behind: Slot | None = None) -> Slot | None:
+        """Write a message of at least `min_bytes` bytes to shared memory.
+
+        Args:
+            message: The encoded message.
+            behind: A slot that this has returned before, to be used again if that can hold the message, too.
+
+        Returns:
+            The slot in which the message is the last one; None if there is no space.
+        """
+        arena = self._arena
+        if arena is None:
             try:
-                self._arena = Arena(_arena_bytes())
+                arena = self._arena = Arena(_arena_bytes())
             except ArenaError as error:
                 self._failed(str(error))
                 self._stop_writing()
                 return None
-        slot = self._arena.put(message)
+        slot = behind
+        if (
+            slot is None
+            or slot.arena is not arena.announcement
+            or slot.size + len(message) > SLOT_BYTES
+            or not arena.extend(slot, message)
+        ):
+            slot = arena.put(message)
         if slot is None:
             self.full += 1
         else:
             self.written += 1
         return slot
-
-    def extend(self, slot: Slot, message: Buffer) -> bool:
-        """Add a message to those in a slot that `put` has returned; return whether that can be."""
-        arena = self._arena
-        if arena is None or slot.arena is not arena.announcement or slot.size + len(message) > SLOT_BYTES:
-            return False
-        extended = arena.extend(slot, message)
-        self.written += extended
-        return extended
 
     def _announce(self, arena: frames.Arena) -> None:
         if self._channel is not None and self._arena is not None and arena is self._arena.announcement:

@@ -6,7 +6,8 @@ from array import array
 
 from proto import frames, limits
 from proto.batches import with_raw
-from proto.codec import ARRAY_HEAD_BYTES, array_head, ends_to_bytes
+from proto.codec import ARRAY_HEAD_BYTES, array_head
+from proto.ends import ends_to_bytes
 
 GID = b"g" * limits.INSTANCE_BYTES
 QOS: frames.Options = {"history": 1, "depth": 10, "reliability": 1, "durability": 2}

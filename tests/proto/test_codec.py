@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 
 from proto import field_kinds as kinds
 from proto import frames, limits
-from proto.codec import Decoder, array_head, decode, encode, ends_from_bytes, ends_to_bytes
+from proto.codec import Decoder, array_head, decode, encode
 from proto.codes import Op
+from proto.ends import ends_from_bytes, ends_to_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import SPECS, Frame, GraphEntry, ReplyEntry, RequestEntry
 from proto.stats import LinkStats, MeshBrokerStats, TopicStats

@@ -9,7 +9,8 @@ import pytest
 
 from proto import frames, limits
 from proto.batches import message_bytes, with_publisher
-from proto.codec import decode, encode, ends_to_bytes
+from proto.codec import decode, encode
+from proto.ends import ends_to_bytes
 from proto.errors import ErrorCode, ProtocolError
 from proto.frames import Arena, Batch, Fragment, Reference
 from proto.outbox import Outbox

@@ -15,7 +15,7 @@ from actors.endpoints.events import PublisherEvents
 from actors.endpoints.flow_control import queue_limits
 from actors.endpoints.publisher.qos_monitor import QoSMonitor
 from actors.endpoints.publisher.retained import Retained
-from actors.errors import PublisherFull, PublisherRefused
+from actors.errors import PublisherFull
 from actors.interfaces.message import definition, type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, LivelinessPolicy
 from proto import frames, limits
@@ -115,11 +115,6 @@ class PublisherEndpoint(Endpoint):
                 f"'{self._topic}': {self.queued} messages wait for slow readers; await publisher.ready()"
             )
 
-    def require_accepted(self) -> None:
-        """Raise PublisherRefused if the broker of this session has refused the publisher."""
-        if self.refusal:
-            raise PublisherRefused(f"The broker refused to publish on '{self._topic}': {self.refusal}")
-
     def collect(self, data: bytes | memoryview) -> None:
         """Put an encoded message into the batch of this loop turn, if the last one was not `large`."""
         if len(data) > limits.BATCH_FLUSH_BYTES:
@@ -158,11 +153,18 @@ class PublisherEndpoint(Endpoint):
             return
         link = self.context.link
         link.require_fits(f"A message on '{self._topic}'", len(message))
-        self.shares = self._share(message)
-        queue, batch = self.queue, self._batch
-        if self.shares:
+        queue, batch, shared = self.queue, self._batch, link.shared_memory
+        slot = None
+        # Latched messages are kept for long: they would fill the memory.
+        if len(message) >= shared.min_bytes and self.accepted_now and not self._keep:
+            slot = shared.put(message, batch.slot)
+        self.shares = slot is not None
+        if slot is not None:
+            if slot is not batch.slot:
+                self.flush_turn()
+            batch.add_shared(slot)
             if queue.depth is None or queue.pending + batch.length <= queue.depth:
-                link.flush_references_later(self, len(message))
+                link.flush_later(self, len(message))
                 return
             self.flush_turn()
         else:
@@ -170,21 +172,6 @@ class PublisherEndpoint(Endpoint):
             room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
             self._put(batch.single(room, queue.publisher, time.time_ns()))
         link.flush()
-
-    def _share(self, message: memoryview) -> bool:
-        """Put a message into shared memory, if possible behind the last one; return whether it is there."""
-        batch, shared = self._batch, self.context.link.shared_memory
-        # Latched messages are kept for long: they would fill the memory.
-        if len(message) < shared.min_bytes or not self.accepted_now or self._keep:
-            return False
-        slot = batch.slot
-        if slot is None or not shared.extend(slot, message):
-            self.flush_turn()
-            slot = shared.put(message)
-            if slot is None:
-                return False
-        batch.add_shared(slot)
-        return True
 
     def flush_turn(self) -> None:
         """Put the batch of this loop turn into the publisher queue. Called by the link."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar
 from actors.endpoints.context import in_flight
 from actors.endpoints.endpoint import Handle
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
-from actors.errors import WaitTimeout
+from actors.errors import PublisherRefused, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
@@ -109,7 +109,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             timeout_sec,
         )
         endpoint.require_alive()
-        endpoint.require_accepted()
+        self._require_accepted()
 
     def publish(self, msg: T | bytes) -> None:
         """Send a message to every subscription of the topic. Never blocks.
@@ -205,7 +205,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
                 timeout_sec,
             )
         endpoint.require_alive()
-        endpoint.require_accepted()
+        self._require_accepted()
 
     async def flush(self, timeout_sec: float | None = None) -> None:
         """Wait until everything published so far has reached the broker.
@@ -231,13 +231,18 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         await context.wait_until(
             lambda: bool(endpoint.refusal or (endpoint.accepted_now and endpoint.queue.empty)), what, limit
         )
-        endpoint.require_accepted()
+        self._require_accepted()
         with in_flight():
             try:
                 async with asyncio.timeout_at(deadline):
                     await link.round_trip()
             except TimeoutError as error:
                 raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+
+    def _require_accepted(self) -> None:
+        """Raise PublisherRefused if the broker of this session has refused the publisher."""
+        if refusal := self._endpoint.refusal:
+            raise PublisherRefused(f"The broker refused to publish on '{self.topic_name}': {refusal}")
 
     def destroy(self) -> None:
         """Take the publisher out of service, after everything it has published has been sent."""

@@ -11,9 +11,9 @@ import pytest
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
-from actors.session import link
+from actors.session import linger
+from actors.session.linger import LINGER_BYTES
 from actors.session.link import Link
-from actors.session.shared_memory import SLOT_BYTES
 from broker import Broker, BrokerOptions
 from proto import frames, limits
 from proto.codec import encode
@@ -264,10 +264,10 @@ class Turns:
     def publish(self, size: int) -> None:
         """Put a message of this size into shared memory."""
         self._published += 1
-        self.link.flush_references_later(self, size)
+        self.link.flush_later(self, size)
 
 
-@pytest.mark.parametrize(("size", "flushed"), [(100_000, [11, 1]), (2 * SLOT_BYTES, [1] * 12)])
+@pytest.mark.parametrize(("size", "flushed"), [(100_000, [11, 1]), (2 * LINGER_BYTES, [1] * 12)])
 async def test_references_wait_for_those_of_the_next_turn(size: int, flushed: list[int]) -> None:
     """While the broker holds others and each turn publishes one: up to so many bytes."""
     both = Turns(held_bytes=1)
@@ -281,7 +281,7 @@ async def test_references_wait_for_those_of_the_next_turn(size: int, flushed: li
 
 async def test_references_do_not_wait_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
     """After a time the next turn writes them, though it publishes another one."""
-    monkeypatch.setattr(link, "LINGER_SEC", 0.0)
+    monkeypatch.setattr(linger, "LINGER_SEC", 0.0)
     both = Turns(held_bytes=1)
     for _ in range(4):
         both.publish(1000)

@@ -20,7 +20,8 @@ import pytest
 from proto import frames
 from proto.aio import arena as arenas
 from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token, reader
-from proto.codec import array_head, ends_to_bytes
+from proto.codec import array_head
+from proto.ends import ends_to_bytes
 from proto.extents import PAGE_BYTES
 from proto.references import SLOT_HEAD_BYTES, Slot, copy_payload
 
