@@ -187,6 +187,8 @@ def _elements(kind: FieldType, nested: type[Message] | None) -> Any:
         return lambda: bytes(count)
     if array is not None:
         return lambda: array([_ZERO.get(kind.base, 0)] * count)
+    if not count:
+        return list
     if nested is not None:
         return lambda: [nested() for _ in range(count)]
     return lambda: [_ZERO[kind.base]] * count
