@@ -30,7 +30,7 @@ from actors.interfaces.std_msgs.msg import UInt8MultiArray
 
 async def main():
     async with actors.Node("talker") as node:
-        publisher = node.create_publisher(UInt8MultiArray, "t", actors.QoSProfile(depth=100))
+        publisher = node.create_publisher(UInt8MultiArray, "t", actors.QoSProfile(depth=10))
         await publisher.wait_for_subscriptions()
         print("matched", flush=True)
         number = 0
