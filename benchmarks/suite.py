@@ -144,7 +144,7 @@ def _contenders(peers: list[str]) -> tuple[list[Contender], dict[str, str]]:
     found = [
         callboard(),
         callboard(loop="asyncio"),
-        callboard(transport="unix"),
+        callboard(transport="tcp"),
         callboard(transport="tls"),
         callboard(rules=1000),
         callboard(shared_memory=False),

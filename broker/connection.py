@@ -91,8 +91,7 @@ class Connection:
         link.origin = origin_of(channel.extra_info)
         logger.debug("Connection from %s", link.address)
         self._dispatcher.open(link)
-        by_socket_file = link.origin.address is None
-        if by_socket_file and not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
+        if not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
             text = "Refused a connection from another user of this machine"
             self._dispatcher.warnings.warn("connections from other users", text)
             link.refuse(ErrorCode.UNAUTHORIZED, OTHER_USER)
@@ -210,8 +209,8 @@ class Connection:
         """Return the options of WELCOME that say what the broker can do for a client with these of HELLO."""
         words = [*Capability]
         shared, link = self._dispatcher.shared_memory, self._link
-        other_user = link.origin.address is None and not is_same_user(self.channel.extra_info)
-        secret = {} if other_user else shared.offer(options.get("host"))
+        same_user = is_same_user(self.channel.extra_info)
+        secret = shared.offer(options.get("host")) if same_user else {}
         if secret:
             link.memory = LinkMemory(
                 self.channel, link.session, shared, self._loop, sent=self._flush, warn=self._warn_of_arena

@@ -15,6 +15,7 @@ from broker.link import logger
 from broker.probe import find_broker
 from proto.addresses import is_loopback
 from proto.aio.forks import drop_in_children
+from proto.aio.local_socket import listen_beside
 from proto.url import LOOPBACK_HOSTS, BrokerUrl
 
 if TYPE_CHECKING:
@@ -61,23 +62,25 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 
 class Listener:
-    """A server that listens, and its URL."""
+    """The servers that listen, and the URL that leads to them."""
 
-    def __init__(self, url: BrokerUrl, server: asyncio.Server, file: SocketFile | None = None) -> None:
+    def __init__(self, url: BrokerUrl, servers: list[asyncio.Server], file: SocketFile | None = None) -> None:
         self.url = url
-        self._server = server
+        self._servers = servers
         self._file = file
         drop_in_children(self)
 
     def descriptors(self) -> Iterable[int]:
         """DescriptorOwner: its listening sockets."""
-        return [sock.fileno() for sock in self._server.sockets] if self._server.is_serving() else ()
+        serving = (server for server in self._servers if server.is_serving())
+        return [sock.fileno() for server in serving for sock in server.sockets]
 
     def close(self) -> None:
         """Stop listening."""
         if self._file is not None:  # first: without a listener the file may be replaced by the next broker's
             self._file.remove()
-        self._server.close()
+        for server in reversed(self._servers):  # the port last: whoever gets it can get the names, too
+            server.close()
 
 
 async def listen(
@@ -106,10 +109,13 @@ async def listen(
         if options.unix is not None:
             mode = None if options.insecure else SOCKET_MODE
             server, file = await listen_unix(loop, protocol, options.unix, backlog=backlog, mode=mode)
-            return Listener(url._replace(path=str(options.unix.absolute())), server, file)
+            return Listener(url._replace(path=str(options.unix.absolute())), [server], file)
         exposed = options.insecure or options.auth is not None or options.tls_client_ca is not None
         server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog, exposed=exposed)
-        return Listener(url._replace(port=server.sockets[0].getsockname()[1]), server)
+        servers = [server]
+        if options.local_socket and not url.tls:
+            servers += await _listen_beside(loop, protocol, server, backlog=backlog)
+        return Listener(url._replace(port=server.sockets[0].getsockname()[1]), servers)
     except ListenError:
         raise
     except (OSError, UnicodeError) as error:
@@ -148,6 +154,26 @@ async def listen_tcp(
         server.close()
         raise
     return server
+
+
+async def _listen_beside(
+    loop: asyncio.AbstractEventLoop,
+    protocol: Callable[[], asyncio.BufferedProtocol],
+    server: asyncio.Server,
+    *,
+    backlog: int,
+) -> list[asyncio.Server]:
+    """Listen at unix sockets beside the ports of a server; without one, nodes use the port."""
+    servers: list[asyncio.Server] = []
+    for name in [sock.getsockname() for sock in server.sockets]:
+        try:
+            sock = listen_beside(name[0], name[1], backlog)
+        except OSError as error:
+            logger.warning("No unix socket beside port %d: %s", name[1], error.strerror or error)
+            continue
+        if sock is not None:
+            servers.append(await loop.create_unix_server(protocol, sock=sock, backlog=backlog))
+    return servers
 
 
 async def listen_unix(

@@ -206,6 +206,11 @@ class BrokerOptions:
         0,
         2**50,
     )
+    local_socket: bool = _option(
+        True,
+        "beside a port of the loopback device, listen on a unix socket, too: nodes of this user use it by"
+        " themselves (Linux)",
+    )
     shared_memory: bool = _option(
         True, "let nodes of this user on this host exchange large messages in shared memory (Linux)"
     )

@@ -33,5 +33,3 @@ class Contender:
     """Its roles and their additional abilities; trials that need more are skipped."""
     variables: Mapping[str, str] = field(default_factory=dict[str, str])
     """Environment variables of its roles; values may contain `SCRATCH`."""
-    socket_name: str | None = None
-    """The server listens on this unix socket in the scratch directory instead of on the port."""

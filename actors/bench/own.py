@@ -15,21 +15,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Loop = Literal["uvloop", "asyncio"]
-Transport = Literal["tcp", "unix", "tls"]
+Transport = Literal["auto", "tcp", "tls"]
 
-_SOCKET: Final = "broker.sock"
 _CA: Final = "ca.pem"
 _MISSING: Final = "Measuring TLS needs trustme: pip install 'callboard[bench]'"
 
 
 def callboard(
-    *, loop: Loop = "uvloop", transport: Transport = "tcp", rules: int = 0, shared_memory: bool = True
+    *, loop: Loop = "uvloop", transport: Transport = "auto", rules: int = 0, shared_memory: bool = True
 ) -> Contender:
     """Return callboard, with its broker and roles on `loop`, linked by `transport`.
 
     Args:
         loop: The event loop.
-        transport: What connects broker and roles.
+        transport: What connects broker and roles; "auto" is what nodes on the broker's machine choose.
         rules: How many access rules the broker has; 0 for a broker without access rules.
         shared_memory: Whether large messages pass through shared memory.
 
@@ -38,7 +37,7 @@ def callboard(
     """
     if transport == "tls" and find_spec("trustme") is None:
         raise CallboardError(_MISSING)
-    variant: list[str] = [word for word in (loop, transport) if word not in {"uvloop", "tcp"}]
+    variant: list[str] = [word for word in (loop, transport) if word not in {"uvloop", "auto"}]
     if rules:
         variant.append(f"{rules:,} rules")
     if not shared_memory:
@@ -46,7 +45,9 @@ def callboard(
     python = (sys.executable, "-m", *(("actors.bench.plain_loop",) if loop == "asyncio" else ()))
 
     def command(port: int, scratch: Path) -> list[str]:
-        place = ["--unix", str(scratch / _SOCKET)] if transport == "unix" else ["--port", str(port)]
+        place = ["--port", str(port)]
+        if transport == "tcp":
+            place.append("--no-local-socket")
         if transport == "tls":
             place += _certificate(scratch)
         if rules:
@@ -55,9 +56,7 @@ def callboard(
 
     def url(port: int) -> str:
         scheme = "callboards" if transport == "tls" else "callboard"
-        return (
-            f"callboard+unix://{SCRATCH}/{_SOCKET}" if transport == "unix" else f"{scheme}://127.0.0.1:{port}"
-        )
+        return f"{scheme}://127.0.0.1:{port}"
 
     return Contender(
         name=f"callboard ({', '.join(variant)})" if variant else "callboard",
@@ -71,7 +70,6 @@ def callboard(
             "CALLBOARD_SHARED_MEMORY": str(int(shared_memory)),
             **({"CALLBOARD_CA": f"{SCRATCH}/{_CA}"} if transport == "tls" else {}),
         },
-        socket_name=_SOCKET if transport == "unix" else None,
     )
 
 

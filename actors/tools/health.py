@@ -18,12 +18,14 @@ from actors.graph.inspector import inspector_for
 from actors.session.start_hint import start_hint
 from actors.tools import broker_checks, machine_checks, security_checks
 from actors.tools.check import Check
+from proto.aio.local_socket import connect_beside
 from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from actors.config.contexts import BrokerTarget
+    from proto.url import BrokerUrl
 
 TIMEOUT_SEC: Final = 2.0
 OTHER_PROGRAM: Final = "see what listens there: another program may have the port"
@@ -72,12 +74,14 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
         with inspector:
             milliseconds = f"{1000 * inspector.round_trip_sec:.1f} ms"
             welcome, ca = inspector.welcome, target.credentials.tls.ca
+            transport = _transport(inspector.url)
             report, snapshot = inspector.report(), inspector.graph()
             return [
                 Check("broker", "ok", f"{inspector.url} answers in {milliseconds}{source}"),
                 *broker_checks.greeting(welcome, inspector.clock_ahead_sec, inspector.round_trip_sec),
                 *security_checks.broker_certificate(inspector.certificate),
                 security_checks.openness(inspector.url, welcome.get("broker"), timeout_sec, ca=ca),
+                transport,
                 broker_checks.shared_memory(welcome, report.totals),
                 *broker_checks.numbers(report),
                 *broker_checks.mesh(report, snapshot),
@@ -88,6 +92,18 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
         return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
         return [_refused(error, target)]
+
+
+def _transport(url: BrokerUrl) -> Check:
+    """Return what connects nodes of this user on this machine with the broker that answers at `url`."""
+    if url.tls or url.path:
+        return Check("transport", "ok", "TLS" if url.tls else "a unix socket")
+    sock = connect_beside(url.host, url.port)
+    if sock is None:
+        text = "TCP: the broker is on another host or another user's, or has no unix socket beside its port"
+        return Check("transport", "ok", text)
+    sock.close()
+    return Check("transport", "ok", "nodes here use the unix socket beside the broker's port")
 
 
 def _refused(error: ProtocolError, target: BrokerTarget) -> Check:

@@ -4,30 +4,33 @@ from __future__ import annotations
 
 import os
 import socket
-import struct
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from broker.access.origin import LOCAL, UNKNOWN, Origin, certificate_names
 from proto.addresses import parse_address
+from proto.aio.local_socket import address_in, peer_user
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.addresses import Address
 
-_PEER_CREDENTIALS: Final = struct.Struct("3i")
-"""Linux: process, user and group of the other end of a unix socket."""
+
+def is_unix(sock: Any) -> bool:
+    """Return whether a transport's socket, or None, is a unix socket."""
+    return sock is not None and sock.family == getattr(socket, "AF_UNIX", None)
 
 
 def origin_of(extra_info: Callable[[str], Any]) -> Origin:
-    """Return where a connection comes from.
+    """Return where a connection comes from; one to the socket beside a port as if it were to the port.
 
     Args:
         extra_info: `get_extra_info` of its transport.
     """
     sock = extra_info("socket")
-    if sock is not None and sock.family == getattr(socket, "AF_UNIX", None):
-        return LOCAL
+    if is_unix(sock):
+        beside = address_in(sock.getsockname())
+        return LOCAL if beside is None else Origin(address=parse_address(beside))
     tls = extra_info("ssl_object")
     certificate = None if tls is None else tls.getpeercert()
     name: Any = extra_info("peername")
@@ -50,7 +53,7 @@ def address_text(extra_info: Callable[[str], Any]) -> str:
 
 
 def is_same_user(extra_info: Callable[[str], Any]) -> bool:
-    """Return whether the other end of a unix socket runs as this user, or as root.
+    """Return whether the other end of a unix socket runs as this user, or as root; True for TCP, too.
 
     Args:
         extra_info: `get_extra_info` of its transport.
@@ -58,9 +61,6 @@ def is_same_user(extra_info: Callable[[str], Any]) -> bool:
     Returns:
         True also where the platform does not say; there the mode of the file must suffice.
     """
-    option = getattr(socket, "SO_PEERCRED", None)
     sock = extra_info("socket")
-    if option is None or sock is None:
-        return True
-    _, user, _ = _PEER_CREDENTIALS.unpack(sock.getsockopt(socket.SOL_SOCKET, option, _PEER_CREDENTIALS.size))
-    return user in {0, os.geteuid()}
+    user = peer_user(sock) if is_unix(sock) else None
+    return user is None or user in {0, os.geteuid()}

@@ -1,9 +1,10 @@
-"""Opens a client's connection: TCP, TLS or a unix socket, as the URL says."""
+"""Opens a client's connection: TCP, TLS or a unix socket, as the URL says and the broker offers."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from proto.aio.local_socket import connect_beside
 from proto.aio.tls import client_context
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ async def connect(
     loop: asyncio.AbstractEventLoop, channel: asyncio.BufferedProtocol, url: BrokerUrl, files: TlsFiles
 ) -> None:
     """Connect a channel to a broker; with TLS, its handshake goes on afterwards.
+
+    A broker of this user on this machine is reached by the unix socket beside its port, if it has one.
 
     Args:
         loop: The running loop.
@@ -36,5 +39,7 @@ async def connect(
 
         protocol = TlsTransport(channel, client_context(files), loop=loop, host=url.host)
         await loop.create_connection(lambda: protocol, url.host, url.port)
+    elif (sock := connect_beside(url.host, url.port)) is not None:
+        await loop.create_unix_connection(lambda: channel, sock=sock)
     else:
         await loop.create_connection(lambda: channel, url.host, url.port)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeVar, cast
 from proto import frames, limits
 from proto.aio.arena import read_token
 from proto.aio.channel import Channel
+from proto.aio.local_socket import connect_beside
 from proto.aio.session_proof import connection_ends, session_proof
 from proto.codec import decode, encode
 from proto.fragments import Reassembler
@@ -128,10 +129,13 @@ class RawClient:
         self.transport.resume_reading()
 
     @contextlib.asynccontextmanager
-    async def connected(self, broker: Broker) -> AsyncIterator[RawClient]:
-        """Be connected to a broker, without a word said yet."""
+    async def connected(self, broker: Broker, *, beside: bool = False) -> AsyncIterator[RawClient]:
+        """Be connected to a broker, without a word said yet; with `beside`, at the socket beside its port."""
         loop, url = asyncio.get_running_loop(), parse_url(broker.url)
-        if url.path:
+        if beside:
+            sock = connect_beside(url.host, url.port)
+            self.transport, _ = await loop.create_unix_connection(lambda: self.channel, sock=sock)
+        elif url.path:
             self.transport, _ = await loop.create_unix_connection(lambda: self.channel, url.path)
         else:
             self.transport, _ = await loop.create_connection(lambda: self.channel, url.host, url.port)

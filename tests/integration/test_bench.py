@@ -35,7 +35,7 @@ async def test_streams_and_calls_are_measured(system: System) -> None:
     assert left_behind(system) == []
 
 
-@pytest.mark.parametrize("options", [("--transport", "unix"), ("--transport", "tls"), ("--loop", "asyncio")])
+@pytest.mark.parametrize("options", [("--transport", "tcp"), ("--transport", "tls"), ("--loop", "asyncio")])
 async def test_other_loops_and_transports_are_measured_alike(
     system: System, options: tuple[str, ...]
 ) -> None:

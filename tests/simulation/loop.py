@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from unittest.mock import patch
 
 from actors.callbacks.budget import CallbackBudget
+from proto.aio import local_socket
 from tests.simulation.network import Network, host_in
 
 if TYPE_CHECKING:
@@ -189,7 +190,8 @@ def simulate(
     try:
         asyncio.set_event_loop(loop)
         try:
-            with patch.object(CallbackBudget, "of", budget):
+            # A socket beside the port would be a real one.
+            with patch.object(CallbackBudget, "of", budget), patch.dict(local_socket.HOSTS, clear=True):
                 result = loop.run_until_complete(main(loop))
         finally:
             _cancel_all(loop)

@@ -38,7 +38,12 @@ def add_arguments(parser: Parser) -> None:
         help="trials of each case but those of W5 and W8; default: 3",
     )
     parser.add_argument("--loop", choices=("uvloop", "asyncio"), default="uvloop", help="default: uvloop")
-    parser.add_argument("--transport", choices=("tcp", "unix", "tls"), default="tcp", help="default: tcp")
+    parser.add_argument(
+        "--transport",
+        choices=("auto", "tcp", "tls"),
+        default="auto",
+        help="default: auto, as nodes on the broker's machine choose",
+    )
     parser.add_argument(
         "--rules",
         type=count,

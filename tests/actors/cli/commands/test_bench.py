@@ -49,12 +49,12 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 def test_options_reach_the_measurement(asked: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     """In any case, and the table comes out."""
-    arguments = ["w4", "--seconds", "2", "--repetitions", "5", "--loop", "asyncio", "--transport", "unix"]
+    arguments = ["w4", "--seconds", "2", "--repetitions", "5", "--loop", "asyncio", "--transport", "tcp"]
     arguments += ["--rules", "1000"]
     assert main(["bench", *arguments]) == 0
     assert asked["cases"] == ["W4 100 in flight"]
     assert (asked["seconds"], asked["repetitions"]) == (2.0, 5)
-    assert (asked["loop"], asked["transport"], asked["rules"]) == ("asyncio", "unix", 1000)
+    assert (asked["loop"], asked["transport"], asked["rules"]) == ("asyncio", "tcp", 1000)
     assert "100 in flight  1,000" in capsys.readouterr().out
 
 
