@@ -81,7 +81,7 @@ def _exit_code(results: Results) -> int:
 def _options() -> argparse.Namespace:
     ids = [workload.id for workload in WORKLOADS]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("workloads", nargs="*", metavar="WORKLOAD", help="of W1 to W10; default: all")
+    parser.add_argument("workloads", nargs="*", metavar="WORKLOAD", help="of W1 to W12; default: all")
     parser.add_argument("--peers", default=",".join(PEERS), help=f"default: {','.join(PEERS)}")
     parser.add_argument("--repetitions", type=int, default=3, help="of each case; default: 3")
     parser.add_argument("--seconds", type=float, default=1.0, help="length of each load; default: 1")

@@ -80,6 +80,18 @@ def stream(outcome: Outcome) -> dict[str, float]:
     }
 
 
+def alone(outcome: Outcome) -> dict[str, float]:
+    """Return the figures of two roles in one process: a stream's or a requester's."""
+    (both,) = outcome.played
+    figures = both.figures
+    if figures.get("lost") or figures.get("sent", 0) != figures.get("received", 0):
+        raise TrialError(f"lost messages: {figures['received']} of {figures['sent']} received")
+    found = {key: figures[key] for key in ("rate", "p50_us", "p99_us", "p999_us") if key in figures}
+    if size := both.parameters.get("size"):
+        found["mb_s"] = figures["rate"] * size / 1e6
+    return {**found, **cost(both), **outcome.broker_cost(figures["messages"])}
+
+
 def requests(outcome: Outcome) -> dict[str, float]:
     """Return the rate and the latencies of calls."""
     requester, server = outcome.only("requester"), outcome.only("server")

@@ -77,6 +77,7 @@ IN_FLIGHT: Final = 100
 IMU_BYTES: Final = 324
 """An Imu's content: 37 numbers of 8 bytes, a time stamp and its frame's name."""
 PER_SECOND: Final = 1000
+PACED_PER_SECOND: Final = 500
 STREAM_MB_S: Final = 50
 FILLING: Final = 48
 """Characters that make a small message 64 bytes."""
@@ -118,9 +119,15 @@ def _logs(name: str, *, readers: int = 0, rosout: bool = True, burst: int = LOG_
     return Case(name=name, parts=parts, measure=outcomes.logs, quick=burst > 1)
 
 
-def _typed(name: str, size: int, kind: str) -> Case:
+def _typed(name: str, size: int, kind: str, *, anew: bool = False) -> Case:
     """One publisher, one subscriber of a message type that only callboard knows."""
-    return replace(_stream(name, size=size, kind=kind), needs=frozenset({"types"}))
+    return replace(_stream(name, size=size, kind=kind, anew=anew), needs=frozenset({"types"}))
+
+
+def _paced(name: str, size: int) -> Case:
+    """A stream of messages one by one, slow enough that the broker waits for each."""
+    stream = _stream(name, size=size, kind="array", burst=1, mb_s=PACED_PER_SECOND * size / 1e6)
+    return replace(stream, needs=frozenset({"pace"}), quick=False)
 
 
 def _idle(connections: int) -> Case:
@@ -200,9 +207,12 @@ WORKLOADS: Final = (
     ),
     Workload(
         id="W2",
-        title="one publisher, 10 subscribers in 2 processes, 256 B",
+        title="one publisher, 10 subscribers in 2 processes",
         figures=(Figure(key="rate", title="delivered msg/s"),),
-        cases=(_stream("256 B", readers=2, copies=5, size=256),),
+        cases=(
+            _stream("256 B", readers=2, copies=5, size=256),
+            replace(_stream("1 MiB", readers=2, copies=5, size=1_048_576), quick=False),
+        ),
     ),
     Workload(
         id="W3",
@@ -236,6 +246,8 @@ WORKLOADS: Final = (
         figures=(RATE, MB_S),
         cases=(
             _typed("std_msgs/String 256 B", 256, "plain"),
+            _typed("std_msgs/UInt8MultiArray 256 B", 256, "array"),
+            _typed("std_msgs/UInt8MultiArray 256 B, each made anew", 256, "array", anew=True),
             _typed("sensor_msgs/Imu", IMU_BYTES, "imu"),
             _typed("sensor_msgs/Image 1 MB", 1_000_000, "image"),
             _typed("sensor_msgs/PointCloud2 1 MB", 1_000_000, "point_cloud"),
@@ -296,6 +308,34 @@ WORKLOADS: Final = (
             _logs("rosout off", rosout=False),
             _logs("rosout off, one line a turn", rosout=False, burst=1),
         ),
+    ),
+    Workload(
+        id="W11",
+        title="two nodes of one process: publisher and subscriber, server and requester",
+        figures=(RATE, MB_S, Figure(key="p50_us", title="p50 us of a call", more_is_better=False)),
+        cases=(
+            *(
+                Case(
+                    name=name,
+                    parts=(Part(role="stream_together", parameters={"size": SIZES[name]}),),
+                    measure=outcomes.alone,
+                    quick=False,
+                )
+                for name in ("256 B", "64 KiB", "1 MiB", "8 MiB")
+            ),
+            Case(
+                name="one call at a time",
+                parts=(Part(role="calls_together", parameters={"in_flight": 1}),),
+                measure=outcomes.alone,
+                quick=False,
+            ),
+        ),
+    ),
+    Workload(
+        id="W12",
+        title=f"{PACED_PER_SECOND} messages a second, one by one: what each costs",
+        figures=(RATE,),
+        cases=tuple(_paced(name, SIZES[name]) for name in ("256 B", "64 KiB", "1 MiB")),
     ),
 )
 

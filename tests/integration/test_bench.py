@@ -35,6 +35,18 @@ async def test_streams_and_calls_are_measured(system: System) -> None:
     assert left_behind(system) == []
 
 
+async def test_nodes_of_one_process_and_messages_at_a_pace_are_measured(system: System) -> None:
+    """W11 and W12: both roles of a process are counted once, and the pace is kept."""
+    program = await system.python("-m", "actors", "bench", "W11", "W12", *SHORT)
+    assert await program.wait_for_exit() == 0, program.output
+    document = json.loads(program.output)
+    assert document["failures"] == []
+    measured = {f"{each['workload']} {each['case']}": each["figures"] for each in document["samples"]}
+    assert {"rate", "mb_s", "cpu_us.stream_together"} <= measured["W11 1 MiB"].keys()
+    assert {"rate", "p50_us", "cpu_us.calls_together"} <= measured["W11 one call at a time"].keys()
+    assert max(measured[f"W12 {size}"]["rate"] for size in ("256 B", "64 KiB", "1 MiB")) < 1000
+
+
 @pytest.mark.parametrize("options", [("--transport", "tcp"), ("--transport", "tls"), ("--loop", "asyncio")])
 async def test_other_loops_and_transports_are_measured_alike(
     system: System, options: tuple[str, ...]

@@ -23,10 +23,13 @@ ROLES: Final = {
     "goal_sender": "actions",
     "log_writer": "logs",
     "log_reader": "logs",
+    "stream_together": "together",
+    "calls_together": "together",
 }
 
-ABILITIES: Final = frozenset({"growth", "types"})
-"""What these roles understand beside what all contenders' roles do: many of everything, message types."""
+ABILITIES: Final = frozenset({"growth", "pace", "types"})
+"""What these roles understand beside what all contenders' roles do: many of everything, messages at a pace,
+message types."""
 
 HELD: Final = frozenset({"server", "action_server", "idle", "holder", "hoarder"})
 """The roles that go on until the parent closes their stdin; the others give up then."""

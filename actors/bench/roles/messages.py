@@ -30,6 +30,11 @@ def plain(size: int) -> actors.Message:
     return UInt8MultiArray(data=bytes(size))
 
 
+def array(size: int) -> actors.Message:
+    """Return binary data of any size."""
+    return UInt8MultiArray(data=bytes(size))
+
+
 def imu(_size: int) -> actors.Message:
     """Return what an inertial sensor sends; its size is given by its type."""
     return Imu(
@@ -79,6 +84,7 @@ def _header(frame_id: str) -> Header:
 
 KINDS: Final[dict[str, Callable[[int], actors.Message]]] = {
     "plain": plain,
+    "array": array,
     "imu": imu,
     "image": image,
     "point_cloud": point_cloud,

@@ -80,10 +80,15 @@ class Count:
 
 
 async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
-    """Publish for `seconds`, at most `messages` of them, at most `mb_s`; then send how many there were."""
+    """Publish for `seconds`, at most `messages` of them, at most `mb_s`; then send how many there were.
+
+    It publishes one message again and again, unless each is to be made `anew`, and `burst` in a loop turn.
+    """
     size: int = parameters["size"]
-    message = KINDS[parameters.get("kind", "plain")](size)
-    burst = min(BURST_MESSAGES, max(1, BURST_BYTES // size))
+    make = KINDS[parameters.get("kind", "plain")]
+    message = make(size)
+    anew: bool = parameters.get("anew", False)
+    burst: int = parameters.get("burst") or min(BURST_MESSAGES, max(1, BURST_BYTES // size))
     most = parameters.get("messages", math.inf)
     pause_s = burst * size / (1e6 * parameters["mb_s"]) if "mb_s" in parameters else 0.0
     async with actors.Node("bench_publisher", url=parameters["url"]) as node:
@@ -99,7 +104,7 @@ async def publisher(parameters: Mapping[str, Any], parent: Parent) -> dict[str, 
         sent = 0
         while (now := time.perf_counter()) < stop and sent < most:
             for _ in range(burst):
-                pub.publish(message)
+                pub.publish(make(size) if anew else message)
             sent += burst
             await pub.ready()
             due = began + pause_s * (sent // burst)

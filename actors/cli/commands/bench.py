@@ -9,7 +9,7 @@ from actors.cli.errors import FAILURE, OK
 from actors.cli.output import print_err, print_json, print_out
 from actors.cli.parsing import Options, Parser, add_json_option, count, positive
 
-WORKLOADS: Final = tuple(f"W{number}" for number in range(1, 11))
+WORKLOADS: Final = tuple(f"W{number}" for number in range(1, 13))
 
 
 EXAMPLES: Final = {
@@ -25,7 +25,7 @@ def add_arguments(parser: Parser) -> None:
         nargs="*",
         type=_workload,
         metavar="WORKLOAD",
-        help="W1 to W10; default: what of them takes a minute together",
+        help="W1 to W12; default: what of them takes a minute together",
     )
     parser.add_argument(
         "--seconds", type=positive, metavar="SEC", default=0.5, help="length of each load; default: 0.5"

@@ -44,6 +44,21 @@ def test_a_stream_with_losses_has_no_figures(outcome: Outcome) -> None:
         outcomes.stream(outcome)
 
 
+@pytest.mark.parametrize("figures", [{"sent": 9}, {"sent": 10, "lost": 1}])
+def test_roles_of_one_process_that_lose_messages_have_no_figures(figures: dict[str, int]) -> None:
+    """As if they were apart."""
+    common = {"messages": 10, "received": 10, "cpu_s": 1.0, "rate": 5.0}
+    both = Played(role="stream_together", parameters={"size": 1000}, figures={**common, "sent": 10})
+    assert outcomes.alone(Outcome(played=(both,), server_cpu_s=None)) == {
+        "rate": 5.0,
+        "mb_s": 0.005,
+        "cpu_us.stream_together": 100_000.0,
+    }
+    lost = Played(role="stream_together", parameters={"size": 1000}, figures={**common, **figures})
+    with pytest.raises(TrialError, match="lost messages"):
+        outcomes.alone(Outcome(played=(lost,), server_cpu_s=None))
+
+
 def test_without_a_server_there_is_no_brokers_cost() -> None:
     """Rather than a zero."""
     direct = Outcome(played=streamed(200).played, server_cpu_s=None)
