@@ -32,8 +32,11 @@ OF_BROKERS: Final = [name for name, step in STEPS.items() if step.role == "broke
     ],
     ids=["publisher", "reader", "broker"],
 )
-async def test_one_dies_at_each_step(system: System, names: list[str]) -> None:
+async def test_one_dies_at_each_step(
+    system: System, names: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The others go on by reference; what arrives is whole, in order, and nothing of the dead is mapped."""
+    monkeypatch.setattr("actors.session.connector.LAST_RETRY_SEC", 0.1)
     chance = random.Random(0)
     async with survivors(system) as living:
         for name in names:

@@ -167,11 +167,7 @@ async def _publish_fresh(
     await asyncio.sleep(SETTLING_SEC)
     await world.members[0].publish_one(pub, 10)
     number = pub.published - 1
-    missing, end = not_received(), world.loop.time() + REACTION_TIMEOUT_SEC
-    while missing and excuses() == before and world.loop.time() < end:
-        await asyncio.sleep(0.01)
-        if missing != (missing := not_received()):
-            end = world.loop.time() + REACTION_TIMEOUT_SEC
+    missing = await _until_stuck(world, not_received, lambda: excuses() == before)
     return missing, bool(missing) and excuses() != before
 
 
@@ -235,10 +231,26 @@ async def _check_late_joiners(world: World) -> None:
                 return f"a late joiner receives {received} of {pub.name}, not {expected}"
         return ""
 
-    await _until(world, unmet, REACTION_TIMEOUT_SEC)
+    await _until_stuck(world, unmet)
     await asyncio.sleep(1)
     if unmet():
         world.complain(unmet())
+
+
+async def _until_stuck(
+    world: World, problem: Callable[[], str], goes_on: Callable[[], bool] = lambda: True
+) -> str:
+    """Wait until there is no problem, or the same one for `REACTION_TIMEOUT_SEC`, or it does not go on.
+
+    Returns:
+        The problem that is left.
+    """
+    found, end = problem(), world.loop.time() + REACTION_TIMEOUT_SEC
+    while found and goes_on() and world.loop.time() < end:
+        await asyncio.sleep(0.01)
+        if found != (found := problem()):
+            end = world.loop.time() + REACTION_TIMEOUT_SEC
+    return found
 
 
 def _check_calls_ended(world: World) -> None:

@@ -48,7 +48,8 @@ class Pair:
 
 async def pair(meeting: Meeting, execute: Any, **options: Any) -> Pair:
     """Start both nodes and wait until they are matched."""
-    nodes = await meeting.node("server"), await meeting.node("client")
+    # Some tests leave goals that never end.
+    nodes = await meeting.node("server", stop_timeout_sec=0.2), await meeting.node("client")
     server = nodes[0].create_action_server(Fibonacci, "fibonacci", execute, **options)
     client = nodes[1].create_action_client(Fibonacci, "fibonacci")
     assert await client.wait_for_server(DEADLINE_SEC)

@@ -338,7 +338,7 @@ async def test_followed_goals_are_bounded(
 ) -> None:
     """One more makes room for itself if somebody has left; else it is refused."""
     monkeypatch.setattr(goals_module, "MAX_GOALS", 1)
-    Counting(await meeting.node("counter"))
+    Counting(await meeting.node("counter", stop_timeout_sec=0.2))
     await control.json_found("/api/actions/count/form")
     async with control.client.post("/api/actions/count", json={}) as response:
         _, first = await _event(response)
