@@ -30,8 +30,8 @@ MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "a
 
 @pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
 def pytest_xdist_auto_num_workers() -> int:
-    """Return one and a half workers for each core, because many tests wait for processes most of the time."""
-    return max(2, (os.cpu_count() or 1) * 3 // 2)
+    """Return two workers for each core, because many tests wait for processes most of the time."""
+    return 2 * (os.cpu_count() or 1)
 
 
 def pytest_collection_modifyitems(items: Iterable[pytest.Item]) -> None:
