@@ -75,7 +75,7 @@ def test_a_failed_trial_is_exit_code_1(asked: dict[str, Any], capsys: pytest.Cap
     assert document["medians"][0]["figures"]["rate"]["median"] == 1000.0
 
 
-@pytest.mark.parametrize("wrong", [["W11"], ["--seconds", "0"], ["--repetitions", "0"], ["--loop", "select"]])
+@pytest.mark.parametrize("wrong", [["W99"], ["--seconds", "0"], ["--repetitions", "0"], ["--loop", "select"]])
 def test_wrong_usage_is_exit_code_2(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     """In one line."""
     assert main(["bench", *wrong]) == 2
