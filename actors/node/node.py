@@ -95,7 +95,7 @@ class Node(NodeGraph, NodeParameters):
             Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
         shared_memory: Send and receive large messages in shared memory if the broker is on this host (Linux,
             same user); CALLBOARD_SHARED_MEMORY=0 turns it off for all nodes of a process.
-        shared_memory_min_bytes: The size from which on a message is large; those of at most 48 KiB never are.
+        shared_memory_min_bytes: The size from which on a message is large: at least 4 KiB.
         shared_name: Let other nodes have the same full name if they share it, too, as ROS 2 does. Names of
             topics and services that begin with `~/` are the same then, and a call of a service that several
             nodes serve reaches one of them.

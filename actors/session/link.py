@@ -133,10 +133,10 @@ class Link:
 
         Args:
             source: What has collected something.
-            shared_bytes: The size of a message that it has put into shared memory. While the broker holds
-                others there, this one may wait for more (`Linger`).
+            shared_bytes: The size of a message that it has put into shared memory, and that may wait for
+                others (`Linger`).
         """
-        if shared_bytes and self.loop is not None and self.shared_memory.held_bytes:
+        if shared_bytes and self.loop is not None:
             self._linger.add(shared_bytes, self.loop.time())
         self._dirty[source] = None
         if not self._flush_due and self.loop is not None and not (self.channel and self.channel.reading):
@@ -155,7 +155,8 @@ class Link:
     def flush(self) -> None:
         """Write everything collected."""
         self._flush_due = False
-        self._linger.end()
+        if self._linger.size and self.loop is not None:
+            self._linger.end(self.loop.time())
         while self._dirty:
             dirty, self._dirty = self._dirty, {}
             for source in dirty:

@@ -25,7 +25,7 @@ from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.extents import PAGE_BYTES
 from proto.frames import Batch
-from proto.references import References, release_frames
+from proto.references import MIN_REFERENCE_BYTES, References, release_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from proto.frames import Buffer, Options
     from proto.references import Slot
 
-MIN_BYTES: Final = 64 * 1024
-"""Messages from this size on are worth it."""
+MIN_BYTES: Final = 16 * 1024
+"""Messages from this size on are worth it, also one by one."""
 
 SLOT_BYTES: Final = 1024 * 1024
 """Messages up to this size together are put into one slot, and sent as one batch."""
@@ -43,8 +43,8 @@ SLOT_BYTES: Final = 1024 * 1024
 RELEASE_BYTES: Final = 1024 * 1024
 """References to this much are released together; little, since memory that was used lately is in caches."""
 
-RELEASE_AFTER_SEC: Final = 0.005
-"""After this time fewer are released, too."""
+RELEASE_AFTER_SEC: Final = 0.05
+"""After this time fewer are released, too; not much earlier, since it wakes the broker and the publisher."""
 
 MEMORY_SHARE: Final = 8
 """An arena takes at most this part (an eighth) of the memory of the machine, or of its container."""
@@ -57,7 +57,7 @@ class SharedMemory:
 
     Args:
         enabled: Whether to use it where the broker does.
-        min_bytes: Size from which on messages go there.
+        min_bytes: Size from which on messages go there; `MIN_REFERENCE_BYTES` if it is less.
         warn: Logs a warning.
 
     Attributes:
@@ -81,7 +81,7 @@ class SharedMemory:
         self.min_bytes = NEVER
         self.written = self.full = self.received = self.stale = 0
         self.problem = ""
-        self._wanted = min_bytes
+        self._wanted = max(min_bytes, MIN_REFERENCE_BYTES)
         self._warn = warn
         self._warned = False
         self._channel: Channel | None = None
@@ -107,11 +107,6 @@ class SharedMemory:
     def sent(self) -> int:
         """Messages that a broker has got by reference."""
         return self._sent_before + (0 if self._references is None else self._references.sent)
-
-    @property
-    def held_bytes(self) -> int:
-        """Size of the messages that the broker has by reference, and has not released."""
-        return 0 if self._references is None else self._references.held_bytes
 
     def begin(self, channel: Channel, capabilities: frozenset[str], welcome: Options) -> None:
         """Begin a session with a broker.

@@ -80,6 +80,8 @@ class PublisherEndpoint(Endpoint):
         depth = max(1, resolved.depth)
         self.queue = PublisherQueue(0, None if keep_all else depth)
         self._batch = BatchBuilder(0)
+        self._batch_bytes = limits.BATCH_FLUSH_BYTES
+        """Larger messages do not go into a batch of bytes, or only if there is no shared memory left."""
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         self._keep = (LATCHED_MESSAGES if keep_all else depth) if latched else 0
         self._retained: Retained | None = None
@@ -117,7 +119,7 @@ class PublisherEndpoint(Endpoint):
 
     def collect(self, data: bytes | memoryview) -> None:
         """Put an encoded message into the batch of this loop turn, if the last one was not `large`."""
-        if len(data) > limits.BATCH_FLUSH_BYTES:
+        if len(data) > self._batch_bytes:
             self.collect_large(data, 0)
             return
         batch = self._batch
@@ -146,31 +148,32 @@ class PublisherEndpoint(Endpoint):
             start: Where it begins: at 0, or at `MAX_HEAD_BYTES` in a bytearray, which the batch may keep.
         """
         message = memoryview(buffer)[start:]
-        self.large = len(message) > limits.BATCH_FLUSH_BYTES
-        if not self.large:
-            self.flush_turn()
-            self.collect(bytes(message))
-            return
-        link = self.context.link
-        link.require_fits(f"A message on '{self._topic}'", len(message))
-        queue, batch, shared = self.queue, self._batch, link.shared_memory
+        size, link, queue, batch = len(message), self.context.link, self.queue, self._batch
+        shared = link.shared_memory
+        link.require_fits(f"A message on '{self._topic}'", size)
         slot = None
         # Latched messages are kept for long: they would fill the memory.
-        if len(message) >= shared.min_bytes and self.accepted_now and not self._keep:
+        if size >= shared.min_bytes and self.accepted_now and not self._keep:
             slot = shared.put(message, batch.slot)
         self.shares = slot is not None
+        self.large = self.shares or size > limits.BATCH_FLUSH_BYTES
+        if slot is not batch.slot:
+            self.flush_turn()
         if slot is not None:
-            if slot is not batch.slot:
-                self.flush_turn()
             batch.add_shared(slot)
             if queue.depth is None or queue.pending + batch.length <= queue.depth:
-                link.flush_later(self, len(message))
+                link.flush_later(self, size)
                 return
             self.flush_turn()
-        else:
+        elif self.large:
             self.flush_turn()
             room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
             self._put(batch.single(room, queue.publisher, time.time_ns()))
+        elif batch.add(bytes(message)):
+            self.flush_turn()
+        else:
+            link.flush_later(self)
+            return
         link.flush()
 
     def flush_turn(self) -> None:
@@ -265,6 +268,8 @@ class PublisherEndpoint(Endpoint):
         self._resend_retained()
         self.space = 0
         self.accepted_now = True
+        if not self._keep:
+            self._batch_bytes = min(limits.BATCH_FLUSH_BYTES, link.shared_memory.min_bytes - 1)
         self._unlimited = True
         if self.qos_monitor is not None:
             self.qos_monitor.asserted()
@@ -324,6 +329,7 @@ class PublisherEndpoint(Endpoint):
         """Keep messages in the queue again; KEEP_LAST drops those beyond its depth."""
         super().session_ended()
         self.accepted_now = False
+        self._batch_bytes = limits.BATCH_FLUSH_BYTES
         self.queue.restart(0)
         self.queue.trim()
         self.space = 0

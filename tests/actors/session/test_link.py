@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from typing import TYPE_CHECKING, Any, cast
-from unittest import mock
 
 import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
-from actors.session import linger
-from actors.session.linger import LINGER_BYTES
 from actors.session.link import Link
 from broker import Broker, BrokerOptions
 from proto import frames, limits
 from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
 from tests.actors.meeting import until
-from tests.simulation.loop import simulate
+from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -243,56 +240,25 @@ async def test_the_end_of_a_session_tells_each_endpoint_once(
     assert subscription.peers == 0
 
 
-class Turns:
-    """A link to a broker that holds references, and a publisher that publishes there.
+def test_references_wait_for_those_of_the_next_turn() -> None:
+    """The first leaves in its own turn; those of turns that follow at once leave together."""
+    flushed: list[int] = []
 
-    Attributes:
-        flushed: How many messages were flushed at once, each time.
-    """
+    class Source:
+        published = 0
 
-    def __init__(self, held_bytes: int) -> None:
-        memory = mock.Mock(held_bytes=held_bytes)
-        self.link = Link("", memory)
-        self.link.loop = asyncio.get_running_loop()
-        self.flushed: list[int] = []
-        self._published = 0
+        def flush_turn(self) -> None:
+            flushed.append(self.published)
+            self.published = 0
 
-    def flush_turn(self) -> None:
-        self.flushed.append(self._published)
-        self._published = 0
+    async def publish(loop: SimulatedLoop) -> None:
+        link, source = Link(""), Source()
+        link.loop = loop
+        for _ in range(12):
+            source.published += 1
+            link.flush_later(source, 1000)
+            await asyncio.sleep(0)
+        await asyncio.sleep(1)
 
-    def publish(self, size: int) -> None:
-        """Put a message of this size into shared memory."""
-        self._published += 1
-        self.link.flush_later(self, size)
-
-
-@pytest.mark.parametrize(("size", "flushed"), [(100_000, [11, 1]), (2 * LINGER_BYTES, [1] * 12)])
-async def test_references_wait_for_those_of_the_next_turn(size: int, flushed: list[int]) -> None:
-    """While the broker holds others and each turn publishes one: up to so many bytes."""
-    both = Turns(held_bytes=1)
-    for _ in range(12):
-        both.publish(size)
-        await asyncio.sleep(0)
-    for _ in range(3):
-        await asyncio.sleep(0)
-    assert both.flushed == flushed
-
-
-async def test_references_do_not_wait_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After a time the next turn writes them, though it publishes another one."""
-    monkeypatch.setattr(linger, "LINGER_SEC", 0.0)
-    both = Turns(held_bytes=1)
-    for _ in range(4):
-        both.publish(1000)
-        await asyncio.sleep(0)
-    assert both.flushed == [1, 1, 1, 1]
-
-
-async def test_a_reference_that_the_broker_waits_for_leaves_in_its_own_turn() -> None:
-    """It holds no other, so that waiting would only be a delay."""
-    both = Turns(held_bytes=0)
-    for number in range(1, 4):
-        both.publish(100_000)
-        await asyncio.sleep(0)
-        assert both.flushed == [1] * number
+    simulate(publish)
+    assert flushed == [1, 11]

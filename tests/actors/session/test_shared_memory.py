@@ -20,7 +20,7 @@ from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
 from proto.aio import arena
 from proto.frames import Reference
-from proto.references import AHEAD_BYTES
+from proto.references import AHEAD_BYTES, MIN_REFERENCE_BYTES
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
 
 if TYPE_CHECKING:
@@ -95,12 +95,12 @@ async def test_large_messages_arrive_in_order_among_small_ones(meeting: Meeting)
     """Sizes on both sides of every limit; the large ones by reference."""
     both = await pair(meeting, KEEP_ALL)
     before = shared(both.talker).sent
-    sizes = (1, 40_000, 64_000, 66_000, 300_000, 10, 5 * MIB, 262_000)
+    sizes = (1, 15_000, 16_500, 40_000, 50_000, 66_000, 300_000, 10, 5 * MIB, 262_000)
     for number, size in enumerate(sizes):
         both.publisher.publish(numbered(number, size))
     await until(lambda: len(both.received) == len(sizes))
     assert both.received == list(range(len(sizes)))
-    assert shared(both.talker).sent - before == 4
+    assert shared(both.talker).sent - before == 7
     assert shared(both.listener).stale == shared(both.talker).full == 0
 
 
@@ -173,6 +173,16 @@ async def test_the_limit_is_an_option(meeting: Meeting) -> None:
     await both.send(1, LARGE - 1000)
     assert shared(both.talker).written == before
     await both.send(2, LARGE)
+    assert shared(both.talker).written == before + 1
+
+
+async def test_the_limit_is_at_least_what_a_broker_takes(meeting: Meeting) -> None:
+    """A reference to less would close the link."""
+    both = await pair(meeting, shared_memory_min_bytes=1)
+    before = shared(both.talker).written
+    await both.send(1, MIN_REFERENCE_BYTES - 100)
+    assert shared(both.talker).written == before
+    await both.send(2, MIN_REFERENCE_BYTES)
     assert shared(both.talker).written == before + 1
 
 
@@ -250,14 +260,15 @@ async def test_an_arena_that_the_broker_cannot_open_is_not_used(
     assert meeting.broker.stats().refused_arenas == 1
 
 
-async def test_a_full_arena_sends_bytes(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("size", [20_000, LARGE])
+async def test_a_full_arena_sends_bytes(meeting: Meeting, monkeypatch: pytest.MonkeyPatch, size: int) -> None:
     """More than fits in one loop turn: nothing is lost, and the rest goes as bytes, in order."""
     monkeypatch.setattr(shared_memory, "ARENA_BYTES", MIB)
     both = await pair(meeting, KEEP_ALL)
-    for number in range(20):
-        both.publisher.publish(numbered(number))
-    await until(lambda: len(both.received) == 20)
-    assert both.received == list(range(20))
+    for number in range(100):
+        both.publisher.publish(numbered(number, size))
+    await until(lambda: len(both.received) == 100)
+    assert both.received == list(range(100))
     assert shared(both.talker).full > 0
 
 
@@ -345,7 +356,7 @@ async def test_it_begins_anew_with_another_broker(meeting: Meeting) -> None:
         await both.send(2)
     assert writes._arena is not None
     assert writes._arena.announcement.token != token
-    await until(lambda: not writes.held_bytes)
+    await until(lambda: writes._references is not None and not writes._references.held_bytes)
     await both.listener.get_graph()  # the broker has taken what was released
     assert both.listener._context.link.connections == 2
 
