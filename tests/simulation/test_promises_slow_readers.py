@@ -248,7 +248,7 @@ async def press(publisher: actors.Publisher[Note], size: int, rate: float) -> No
 
 async def crowd(stage: Stage, qos: int | actors.QoSProfile, count: int) -> list[actors.Publisher[Note]]:
     """Bring up so many publishers on one topic, in four nodes."""
-    nodes = [await stage.enter(f"talker{number}") for number in range(4)]
+    nodes = [await stage.enter(f"talker{number}", shared_memory=False) for number in range(4)]
     return [nodes[number % 4].create_publisher(Note, "red", qos) for number in range(count)]
 
 
