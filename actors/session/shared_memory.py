@@ -25,7 +25,7 @@ from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
 from proto.extents import PAGE_BYTES
 from proto.frames import Batch
-from proto.references import MIN_REFERENCE_BYTES, References, release_frames
+from proto.references import AHEAD_BYTES, MIN_REFERENCE_BYTES, References, release_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,8 +40,8 @@ MIN_BYTES: Final = 16 * 1024
 SLOT_BYTES: Final = 1024 * 1024
 """Messages up to this size together are put into one slot, and sent as one batch."""
 
-RELEASE_BYTES: Final = 1024 * 1024
-"""References to this much are released together; little, since memory that was used lately is in caches."""
+RELEASE_BYTES: Final = AHEAD_BYTES // 2
+"""References to this much are released together, so that the broker seldom has to wait for it."""
 
 RELEASE_AFTER_SEC: Final = 0.05
 """After this time fewer are released, too; not much earlier, since it wakes the broker and the publisher."""
