@@ -114,7 +114,11 @@ async def listen(
         server = await listen_tcp(loop, protocol, url.host, url.port, backlog=backlog, exposed=exposed)
         servers = [server]
         if options.local_socket and not url.tls:
-            servers += await _listen_beside(loop, protocol, server, backlog=backlog)
+            try:
+                servers += await _listen_beside(loop, protocol, server, backlog=backlog)
+            except BaseException:
+                server.close()
+                raise
         return Listener(url._replace(port=server.sockets[0].getsockname()[1]), servers)
     except ListenError:
         raise

@@ -40,6 +40,10 @@ async def connect(
         protocol = TlsTransport(channel, client_context(files), loop=loop, host=url.host)
         await loop.create_connection(lambda: protocol, url.host, url.port)
     elif (sock := connect_beside(url.host, url.port)) is not None:
-        await loop.create_unix_connection(lambda: channel, sock=sock)
+        try:
+            await loop.create_unix_connection(lambda: channel, sock=sock)
+        except BaseException:
+            sock.close()
+            raise
     else:
         await loop.create_connection(lambda: channel, url.host, url.port)

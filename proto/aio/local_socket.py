@@ -58,7 +58,10 @@ def connect_beside(host: str, port: int) -> socket.socket | None:
     address = HOSTS.get(host)
     if address is None or sys.platform != "linux":
         return None
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    except OSError:  # such sockets are forbidden here
+        return None
     sock.settimeout(0)
     try:
         sock.connect(local_name(address, port))

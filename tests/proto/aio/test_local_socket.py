@@ -80,6 +80,17 @@ def test_a_listener_with_too_many_waiting_is_not_waited_for() -> None:
             stack.enter_context(waiting)
 
 
+def test_where_unix_sockets_are_forbidden_nobody_is_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a service manager or a sandbox: then the caller uses TCP."""
+
+    def forbidden(*_: object) -> None:
+        raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
+
+    with listening():
+        monkeypatch.setattr("proto.aio.local_socket.socket.socket", forbidden)
+        assert connect_beside("127.0.0.1", PORT) is None
+
+
 def test_a_name_is_taken_once() -> None:
     """The second one is told, and its socket is closed."""
     with listening():
