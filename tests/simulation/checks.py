@@ -99,7 +99,7 @@ def _not_idle(world: World) -> Iterator[str]:
                 yield f"{name} still has {waiting} waiting"
     for broker in (each.broker for each in world.brokers if each.alive and each.broker is not None):
         for link in broker._dispatcher.links:
-            if link.channel.outbox.has_more:
+            if link.channel.outbox.has_more or link.channel.outbox.blocked:
                 yield f"{link} still has messages that may be sent"
 
 
