@@ -115,9 +115,10 @@ async def listen(
         servers = [server]
         if options.local_socket and not url.tls:
             try:
-                servers += await _listen_beside(loop, protocol, server, backlog=backlog)
+                await _listen_beside(loop, protocol, servers, backlog=backlog)
             except BaseException:
-                server.close()
+                for each in servers:
+                    each.close()
                 raise
         return Listener(url._replace(port=server.sockets[0].getsockname()[1]), servers)
     except ListenError:
@@ -163,13 +164,12 @@ async def listen_tcp(
 async def _listen_beside(
     loop: asyncio.AbstractEventLoop,
     protocol: Callable[[], asyncio.BufferedProtocol],
-    server: asyncio.Server,
+    servers: list[asyncio.Server],
     *,
     backlog: int,
-) -> list[asyncio.Server]:
-    """Listen at unix sockets beside the ports of a server; without one, nodes use the port."""
-    servers: list[asyncio.Server] = []
-    for name in [sock.getsockname() for sock in server.sockets]:
+) -> None:
+    """Add servers at unix sockets beside the ports of the first one; without them, nodes use the port."""
+    for name in [sock.getsockname() for sock in servers[0].sockets]:
         try:
             sock = listen_beside(name[0], name[1], backlog)
         except OSError as error:
@@ -177,7 +177,6 @@ async def _listen_beside(
             continue
         if sock is not None:
             servers.append(await loop.create_unix_server(protocol, sock=sock, backlog=backlog))
-    return servers
 
 
 async def listen_unix(

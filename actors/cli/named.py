@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from actors.cli.tables import Styled
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.tools.broker_names import BrokerNames
+    from proto.stats import TopicStats
 
 
 class Side(NamedTuple):
@@ -261,10 +262,17 @@ def print_info(named: Named, options: Options) -> int:
         print_json({"name": name, "types": types[name], **lists})
     else:
         _print_info(types[name], found, names, verbose=options.verbose)
-        if name in topics and topics[name].by_reference:
-            stats = topics[name]
-            print(f"In shared memory: {stats.by_reference} of {stats.messages} messages")
+        if name in topics:
+            _print_shared(topics[name])
     return 0
+
+
+def _print_shared(stats: TopicStats) -> None:
+    """Print how many messages of a topic were in shared memory, if some were or their size asks for it."""
+    from actors.session.shared_memory import MIN_BYTES
+
+    if stats.by_reference or (stats.messages and stats.bytes >= MIN_BYTES * stats.messages):
+        print(f"In shared memory: {stats.by_reference} of {stats.messages} messages")
 
 
 def _print_info(

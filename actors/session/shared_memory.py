@@ -150,8 +150,11 @@ class SharedMemory:
             self._arena = None
 
     def _failed(self, problem: str) -> None:
-        """Note why messages go as bytes; log it once."""
+        """Note why messages go as bytes."""
         self.problem = problem
+        self._warn_once(problem)
+
+    def _warn_once(self, problem: str) -> None:
         if not self._warned:
             self._warned = True
             self._warn(f"Some large messages do not pass through shared memory, but as bytes: {problem}")
@@ -186,6 +189,10 @@ class SharedMemory:
             slot = arena.put(message)
         if slot is None:
             self.full += 1
+            self._warn_once(
+                f"its {arena.announcement.size >> 20} MiB have no space, because readers are slow or keep"
+                " messages, or the system has no memory left"
+            )
         else:
             self.written += 1
         return slot

@@ -107,7 +107,10 @@ def shared_memory(welcome: Mapping[str, object], totals: BrokerStats) -> Check:
         welcome: The options of the broker's welcome.
         totals: Its counters.
     """
-    counts = f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference"
+    counts = (
+        f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference and"
+        f" {totals.shared_copied} as bytes"
+    )
     if Capability.SHARED_MEMORY in str(welcome.get("capabilities", "")).split():
         return Check("sharing", "ok", f"nodes here and the broker share memory: {counts}")
     text = "the broker shares no memory with nodes here: another host, container or user, or it is turned off"

@@ -112,6 +112,16 @@ async def test_verbose_info_counts_messages_in_shared_memory(desk: Desk) -> None
     assert ended.out.endswith("\nIn shared memory: 1 of 3 messages\n") is shared
 
 
+async def test_verbose_info_of_large_messages_without_shared_memory(desk: Desk) -> None:
+    """The line is there, so that nobody believes that they are shared."""
+    async with desk.node(shared_memory=False) as node:
+        publisher = node.create_publisher(String, "chatter", 10)
+        publisher.publish(String(data="large" * 100_000))
+        await publisher.flush()
+        ended = await desk.callboard("topic", "info", "-v", "/chatter")
+    assert ended.out.endswith("\nIn shared memory: 0 of 1 messages\n")
+
+
 async def test_verbose_info(desk: Desk) -> None:
     """Blank lines between all, and each endpoint as rclpy prints it."""
     async with desk.node("zoe", namespace="/ns") as node:
