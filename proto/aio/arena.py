@@ -352,4 +352,6 @@ def reader(arena: frames.Arena) -> Callable[[frames.Reference], Buffer | None]:
         ArenaError: It cannot be opened, or is not what was announced.
     """
     own = _own.get(arena.token)
-    return partial(copy_payload, open_arena(arena)) if own is None else own.read
+    if own is not None and arena.process == os.getpid():  # a forked child does not hold its parent's slots
+        return own.read
+    return partial(copy_payload, open_arena(arena))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.shared_memory import SharedMemory
+from broker.shared_memory import LinkMemory, SharedMemory
 from proto import frames
 from proto.aio.arena import Arena, ArenaError, host_identity
 from proto.codes import Capability
@@ -201,6 +202,23 @@ async def test_an_arena_without_messages_is_forgotten_with_its_publisher(broker:
             source.client.send(source.reference())
             await client.next(frames.Batch)
         assert await client.next(frames.Unmap) == frames.Unmap(announced.id)
+
+
+def link_memories() -> int:
+    """Return how many links with shared memory are in this process."""
+    gc.collect()
+    return sum(isinstance(each, LinkMemory) for each in gc.get_objects())
+
+
+async def test_an_ended_reader_is_forgotten(broker: Broker) -> None:
+    """Also while the arena that it has read stays open."""
+    async with sender(broker) as source:
+        before = link_memories()
+        async with reader(broker) as client:
+            await open_arena(source, client)
+            assert link_memories() == before + 1
+        await until(lambda: broker.stats().connections == 1)
+        assert link_memories() == before
 
 
 async def test_latched_messages_are_not_referred_to(broker: Broker) -> None:

@@ -283,6 +283,18 @@ def test_a_forked_child_writes_nothing(arena: Arena) -> None:
     assert arena.put(MESSAGE) is not None
 
 
+def test_a_forked_child_copies_the_messages_of_its_parent(arena: Arena) -> None:
+    """The slot is held by an object of the parent, not by the child's copy of it."""
+    slot = arena.put(MESSAGE)
+    assert slot is not None
+    process = os.fork()
+    if not process:
+        payload = reader(arena.announcement)(reference(slot))
+        os._exit(0 if payload == array_head(1) + MESSAGE and isinstance(payload, bytes) else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    assert isinstance(reader(arena.announcement)(reference(slot)), memoryview)
+
+
 def test_the_token_is_read_by_processes_of_the_same_user(arena: Arena, tmp_path: Path) -> None:
     """Another process finds it where the arena is, and nothing in other files or numbers."""
     told, (own,) = arena.announcement, arena.descriptors()
