@@ -14,6 +14,7 @@ from broker import Broker, BrokerOptions
 from broker.shared_memory import LinkMemory, SharedMemory
 from proto import frames
 from proto.aio.arena import Arena, ArenaError, host_identity
+from proto.aio.session_proof import session_proof
 from proto.codes import Capability
 from proto.errors import ErrorCode
 from proto.extents import PAGE_BYTES
@@ -202,6 +203,16 @@ async def test_an_arena_without_messages_is_forgotten_with_its_publisher(broker:
             source.client.send(source.reference())
             await client.next(frames.Batch)
         assert await client.next(frames.Unmap) == frames.Unmap(announced.id)
+
+
+def test_nothing_is_a_proof_without_a_secret() -> None:
+    """Before a client has asked for it, and when the broker has stopped: anybody guesses an empty one."""
+    shared = SharedMemory(enabled=True, descriptors=1)
+    proof = session_proof(b"", 1, b"")
+    assert not shared.proves(proof, 1, b"")
+    assert shared.offer(HOST)
+    shared.close()
+    assert not shared.proves(proof, 1, b"")
 
 
 def link_memories() -> int:
