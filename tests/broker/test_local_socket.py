@@ -18,6 +18,7 @@ from proto.aio.local_socket import connect_beside, listen_beside, local_name
 from proto.errors import ErrorCode
 from proto.url import parse_url
 from tests.broker.rawclient import RawClient, hello
+from tests.certificates import Authority
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,7 +35,7 @@ def family(node: Node) -> Any:
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
 async def test_a_node_on_the_brokers_machine_uses_it(host: str) -> None:
-    """The URL stays; a node that comes back after a restart uses it again, or TCP if there is none."""
+    """The URL stays that of the port."""
     async with Broker(BrokerOptions(host=host, port=0)) as broker:
         port = parse_url(broker.url).port
         async with Node("talker", url=f"callboard://{host}:{port}") as node:
@@ -68,6 +69,12 @@ async def test_it_can_be_turned_off(*, offered: bool) -> None:
         assert (sock is not None) is offered
         if sock is not None:
             sock.close()
+
+
+async def test_a_broker_with_tls_has_none(tmp_path: Path) -> None:
+    """It would be a way in without a certificate."""
+    async with Broker(Authority(tmp_path).options()) as broker:
+        assert connect_beside("127.0.0.1", parse_url(broker.url).port) is None
 
 
 async def test_it_ends_with_the_broker() -> None:
@@ -119,7 +126,7 @@ async def test_access_rules_take_it_for_the_loopback_device(tmp_path: Path) -> N
 
 
 async def test_another_user_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nodes look for the socket of their own user's broker; who comes nevertheless means no good."""
+    """Nodes use the socket of their own user's broker only: a connection of another user is no node's."""
     async with Broker(BrokerOptions(port=0)) as broker:
         monkeypatch.setattr("broker.connection.is_same_user", lambda _: False)
         async with RawClient().connected(broker, beside=True) as client:
