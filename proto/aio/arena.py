@@ -133,9 +133,14 @@ class Arena:
         _own[token] = self
         drop_in_children(self)
 
+    @property
+    def inherited(self) -> bool:
+        """Whether this process is a forked child: it has the same memory, but does not hold its slots."""
+        return os.getpid() != self._process
+
     def put(self, message: Buffer) -> Slot | None:
         """Write a message into a free slot; return None if there is no space for it."""
-        if os.getpid() != self._process:  # a forked child has the same memory
+        if self.inherited:
             return None
         message = memoryview(message).cast("B")
         size = SLOT_HEAD_BYTES + len(message)
@@ -155,7 +160,7 @@ class Arena:
 
     def extend(self, slot: Slot, message: Buffer) -> bool:
         """Add a message to those in a slot that nothing refers to yet; return whether it fits behind them."""
-        if os.getpid() != self._process:
+        if self.inherited:
             return False
         message = memoryview(message).cast("B")
         self._free_released()
@@ -352,6 +357,4 @@ def reader(arena: frames.Arena) -> Callable[[frames.Reference], Buffer | None]:
         ArenaError: It cannot be opened, or is not what was announced.
     """
     own = _own.get(arena.token)
-    if own is not None and arena.process == os.getpid():  # a forked child does not hold its parent's slots
-        return own.read
-    return partial(copy_payload, open_arena(arena))
+    return partial(copy_payload, open_arena(arena)) if own is None or own.inherited else own.read

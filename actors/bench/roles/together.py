@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from actors.bench.roles.parent import Parent
 
 
-class Half:
-    """What one of the two roles takes for its parent.
+class RoleParent:
+    """Stands in for the parent of one of the two roles.
 
     Attributes:
-        there: Set when the role is ready.
-        go: To be set when it may begin.
-        over: To be set when a role that serves shall end.
+        role_ready: Set when the role is ready.
+        begin: To be set when it may begin.
+        end: To be set when a role that serves must end.
     """
 
     def __init__(self) -> None:
-        self.there, self.go, self.over = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        self.role_ready, self.begin, self.end = asyncio.Event(), asyncio.Event(), asyncio.Event()
 
     async def ready(self) -> None:
-        """Parent: be ready, and wait for `go`."""
-        self.there.set()
-        await self.go.wait()
+        """Parent: be ready, and wait for `begin`."""
+        self.role_ready.set()
+        await self.begin.wait()
 
     async def gone(self) -> None:
         """Parent: wait for the end."""
-        await self.over.wait()
+        await self.end.wait()
 
 
 async def _play(
@@ -42,34 +42,34 @@ async def _play(
     second: Callable[[Any], Awaitable[Any]],
 ) -> tuple[Load, dict[str, float], dict[str, float]]:
     """Play both roles; the first must be ready before the second starts, and ends last."""
-    halves = Half(), Half()
+    parents = RoleParent(), RoleParent()
     async with asyncio.TaskGroup() as group:
         tasks: list[asyncio.Future[dict[str, float]]] = []
-        for play, half in zip((first, second), halves, strict=True):
-            tasks.append(group.create_task(_run(play, half)))
-            await half.there.wait()
+        for play, each in zip((first, second), parents, strict=True):
+            tasks.append(group.create_task(_run(play, each)))
+            await each.role_ready.wait()
         await parent.ready()
         load = Load()
-        for half in halves:
-            half.go.set()
+        for each in parents:
+            each.begin.set()
         figures = await tasks[1]
-        halves[0].over.set()
+        parents[0].end.set()
         return load, await tasks[0], figures
 
 
-async def _run(play: Callable[[Any], Awaitable[dict[str, float]]], half: Half) -> dict[str, float]:
+async def _run(play: Callable[[Any], Awaitable[dict[str, float]]], parent: RoleParent) -> dict[str, float]:
     try:
-        return await play(half)
+        return await play(parent)
     finally:
-        half.there.set()  # one that fails is waited for no longer
+        parent.role_ready.set()  # one that fails is waited for no longer
 
 
 async def stream_together(parameters: Mapping[str, Any], parent: Parent) -> dict[str, float]:
     """Publish and subscribe as `stream.publisher` and `stream.subscriber` do."""
     load, received, sent = await _play(
         parent,
-        lambda half: stream.subscriber({**parameters, "subscriptions": 1}, half),
-        lambda half: stream.publisher({**parameters, "readers": 1}, half),
+        lambda own: stream.subscriber({**parameters, "subscriptions": 1}, own),
+        lambda own: stream.publisher({**parameters, "readers": 1}, own),
     )
     return {**received, **load.figures(int(received["received"])), "sent": sent["sent"]}
 
@@ -78,7 +78,7 @@ async def calls_together(parameters: Mapping[str, Any], parent: Parent) -> dict[
     """Serve and call as `requests.server` and `requests.requester` do."""
     load, _, called = await _play(
         parent,
-        lambda half: requests.server(parameters, half),
-        lambda half: requests.requester(parameters, half),
+        lambda own: requests.server(parameters, own),
+        lambda own: requests.requester(parameters, own),
     )
     return {**called, **load.figures(int(called["calls"]))}
