@@ -27,7 +27,7 @@ from proto.codec import encode, encode_head
 from proto.fragments import is_large, is_large_size
 from proto.frames import Abort, Batch, Buffer, Replay
 from proto.message_queue import MessageQueue, Ordered, ReplaySource
-from proto.references import SharedBatch, bytes_head
+from proto.references import MIN_REFERENCE_BYTES, SharedBatch, bytes_head
 
 if TYPE_CHECKING:
     from proto.fragments import Transfer, Transfers
@@ -181,7 +181,9 @@ class PublisherQueue(MessageQueue):
         if not isinstance(batch, SharedBatch) or not self.sendable:
             return b""
         references = transfers.references
-        if references is not None and references.allows(batch.slot):
+        # A part that has been cut off may be too small.
+        large = message_bytes(batch) >= MIN_REFERENCE_BYTES
+        if references is not None and large and references.allows(batch.slot):
             if references.full:
                 self.blocked = True
                 return b""

@@ -58,9 +58,20 @@ class Slot:
         size: Bytes of its messages, which follow its head; set by its owner, who may add some until it refers
             to the slot.
         length: How many messages these are.
+        in_place: Whether a reader in its owner's process reads them without a copy.
     """
 
-    __slots__ = ("__weakref__", "_release", "arena", "generation", "length", "memory", "offset", "size")
+    __slots__ = (
+        "__weakref__",
+        "_release",
+        "arena",
+        "generation",
+        "in_place",
+        "length",
+        "memory",
+        "offset",
+        "size",
+    )
 
     def __init__(
         self,
@@ -75,6 +86,7 @@ class Slot:
         self.offset = offset
         self.generation = generation
         self.length = self.size = 0
+        self.in_place = False
         self._release = release
 
     def __del__(self) -> None:

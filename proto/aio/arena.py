@@ -127,6 +127,8 @@ class Arena:
         self._release = partial(_add_extent, self._released)
         self._slots: dict[int, weakref.ref[Slot]] = {}
         """The last slot at each offset, for readers in this process."""
+        self._kept: set[Slot] = set()
+        """Slots that forked children may still read in place: they are not used again."""
         self._generation = 0
         self._process = os.getpid()
         self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
@@ -208,8 +210,14 @@ class Arena:
             return copy_payload(self.memory, reference)
         holder = holder_type.from_buffer(self._writable)
         holder.slot = slot
+        slot.in_place = True
         first = slot.offset + SLOT_HEAD_BYTES
         return memoryview(holder).cast("B")[first - ARRAY_HEAD_BYTES : first + slot.size].toreadonly()
+
+    def keep_for_child(self) -> None:
+        """Use no slot again that a child which is about to be forked gets a view of."""
+        slots = (known() for known in tuple(self._slots.values()))
+        self._kept.update(slot for slot in slots if slot is not None and slot.in_place)
 
     def _free_released(self) -> None:
         while self._released:
@@ -245,6 +253,15 @@ class Arena:
     def __del__(self) -> None:
         """Close it."""
         self.close()
+
+
+def _before_fork() -> None:
+    for own in tuple(_own.values()):
+        own.keep_for_child()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_before_fork)
 
 
 def _add_extent(released: list[tuple[int, int]], slot: Slot) -> None:

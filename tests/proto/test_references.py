@@ -291,6 +291,19 @@ def test_the_ends_of_references_are_checked(length: int, ends: tuple[int, ...]) 
 PARTS = [b"a" * 5000, b"b" * 6000, b"c" * 7000]
 
 
+def test_a_small_part_of_a_batch_goes_as_bytes() -> None:
+    """The peer would take a reference to so little for an error."""
+    memory, peer = Memory(), Peer(depth=1)
+    peer.open()
+    peer.outbox.enqueue(peer.queue, memory.several(0, [SMALL, b"s" * (MIN_REFERENCE_BYTES - 1)]))
+    peer.queue.trim()
+    (sent,) = peer.sent()
+    assert isinstance(sent, Batch)
+    assert (sent.first_sequence, bytes(sent.payload)[-1:]) == (1, b"s")
+    assert (peer.references.sent, peer.references.copied) == (0, 1)
+    assert memory.released == [0]
+
+
 def test_a_batch_in_one_slot_is_cut_like_any_other() -> None:
     """Depth and credit count its messages; each part refers to them where they are."""
     memory, peer = Memory(), Peer(depth=2)

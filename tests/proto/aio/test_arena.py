@@ -295,6 +295,27 @@ def test_a_forked_child_copies_the_messages_of_its_parent(arena: Arena) -> None:
     assert isinstance(reader(arena.announcement)(reference(slot)), memoryview)
 
 
+def test_what_is_read_in_place_stays_in_forked_children(arena: Arena) -> None:
+    """They have the view, but nothing of theirs holds the slot, so it is not used again."""
+    slot = arena.put(MESSAGE)
+    assert slot is not None
+    payload, offset = reader(arena.announcement)(reference(slot)), slot.offset
+    assert isinstance(payload, memoryview)
+    reading, writing = os.pipe()
+    process = os.fork()
+    if not process:
+        os.read(reading, 1)
+        os._exit(0 if bytes(payload) == array_head(1) + MESSAGE else 1)
+    del payload, slot
+    following = arena.put(bytes(len(MESSAGE)))
+    os.write(writing, b".")
+    assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
+    assert following is not None
+    assert following.offset != offset
+    os.close(reading)
+    os.close(writing)
+
+
 def test_the_token_is_read_by_processes_of_the_same_user(arena: Arena, tmp_path: Path) -> None:
     """Another process finds it where the arena is, and nothing in other files or numbers."""
     told, (own,) = arena.announcement, arena.descriptors()
