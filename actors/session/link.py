@@ -85,7 +85,8 @@ class Link:
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
         self._last_id = 0
         self._dirty: dict[FlushSource, None] = {}
-        self._flush_due = False
+        self._flush_due: asyncio.Handle | None = None
+        """The flush at the end of the turn. There is one at most: each ends a turn for `_linger`."""
         self._linger = Linger()
         self._changed: dict[asyncio.Future[None], None] = {}
         self._pongs: dict[int, asyncio.Future[None]] = {}
@@ -139,22 +140,21 @@ class Link:
         if shared_bytes and self.loop is not None:
             self._linger.add(shared_bytes, self.loop.time())
         self._dirty[source] = None
-        if not self._flush_due and self.loop is not None and not (self.channel and self.channel.reading):
-            self._flush_due = True
-            self.loop.call_soon(self._flush_if_due)
+        if self._flush_due is None and self.loop is not None and not (self.channel and self.channel.reading):
+            self._flush_due = self.loop.call_soon(self._end_turn)
 
-    def _flush_if_due(self) -> None:
-        loop = self.loop
-        if not self._flush_due:
-            return
+    def _end_turn(self) -> None:
+        loop, self._flush_due = self.loop, None
         if loop is not None and self._linger.goes_on(loop.time()):
-            loop.call_soon(self._flush_if_due)
+            self._flush_due = loop.call_soon(self._end_turn)
         else:
             self.flush()
 
     def flush(self) -> None:
         """Write everything collected."""
-        self._flush_due = False
+        if self._flush_due is not None:
+            self._flush_due.cancel()
+            self._flush_due = None
         if self._linger.size and self.loop is not None:
             self._linger.end(self.loop.time())
         while self._dirty:

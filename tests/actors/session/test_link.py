@@ -240,25 +240,47 @@ async def test_the_end_of_a_session_tells_each_endpoint_once(
     assert subscription.peers == 0
 
 
-def test_references_wait_for_those_of_the_next_turn() -> None:
+class Source:
+    """Notes how many messages leave together.
+
+    Attributes:
+        flushed: How many, each time.
+        published: Messages that wait.
+    """
+
+    def __init__(self) -> None:
+        self.flushed: list[int] = []
+        self.published = 0
+
+    def flush_turn(self) -> None:
+        """Let them leave."""
+        self.flushed.append(self.published)
+        self.published = 0
+
+
+@pytest.mark.parametrize(
+    ("flushed_in", "expected"),
+    [
+        ((), [1, 11]),
+        ((5,), [1, 5, 7]),  # a flush in the middle of a turn ends one wait, and not all that follow
+    ],
+)
+def test_references_wait_for_those_of_the_next_turn(flushed_in: tuple[int, ...], expected: list[int]) -> None:
     """The first leaves in its own turn; those of turns that follow at once leave together."""
-    flushed: list[int] = []
-
-    class Source:
-        published = 0
-
-        def flush_turn(self) -> None:
-            flushed.append(self.published)
-            self.published = 0
+    source = Source()
 
     async def publish(loop: SimulatedLoop) -> None:
-        link, source = Link(""), Source()
+        link = Link("")
         link.loop = loop
-        for _ in range(12):
+        for turn in range(12):
             source.published += 1
             link.flush_later(source, 1000)
+            if turn in flushed_in:
+                link.flush()
+                source.published += 1
+                link.flush_later(source, 1000)
             await asyncio.sleep(0)
         await asyncio.sleep(1)
 
     simulate(publish)
-    assert flushed == [1, 11]
+    assert source.flushed == expected
