@@ -129,7 +129,8 @@ class Arena:
         """The last slot at each offset, for readers in this process."""
         self._kept: set[Slot] = set()
         """Slots that forked children may still read in place: they are not used again."""
-        self._generation = 0
+        self._generation = secrets.randbits(63)
+        """Of the last slot. By chance no message has its number where an earlier slot began."""
         self._process = os.getpid()
         self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
         _own[token] = self

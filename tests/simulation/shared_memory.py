@@ -49,6 +49,7 @@ def simulated_arenas(seed: int) -> Iterator[None]:
     def determined(arena: Arena, size: int) -> None:
         make(arena, size)
         number = next(numbers)
+        arena._generation = number << 40  # its length in frames must not depend on chance
         arena.announcement = arena.announcement._replace(id=number, process=1, descriptor=number)
 
     arena_bytes, ahead_bytes = random.choice(ARENA_BYTES), random.choice(AHEAD_BYTES)

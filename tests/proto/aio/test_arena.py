@@ -264,6 +264,21 @@ def test_a_reader_in_this_process_gets_the_memory_itself(arena: Arena) -> None:
     assert read(sent) is None
 
 
+def test_numbers_in_a_later_message_are_no_generation(arena: Arena) -> None:
+    """A larger one that begins before an earlier slot has its own bytes where that began."""
+    slots = [arena.put(MESSAGE) for _ in range(2)]
+    second = slots[1]
+    assert second is not None
+    sent = reference(second)
+    del slots, second
+    for number in range(20):
+        larger = arena.put(array("Q", [number] * (SIZE // 16)).tobytes())
+        assert larger is not None
+        assert larger.offset < sent.offset < larger.offset + larger.size
+        assert copy_payload(arena.memory, sent) is None
+        del larger
+
+
 def test_a_forked_child_writes_nothing(arena: Arena) -> None:
     """It has the same memory, in which the parent's messages are, but not the descriptor."""
     (descriptor,) = arena.descriptors()
