@@ -256,8 +256,13 @@ class Arena:
         self.close()
 
 
+def _own_arenas() -> list[Arena]:
+    """Return the arenas of this process; other threads may make some meanwhile."""
+    return [own for known in _own.valuerefs() if (own := known()) is not None]
+
+
 def _before_fork() -> None:
-    for own in tuple(_own.values()):
+    for own in _own_arenas():
         own.keep_for_child()
 
 
@@ -303,7 +308,7 @@ def read_token(process: int, number: int) -> bytes:
     Raises:
         ArenaError: It cannot be read, for example because it is another user's.
     """
-    for own in tuple(_own.values()):
+    for own in _own_arenas():
         if (own.announcement.process, own.announcement.descriptor) == (process, number) and own.descriptors():
             return own.announcement.token
     path = f"/proc/{process}/fd/{number}"
