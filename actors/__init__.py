@@ -139,7 +139,6 @@ if TYPE_CHECKING:
     from actors.time.types import ClockType as ClockType
     from actors.time.types import Duration as Duration
     from actors.time.types import Time as Time
-    from proto.codes import EntryKind as EntryKind
     from proto.errors import CallboardError as CallboardError
     from proto.errors import InvalidNameError as InvalidNameError
     from proto.errors import InvalidNamespaceError as InvalidNamespaceError
@@ -148,12 +147,13 @@ if TYPE_CHECKING:
     from proto.errors import InvalidTopicNameError as InvalidTopicNameError
     from proto.errors import InvalidUrlError as InvalidUrlError
     from proto.errors import TlsFileError as TlsFileError
-    from proto.stats import BrokerRates as BrokerRates
-    from proto.stats import BrokerStats as BrokerStats
-    from proto.stats import LinkStats as LinkStats
-    from proto.stats import MeshBrokerStats as MeshBrokerStats
-    from proto.stats import MeshStats as MeshStats
-    from proto.stats import TopicStats as TopicStats
+    from proto.wire.codes import EntryKind as EntryKind
+    from proto.wire.stats import BrokerRates as BrokerRates
+    from proto.wire.stats import BrokerStats as BrokerStats
+    from proto.wire.stats import LinkStats as LinkStats
+    from proto.wire.stats import MeshBrokerStats as MeshBrokerStats
+    from proto.wire.stats import MeshStats as MeshStats
+    from proto.wire.stats import TopicStats as TopicStats
 
 __getattr__, __dir__ = lazy_names(
     __name__,
@@ -340,8 +340,8 @@ __getattr__, __dir__ = lazy_names(
             "InvalidUrlError",
             "TlsFileError",
         ),
-        "proto.codes": ("EntryKind",),
-        "proto.stats": (
+        "proto.wire.codes": ("EntryKind",),
+        "proto.wire.stats": (
             "BrokerRates",
             "BrokerStats",
             "LinkStats",

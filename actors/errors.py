@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING
 from proto.errors import CallboardError, ErrorCode, ProtocolError
 
 if TYPE_CHECKING:
-    from proto.tls import TlsFault
+    from proto.wire.tls import TlsFault
 
 
 class BrokerUnreachable(CallboardError, ConnectionError):

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from broker.errors import UnprotectedError as UnprotectedError
     from broker.options import BrokerOptions as BrokerOptions
     from broker.server import Broker as Broker
-    from proto.stats import BrokerRates as BrokerRates
-    from proto.stats import BrokerStats as BrokerStats
-    from proto.stats import LinkStats as LinkStats
-    from proto.stats import MeshStats as MeshStats
-    from proto.stats import TopicStats as TopicStats
+    from proto.wire.stats import BrokerRates as BrokerRates
+    from proto.wire.stats import BrokerStats as BrokerStats
+    from proto.wire.stats import LinkStats as LinkStats
+    from proto.wire.stats import MeshStats as MeshStats
+    from proto.wire.stats import TopicStats as TopicStats
 
 _HOME_OF = {
     "AccessFileError": "broker.access.errors",
@@ -30,11 +30,11 @@ _HOME_OF = {
     "UnprotectedError": "broker.errors",
     "BrokerOptions": "broker.options",
     "Broker": "broker.server",
-    "BrokerRates": "proto.stats",
-    "BrokerStats": "proto.stats",
-    "LinkStats": "proto.stats",
-    "MeshStats": "proto.stats",
-    "TopicStats": "proto.stats",
+    "BrokerRates": "proto.wire.stats",
+    "BrokerStats": "proto.wire.stats",
+    "LinkStats": "proto.wire.stats",
+    "MeshStats": "proto.wire.stats",
+    "TopicStats": "proto.wire.stats",
 }
 
 

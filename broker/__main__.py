@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from broker.command import add_arguments, run
+from broker.daemon.command import add_arguments, run
 
 
 def main() -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.errors import InvalidOptionError
 from proto import limits
-from proto.url import DEFAULT_HOST, DEFAULT_PORT
+from proto.wire.url import DEFAULT_HOST, DEFAULT_PORT
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -18,17 +18,17 @@ from typing import TYPE_CHECKING, Self
 
 from broker.access.admission import Admission
 from broker.access.files import load_rules
-from broker.capacity import Capacity
-from broker.connection import Connection
-from broker.dispatcher import Dispatcher
-from broker.drain import Drain
-from broker.inspections import Inspections
-from broker.listening import Listener, listen
 from broker.options import BrokerOptions
-from broker.peer_warnings import PeerWarnings
-from broker.periodic_check import PeriodicCheck
-from broker.presence_log import PresenceLog
-from broker.stats import Statistics
+from broker.serving.capacity import Capacity
+from broker.serving.connection import Connection
+from broker.serving.dispatcher import Dispatcher
+from broker.serving.drain import Drain
+from broker.serving.inspections import Inspections
+from broker.serving.listening import Listener, listen
+from broker.serving.peer_warnings import PeerWarnings
+from broker.serving.periodic_check import PeriodicCheck
+from broker.serving.presence_log import PresenceLog
+from broker.serving.stats import Statistics
 from proto import limits
 from proto.aio.forks import drop_in_children
 from proto.aio.read_budget import ReadBudget
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
-    from broker.mesh.engine import Engine, Host
-    from broker.mesh.member import MeshMember
-    from proto.stats import BrokerStats, LinkStats, MeshStats, TopicStats
+    from broker.mesh.engine.engine import Engine, Host
+    from broker.mesh.engine.member import MeshMember
+    from proto.wire.stats import BrokerStats, LinkStats, MeshStats, TopicStats
 
 
 class Broker:
@@ -201,7 +201,7 @@ class Broker:
             return TlsTransport(channel, self._tls, loop=loop, budget=budget, received=dispatcher.received)
 
         if self.options.joins_mesh or self._make_engine is not None:
-            from broker.mesh.joining import join_mesh  # noqa: PLC0415 - few brokers join one
+            from broker.mesh.engine.joining import join_mesh  # noqa: PLC0415 - few brokers join one
 
             self._mesh = await join_mesh(dispatcher, self.options, budget, self._make_engine)
         statistics.started_at = loop.time()

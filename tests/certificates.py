@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import trustme
 
 from broker import BrokerOptions
-from proto.tls import TlsFiles
+from proto.wire.tls import TlsFiles
 
 if TYPE_CHECKING:
     from pathlib import Path

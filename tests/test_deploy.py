@@ -18,9 +18,9 @@ from actors.cli.table import VERBS, Verb
 from broker.access.files import load_rules
 from broker.access.origin import Origin
 from broker.access.rules import Action
-from broker.configuration import load_configuration
-from proto.addresses import parse_address
-from proto.url import DEFAULT_PORT
+from broker.daemon.configuration import load_configuration
+from proto.wire.addresses import parse_address
+from proto.wire.url import DEFAULT_PORT
 
 ROOT = Path(__file__).resolve().parent.parent
 DEPLOY = ROOT / "deploy"

@@ -16,7 +16,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
 from actors.web.metrics import Metrics
-from proto.stats import BrokerStats, MeshBrokerStats, MeshStats
+from proto.wire.stats import BrokerStats, MeshBrokerStats, MeshStats
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

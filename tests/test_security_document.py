@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from broker.access import admission
-from broker.configuration import SETTINGS
+from broker.daemon.configuration import SETTINGS
 from proto import limited_log, limits
 from proto.aio import read_budget
 

@@ -35,7 +35,7 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.ros.rclpy.node.Node": "has rclpy's surface; its methods delegate",
     "actors.ros.rclpy.node.Node.__init__": "rclpy's arguments, passed on",
     "actors.ros.rclpy.node_parameters.NodeParameters": "has rclpy's parameter methods, which delegate",
-    "proto.frames": "one table of all frames",
+    "proto.wire.frames": "one table of all frames",
 }
 """Modules, functions and classes beyond a limit, by qualified name, and why."""
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.publisher.publisher import Publisher
     from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
-    from proto.frames import Options
+    from proto.wire.frames import Options
 
 MAX_WAIT_SEC: Final = 1.0
 """How long a result waits for feedback: it may wait for the node's other callbacks, or never arrive."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from proto.names import expand_for_node, validate_namespace, validate_node_name, validate_topic_name
+from proto.wire.names import expand_for_node, validate_namespace, validate_node_name, validate_topic_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

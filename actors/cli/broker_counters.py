@@ -17,7 +17,7 @@ from actors.cli.output import print_err
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.rates import LEAST_SEC, CounterRate
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse

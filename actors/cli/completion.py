@@ -15,9 +15,9 @@ from actors.cli.interrupts import raise_at_once
 from actors.cli.output import sanitize
 from actors.cli.parsing import parser_of
 from actors.cli.table import VERBS, Group, Verb
-from proto.codes import EntryKind
 from proto.errors import CallboardError
-from proto.names import is_hidden
+from proto.wire.codes import EntryKind
+from proto.wire.names import is_hidden
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -260,7 +260,7 @@ def _nodes(line: _Line) -> Iterator[Offer]:
 
 def _brokers(line: _Line) -> Iterator[Offer]:
     """Yield the names of the brokers of a mesh, each with its id."""
-    from proto.mesh_keys import broker_id  # noqa: PLC0415
+    from proto.wire.mesh_keys import broker_id  # noqa: PLC0415
 
     with _inspector(line) as inspector:
         brokers = inspector.report().brokers.values()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-from proto.codes import EntryKind
-from proto.names import is_hidden, validate_full_service_name, validate_full_topic_name
+from proto.wire.codes import EntryKind
+from proto.wire.names import is_hidden, validate_full_service_name, validate_full_topic_name
 
 # Reading arguments needs nothing else.
 # ruff: noqa: PLC0415
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.cli.tables import Styled
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.tools.broker_names import BrokerNames
-    from proto.stats import TopicStats
+    from proto.wire.stats import TopicStats
 
 
 class Side(NamedTuple):

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from actors.cli.output import print_err
-from proto.names import is_hidden
+from proto.wire.names import is_hidden
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -108,7 +108,7 @@ async def ask_all(
     from actors.cli.hidden_node import graph_of, hidden_node
     from actors.cli.node_names import visible_nodes
     from actors.errors import CallFailed
-    from proto.codes import EntryKind
+    from proto.wire.codes import EntryKind
 
     async def answer(node: Node, name: str) -> T | CallFailed:
         try:

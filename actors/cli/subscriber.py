@@ -13,7 +13,7 @@ from actors.cli.output import print_err
 from actors.endpoints.events import SubscriptionEventCallbacks
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine

@@ -21,7 +21,7 @@ from actors.qos.profile import (
     ReliabilityPolicy,
 )
 from actors.tools.stamps import Stamps
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     import argparse

@@ -28,14 +28,14 @@ from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.credentials import Credentials, find_credentials
 from proto.errors import CallboardError, escape
 from proto.limits import MAX_DOMAIN
-from proto.tls import TlsFiles
-from proto.url import DEFAULT_URL, parse_urls
+from proto.wire.tls import TlsFiles
+from proto.wire.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable
     from typing import Self
 
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 DEFAULT: Final = "default"
 """The context that always exists: the default URL, without a domain."""

@@ -11,7 +11,7 @@ from actors.config import environment
 from actors.errors import NotAuthorized
 from proto.errors import escape
 from proto.limits import MAX_TOKEN_CHARACTERS
-from proto.tls import NO_FILES, TlsFiles
+from proto.wire.tls import NO_FILES, TlsFiles
 
 _FILE_VARIABLES: Final = ("CALLBOARD_TOKEN_FILE", "CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY")
 
@@ -90,7 +90,7 @@ class Credentials:
             token = _read(self.token_file)
         if token is None:
             return None
-        from proto.addresses import is_loopback  # noqa: PLC0415 - only with a token
+        from proto.wire.addresses import is_loopback  # noqa: PLC0415 - only with a token
 
         if not (encrypted or self.insecure or not host or is_loopback(host)):
             raise NotAuthorized(

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Final
 
 from proto.errors import CallboardError, escape
 from proto.limits import MAX_DOMAIN
-from proto.tls import TlsFiles
+from proto.wire.tls import TlsFiles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
-from proto.stats import increase
+from proto.wire.stats import increase
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

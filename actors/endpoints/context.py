@@ -17,10 +17,10 @@ from actors.time.clock import Clock
 from actors.time.jumps import ClockChange
 from actors.time.ros_time import RosTime
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType
-from proto import frames
-from proto.codes import Capability, NoticeKind
 from proto.limited_log import PERIOD_SEC, LimitedLog
-from proto.names import full_node_name
+from proto.wire import frames
+from proto.wire.codes import Capability, NoticeKind
+from proto.wire.names import full_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable

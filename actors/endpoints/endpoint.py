@@ -14,7 +14,7 @@ from actors.session.endpoint import LinkEndpoint
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import EndpointEvents
-    from proto import frames
+    from proto.wire import frames
 
 
 class Endpoint(LinkEndpoint):

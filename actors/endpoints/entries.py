@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from proto import limits
-from proto.frames import ReplyEntry, RequestEntry
+from proto.wire.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from actors.session.link import FlushSource, Link

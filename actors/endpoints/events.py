@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.qos.compatibility import QoSPolicyKind
-from proto.codes import NoticeKind
+from proto.wire.codes import NoticeKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.callbacks.source import Share
     from actors.diagnostics.records import CallbackDiagnostics
     from actors.endpoints.context import NodeContext
-    from proto import frames
+    from proto.wire import frames
 
 EventCallback: TypeAlias = "Callable[[Any], Any]"
 

@@ -19,14 +19,14 @@ from actors.errors import PublisherFull
 from actors.interfaces.errors import InvalidMessageError
 from actors.qos.profile import qos_from
 from proto import limits
-from proto.names import validate_full_topic_name
+from proto.wire.names import validate_full_topic_name
 
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.interfaces.message import Message
     from actors.qos.profile import QoSProfile
     from actors.time.clock import Clock
-    from proto.frames import Options
+    from proto.wire.frames import Options
 
 TOPIC_SUFFIX: Final = "/_service_event"
 

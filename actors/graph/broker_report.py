@@ -6,9 +6,17 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.graph.snapshot import require_few
-from proto import frames
 from proto.errors import peer_name, peer_text
-from proto.stats import BrokerRates, BrokerStats, LinkStats, MeshBrokerStats, MeshStats, TopicStats, increase
+from proto.wire import frames
+from proto.wire.stats import (
+    BrokerRates,
+    BrokerStats,
+    LinkStats,
+    MeshBrokerStats,
+    MeshStats,
+    TopicStats,
+    increase,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

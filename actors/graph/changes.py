@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from actors.endpoints.endpoint import Endpoint, Handle
 from actors.graph.snapshot import GraphSnapshot
-from proto import frames
-from proto.codes import EntryKind
+from proto.wire import frames
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from actors.endpoints.context import NodeContext
-    from proto.frames import GraphEntry
+    from proto.wire.frames import GraphEntry
 
 
 class GraphChangeKind(Enum):

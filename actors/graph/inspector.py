@@ -21,17 +21,18 @@ from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
 from actors.graph.socket_connection import connected_socket
 from actors.session.tls import tls_failure, tls_required
-from proto import frames, limits
+from proto import limits
 from proto.aio.arena import host_identity
 from proto.aio.tls import client_context, is_tls_error
 from proto.checks import require_domain
-from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError, peer_text
-from proto.fragments import Reassembler
-from proto.identity import agent
-from proto.receiver import SCRATCH_BYTES, Receiver
-from proto.session import Role, Session, State
-from proto.url import parse_urls
+from proto.wire import frames
+from proto.wire.codec import Decoder, encode
+from proto.wire.fragments import Reassembler
+from proto.wire.identity import agent
+from proto.wire.receiver import SCRATCH_BYTES, Receiver
+from proto.wire.session import Role, Session, State
+from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
     import socket
@@ -40,9 +41,9 @@ if TYPE_CHECKING:
 
     from actors.config.contexts import BrokerTarget
     from actors.config.credentials import Credentials
-    from proto.frames import Frame
-    from proto.tls import TlsFiles
-    from proto.url import BrokerUrl
+    from proto.wire.frames import Frame
+    from proto.wire.tls import TlsFiles
+    from proto.wire.url import BrokerUrl
 
 AGENT: Final = agent("callboard-inspector")
 _QUERY: Final = 1
@@ -238,7 +239,7 @@ class Inspector:
             BrokerUnreachable: No answer within `timeout_sec`, or the link broke.
             ProtocolError: The broker refuses, or violates the protocol.
         """
-        from proto.type_hash import hash_of  # noqa: PLC0415 - takes time, and few queries need it
+        from proto.wire.type_hash import hash_of  # noqa: PLC0415 - takes time, and few queries need it
 
         found: list[bytes | None] = []
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 from actors.qos.profile import UNLIMITED, HistoryPolicy, QoSProfile
 from actors.time.types import INFINITE
-from proto.codes import EntryKind
 from proto.errors import ErrorCode, ProtocolError, peer_name
-from proto.frames import GraphEntry
-from proto.names import split_node_name
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
+from proto.wire.names import split_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from actors.time.types import Duration
-    from proto import frames
+    from proto.wire import frames
 
 NamesAndTypes = list[tuple[str, list[str]]]
 

@@ -6,7 +6,7 @@ import socket
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 
 def connected_socket(url: BrokerUrl, timeout_sec: float) -> socket.socket:

@@ -12,8 +12,8 @@ from actors.endpoints.context import NodeContext, in_flight
 from actors.errors import BrokerUnreachable
 from actors.graph.queries import QUERY_TIMEOUT_SEC, answered, connected
 from actors.graph.snapshot import GraphSnapshot
-from proto import frames
-from proto.type_hash import hash_of
+from proto.wire import frames
+from proto.wire.type_hash import hash_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -30,7 +30,7 @@ from actors.interfaces.definition import action_definition, message_definition, 
 from actors.interfaces.fields import fields_of
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
 from actors.interfaces.values import has_sequences, same, sequences_of, value_repr
-from proto.type_hash import hash_of
+from proto.wire.type_hash import hash_of
 
 if TYPE_CHECKING:
     from actors.interfaces.action import ActionImpl

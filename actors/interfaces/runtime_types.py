@@ -33,7 +33,7 @@ from actors.interfaces.message import (
 )
 from actors.interfaces.registry import find_interface
 from actors.interfaces.source import sequence_name
-from proto.type_hash import hash_of
+from proto.wire.type_hash import hash_of
 
 MAX_ELEMENTS: Final = 1 << 20
 """Fields and elements that a new message has, at all levels: a definition may come from anywhere."""

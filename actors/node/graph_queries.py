@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from actors.callbacks.must_await import must_await
 from actors.graph.snapshot import actions_among
-from proto.codes import EntryKind
-from proto.names import expand_topic_name, full_node_name, split_node_name
+from proto.wire.codes import EntryKind
+from proto.wire.names import expand_topic_name, full_node_name, split_node_name
 
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext

@@ -36,7 +36,7 @@ from actors.session.link import Link
 from actors.session.shared_memory import MIN_BYTES, SharedMemory
 from actors.time.rate import Rate
 from proto.checks import require_domain, require_seconds
-from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
+from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from actors.arguments.remapping import Remapper
     from actors.diagnostics.records import PublisherDiagnostics
     from actors.endpoints.context import NodeContext
-    from proto import frames
+    from proto.wire import frames
 
 TOPIC: Final = "/rosout"
 MAX_LINES: Final = 10_000

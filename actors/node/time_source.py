@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.parameters.changes import ParameterChanges
     from actors.parameters.store import ParameterStore
     from actors.session.attachments import Attachment
-    from proto.frames import Batch, Replay
+    from proto.wire.frames import Batch, Replay
 
 CLOCK_TOPIC: Final = "/clock"
 USE_SIM_TIME: Final = "use_sim_time"

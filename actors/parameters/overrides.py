@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final, cast
 from actors.interfaces.yaml_reader import load_sections
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.types import ParameterType, ParameterValue, parameter_value_from_string
-from proto.names import validate_node_name
+from proto.wire.names import validate_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

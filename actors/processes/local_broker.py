@@ -24,15 +24,15 @@ from typing import IO, TYPE_CHECKING, Final, NamedTuple
 from actors.config import environment
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import inspector_for
-from proto.addresses import is_loopback
 from proto.errors import CallboardError, ProtocolError, escape
-from proto.url import LOOPBACK_HOSTS
+from proto.wire.addresses import is_loopback
+from proto.wire.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from actors.config.contexts import BrokerTarget
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 IDLE_SEC: Final = 10
 """How long no client is connected until the broker ends."""

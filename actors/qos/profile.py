@@ -13,10 +13,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.time.types import INFINITE, Duration
-from proto import qos as wire
 from proto.errors import CallboardError
 from proto.limits import MAX_DEPTH
-from proto.qos import DEFAULT_DEPTH
+from proto.wire import qos as wire
+from proto.wire.qos import DEFAULT_DEPTH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from proto.codes import DetachReason
 from proto.errors import peer_name
-from proto.qos import KEEP_ALL, MANUAL_BY_TOPIC
+from proto.wire.codes import DetachReason
+from proto.wire.qos import KEEP_ALL, MANUAL_BY_TOPIC
 
 if TYPE_CHECKING:
-    from proto import frames
-    from proto.frames import Batch, Options, Replay
+    from proto.wire import frames
+    from proto.wire.frames import Batch, Options, Replay
 
 
 class Reader(Protocol):

@@ -13,20 +13,21 @@ from actors.errors import BrokerUnreachable, NodeNameTaken, NotAuthorized
 from actors.session.dispatch import DISPATCH
 from actors.session.keepalive import Keepalive
 from actors.session.tls import tls_failure, tls_required
-from proto import frames, limits
+from proto import limits
 from proto.aio.channel import Channel
 from proto.aio.connecting import connect
 from proto.aio.forks import drop_in_children
 from proto.aio.tls import is_tls_error
 from proto.errors import ErrorCode, ProtocolError, TlsFileError, peer_text
 from proto.liveness import PeerState
-from proto.session import Role
+from proto.wire import frames
+from proto.wire.session import Role
 
 if TYPE_CHECKING:
     from actors.config.credentials import Credentials
     from actors.session.link import Link
-    from proto.frames import Frame
-    from proto.url import BrokerUrl
+    from proto.wire.frames import Frame
+    from proto.wire.url import BrokerUrl
 
 
 class LinkLog(Protocol):

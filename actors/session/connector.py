@@ -15,15 +15,16 @@ from actors.errors import BrokerUnreachable, NotAuthorized, TlsFailed
 from actors.session import first_attempt
 from actors.session.connection import BrokerConnection
 from actors.session.start_hint import start_hint
-from proto import frames, limits
-from proto.identity import agent
+from proto import limits
+from proto.wire import frames
+from proto.wire.identity import agent
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.session.connection import LinkLog
     from actors.session.link import Link
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 FIRST_RETRY_SEC: Final = 0.05
 LAST_RETRY_SEC: Final = 2.0

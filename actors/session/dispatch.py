@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.session.endpoint import LinkEndpoint
-from proto import frames
 from proto.errors import ErrorCode, peer_text
+from proto.wire import frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from proto import frames
+    from proto.wire import frames
 
 
 class LinkEndpoint:

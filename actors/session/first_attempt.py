@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.session.link import Link
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 FIRST_ANSWER_SEC: Final = 1.0
 """The longest wait; a broker needs milliseconds to answer."""

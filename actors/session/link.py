@@ -14,8 +14,9 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
 from actors.session.linger import Linger
 from actors.session.shared_memory import SharedMemory
-from proto import frames, limits
+from proto import limits
 from proto.loop_lag import LoopLag
+from proto.wire import frames
 
 if TYPE_CHECKING:
     import asyncio
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from actors.session.endpoint import LinkEndpoint
     from proto.aio.channel import Channel
-    from proto.frames import Options
+    from proto.wire.frames import Options
 
 HEADER_BYTES: Final = 256
 """Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""

@@ -11,7 +11,7 @@ import asyncio
 import sys
 from typing import TYPE_CHECKING, Final
 
-from proto import frames, limits
+from proto import limits
 from proto.aio.arena import (
     ARENA_BYTES,
     Arena,
@@ -21,18 +21,19 @@ from proto.aio.arena import (
     reader,
 )
 from proto.aio.session_proof import connection_ends, session_proof
-from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError, peer_text
-from proto.extents import PAGE_BYTES
-from proto.frames import Batch
-from proto.references import AHEAD_BYTES, MIN_REFERENCE_BYTES, References, release_frames
+from proto.queues.extents import PAGE_BYTES
+from proto.wire import frames
+from proto.wire.codes import Capability
+from proto.wire.frames import Batch
+from proto.wire.references import AHEAD_BYTES, MIN_REFERENCE_BYTES, References, release_frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.aio.channel import Channel
-    from proto.frames import Buffer, Options
-    from proto.references import Slot
+    from proto.wire.frames import Buffer, Options
+    from proto.wire.references import Slot
 
 MIN_BYTES: Final = 16 * 1024
 """Messages from this size on are worth it, also one by one."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import socket
 from typing import TYPE_CHECKING
 
-from proto.url import DEFAULT_PORT, LOOPBACK_HOSTS
+from proto.wire.url import DEFAULT_PORT, LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 
 def start_hint(url: BrokerUrl, error: BaseException | None = None) -> str:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 from actors.errors import TlsFailed
 from proto.aio.tls import names_of_peer
-from proto.tls import TlsFault, explain, fault_of
+from proto.wire.tls import TlsFault, explain, fault_of
 
 if TYPE_CHECKING:
-    from proto.tls import TlsFiles
-    from proto.url import BrokerUrl
+    from proto.wire.tls import TlsFiles
+    from proto.wire.url import BrokerUrl
 
 NAMES_TIMEOUT_SEC: Final = 1.0
 """For asking a broker with another name which names it has."""

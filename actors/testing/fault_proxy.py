@@ -25,7 +25,7 @@ from actors.errors import WaitTimeout
 from actors.testing.changes import ChangeSignal
 from actors.testing.link_faults import Direction, Faults, LinkFaults
 from actors.testing.pipe import Pipe
-from proto.url import BrokerUrl, parse_url
+from proto.wire.url import BrokerUrl, parse_url
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 from actors.qos.compatibility import disagreements
 from actors.tools.broker_names import BrokerNames
 from actors.tools.check import Check, summed_up
-from proto.codes import Capability, EntryKind
-from proto.identity import VERSION, version_of
+from proto.wire.codes import Capability, EntryKind
+from proto.wire.identity import VERSION, version_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from actors.graph.broker_report import BrokerReport
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot
     from actors.tools.check import Status
-    from proto.frames import GraphEntry
-    from proto.stats import BrokerStats, LinkStats
+    from proto.wire.frames import GraphEntry
+    from proto.wire.stats import BrokerStats, LinkStats
 
 SKEW_SEC: Final = 0.1
 """A larger difference of the clocks makes delays between machines wrong."""

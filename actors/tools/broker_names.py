@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from proto.mesh_keys import broker_id
+from proto.wire.mesh_keys import broker_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

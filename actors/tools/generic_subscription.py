@@ -18,7 +18,7 @@ from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Message, type_hash
 from actors.interfaces.registry import find_interface
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.graph.snapshot import actions_among
 from actors.qos.profile import UNLIMITED
-from proto.codes import EntryKind
-from proto.names import full_node_name, is_hidden
+from proto.wire.codes import EntryKind
+from proto.wire.names import full_node_name, is_hidden
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes

@@ -17,7 +17,7 @@ from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Action, Message, Service, type_hash
 from actors.interfaces.registry import find_interface
 from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from actors.config.contexts import BrokerTarget
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 TIMEOUT_SEC: Final = 2.0
 OTHER_PROGRAM: Final = "see what listens there: another program may have the port"

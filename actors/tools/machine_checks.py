@@ -15,8 +15,8 @@ from actors.config import environment
 from actors.config.contexts import Contexts, contexts_file
 from actors.tools.check import Check
 from proto.errors import CallboardError
-from proto.identity import VERSION
-from proto.url import parse_urls
+from proto.wire.identity import VERSION
+from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

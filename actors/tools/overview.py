@@ -20,15 +20,15 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.tools.broker_names import BrokerNames
-from proto.codes import EntryKind
-from proto.names import is_hidden
+from proto.wire.codes import EntryKind
+from proto.wire.names import is_hidden
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from actors.graph.broker_report import BrokerReport, BrokerReportRates
     from actors.graph.snapshot import GraphSnapshot
-    from proto.stats import LinkStats, TopicStats
+    from proto.wire.stats import LinkStats, TopicStats
 
 WINDOW: Final = 3
 """Intervals between samples over which a rate is taken: more make the rate of a slow topic steadier."""

@@ -17,15 +17,15 @@ from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
 from actors.tools.certificates import expiries
 from actors.tools.check import Check
-from proto.addresses import is_loopback
 from proto.errors import CallboardError, escape
-from proto.tls import TlsFault, TlsFiles
-from proto.url import LOOPBACK_HOSTS
+from proto.wire.addresses import is_loopback
+from proto.wire.tls import TlsFault, TlsFiles
+from proto.wire.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 MAX_PEM_CHARACTERS: Final = 4 * 1024 * 1024
 """Far more than the authorities of a system have."""

@@ -12,8 +12,8 @@ from actors.interfaces.message import Message
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.stamps import Stamps
 from actors.web.javascript_values import message_to_javascript
-from proto.codes import EntryKind
 from proto.errors import CallboardError
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping

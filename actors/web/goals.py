@@ -13,8 +13,8 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.web.calls import MATCH_SEC, message_of
 from actors.web.javascript_values import message_to_javascript
 from proto.aio.tasks import cancel_and_wait
-from proto.codes import EntryKind
 from proto.errors import CallboardError
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

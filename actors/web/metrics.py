@@ -15,8 +15,8 @@ from prometheus_client.registry import Collector
 
 from actors.graph.broker_report import TOPIC_TOTALS
 from actors.tools.broker_names import BrokerNames
-from proto.codes import EntryKind
-from proto.stats import increase
+from proto.wire.codes import EntryKind
+from proto.wire.stats import increase
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from actors.graph.broker_report import BrokerReport
     from actors.graph.snapshot import GraphSnapshot
-    from proto.stats import TopicStats
+    from proto.wire.stats import TopicStats
 
 MAX_TOPICS: Final = 100
 """Topics with a label of their own."""

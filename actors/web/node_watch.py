@@ -21,8 +21,8 @@ from actors.web.javascript_values import to_javascript
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from proto.aio.tasks import keep_running
-from proto.codes import EntryKind
 from proto.errors import CallboardError
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

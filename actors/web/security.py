@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
-from proto.addresses import is_address
+from proto.wire.addresses import is_address
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

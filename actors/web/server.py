@@ -29,8 +29,8 @@ from actors.web.routes.state import STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
 from actors.web.workspace import Workspace
-from proto.addresses import is_loopback
 from proto.errors import CallboardError
+from proto.wire.addresses import is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.web.subscription_answer import SubscriptionAnswer
-from proto.codes import EntryKind
 from proto.errors import CallboardError
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

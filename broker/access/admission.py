@@ -11,7 +11,7 @@ from broker.access.errors import Unauthorized
 if TYPE_CHECKING:
     from broker.access.origin import Origin
     from broker.access.rules import AccessRules, Principal
-    from proto.addresses import Address
+    from proto.wire.addresses import Address
 
 MAX_FAILURES: Final = 10
 """Failed attempts of one address within FAILURE_PERIOD_SEC that are answered at once."""

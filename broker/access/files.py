@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from broker.access.credentials import TOKEN_BYTES, TOKEN_PREFIX
 from broker.access.errors import AccessFileError
 from broker.access.parse import MAX_FILE_BYTES, parse_rules
-from broker.private_file import write_private
+from broker.access.private_file import write_private
 from proto.aio.file_lock import hold_lock
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from proto.addresses import Address
+    from proto.wire.addresses import Address
 
 Network: TypeAlias = IPv4Network | IPv6Network
 

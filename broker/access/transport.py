@@ -7,13 +7,13 @@ import socket
 from typing import TYPE_CHECKING, Any, cast
 
 from broker.access.origin import LOCAL, UNKNOWN, Origin, certificate_names
-from proto.addresses import parse_address
 from proto.aio.local_socket import address_in, peer_user
+from proto.wire.addresses import parse_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from proto.addresses import Address
+    from proto.wire.addresses import Address
 
 
 def is_unix(sock: Any) -> bool:

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.messages import Direct, Heartbeat
-from proto import frames
+from proto.wire import frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from collections.abc import Set as AbstractSet
 
     from broker.mesh.messages import Held, Received, Snapshot
-    from proto.frames import Frame
+    from proto.wire.frames import Frame
 
 MAX_BROKERS: Final = 1000
 """Other brokers. Further ones are ignored."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker.access.rules import Action
 from broker.mesh.messages import Change
-from broker.records import (
+from broker.routing.records import (
     ClientRecord,
     Endpoint,
     NodeRecord,
@@ -15,14 +15,14 @@ from broker.records import (
     ServiceRecord,
     SubscriptionRecord,
 )
-from proto import frames
+from proto.wire import frames
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.access.rules import Rights
-    from proto.frames import Frame
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue
+    from proto.wire.frames import Frame
 
 
 _COUNTERPARTS: Final = {

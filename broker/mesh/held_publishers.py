@@ -10,13 +10,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.messages import Held
-from proto.mesh_keys import mesh_key
+from proto.wire.mesh_keys import mesh_key
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from broker.records import PublisherRecord, Route
-    from broker.router import Router
+    from broker.routing.records import PublisherRecord, Route
+    from broker.routing.router import Router
 
 LATCHED_HEARTBEATS: Final = 10
 """Heartbeats, one a second, that name a publisher with latched messages after its last message."""

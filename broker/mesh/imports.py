@@ -7,22 +7,22 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from broker.access.rules import Action
-from broker.mirrored import Mirror
-from broker.records import NodeRecord
-from proto import frames
+from broker.routing.mirrored import Mirror
+from broker.routing.records import NodeRecord
 from proto.errors import ErrorCode, InvalidNameError, ProtocolError
-from proto.mesh_keys import mesh_key
-from proto.qos import Refusal
+from proto.wire import frames
+from proto.wire.mesh_keys import mesh_key
+from proto.wire.qos import Refusal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.access.rules import Rights
-    from broker.deliveries import Delivery
     from broker.mesh.calls import MeshCalls
     from broker.mesh.messages import Change, Snapshot
-    from broker.router import Router
-    from proto.frames import Frame
+    from broker.routing.deliveries import Delivery
+    from broker.routing.router import Router
+    from proto.wire.frames import Frame
 
 
 _ACTIONS: Final[dict[type[Any], Action]] = {

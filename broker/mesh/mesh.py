@@ -21,17 +21,17 @@ from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
 from broker.mesh.wanted_topics import WantedTopics
 from proto.errors import ErrorCode, ProtocolError
-from proto.identity import VERSION
 from proto.limits import MAX_U32
+from proto.wire.identity import VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.access.rules import Rights
-    from broker.deliveries import Delivery
     from broker.mesh.broker_session import BrokerSession
     from broker.mesh.messages import Heartbeat, Received
-    from broker.router import Router
+    from broker.routing.deliveries import Delivery
+    from broker.routing.router import Router
 
 
 def _ignore(*_: object) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from proto.frames import Assert, Batch, Buffer, Frame
+    from proto.wire.frames import Assert, Batch, Buffer, Frame
 
 
 class Change(NamedTuple):

@@ -8,17 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from broker.deliveries import Send
-from proto import frames
-from proto.type_hash import hash_of
+from broker.routing.deliveries import Send
+from proto.wire import frames
+from proto.wire.type_hash import hash_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from broker.deliveries import Delivery
     from broker.mesh.exports import MeshExports
-    from broker.router import Router
-    from proto.frames import Frame
+    from broker.routing.deliveries import Delivery
+    from broker.routing.router import Router
+    from proto.wire.frames import Frame
 
 MAX_ANSWER_HEARTBEATS: Final = 2
 """Heartbeats of this broker, one a second, for which a request waits for its answer."""

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from broker.calls import NO_SERVER, answer
-from broker.mirrored import Forward, Open
-from proto import frames
-from proto.batches import with_raw
-from proto.codes import Status
+from broker.routing.calls import NO_SERVER, answer
+from broker.routing.mirrored import Forward, Open
 from proto.errors import ErrorCode, ProtocolError
-from proto.mesh_keys import broker_of_key
+from proto.queues.batches import with_raw
+from proto.wire import frames
+from proto.wire.codes import Status
+from proto.wire.mesh_keys import broker_of_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from broker.deliveries import Delivery
     from broker.mesh.calls import MeshCalls
     from broker.mesh.imports import MeshImports
     from broker.mesh.messages import Direct
-    from broker.mirrored import Mirrored
-    from broker.records import PublisherRecord
-    from broker.router import Router
-    from proto.frames import Frame
+    from broker.routing.deliveries import Delivery
+    from broker.routing.mirrored import Mirrored
+    from broker.routing.records import PublisherRecord
+    from broker.routing.router import Router
+    from proto.wire.frames import Frame
 
 
 class MeshReceiver:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from broker.mesh.messages import Publish
-from broker.records import ServiceRecord
-from proto import frames
-from proto.codec import encode
-from proto.mesh_keys import broker_of_key
+from broker.routing.records import ServiceRecord
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.mesh_keys import broker_of_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from broker.mesh.calls import MeshCalls
     from broker.mesh.exports import MeshExports
     from broker.mesh.imports import MeshImports
-    from broker.router import Router
-    from proto.frames import Buffer, Frame
+    from broker.routing.router import Router
+    from proto.wire.frames import Buffer, Frame
 
 
 class MeshSender:

@@ -9,7 +9,7 @@ from broker.mesh.messages import Subscribe
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.router import Router
+    from broker.routing.router import Router
 
 
 class WantedTopics:

@@ -13,9 +13,9 @@ from typing import Annotated, Final, TypeAlias, TypeVar
 import msgspec
 
 from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
-from proto import frames
-from proto.codec import Decoder, encode
 from proto.errors import ErrorCode, ProtocolError
+from proto.wire import frames
+from proto.wire.codec import Decoder, encode
 
 _version: Final = Struct(">Q")
 _numbers: Final = Struct(">QQQ")

@@ -19,12 +19,13 @@ from functools import cache, partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
-from proto import frames, limits
+from proto import limits
 from proto.aio.forks import drop_in_children
-from proto.codec import ARRAY_HEAD_BYTES, array_head
 from proto.errors import CallboardError
-from proto.extents import PAGE_BYTES, Extents, rounded
-from proto.references import SLOT_HEAD_BYTES, Slot, begin_slot, copy_payload
+from proto.queues.extents import PAGE_BYTES, Extents, rounded
+from proto.wire import frames
+from proto.wire.codec import ARRAY_HEAD_BYTES, array_head
+from proto.wire.references import SLOT_HEAD_BYTES, Slot, begin_slot, copy_payload
 
 if sys.platform == "linux":
     import fcntl
@@ -32,7 +33,7 @@ if sys.platform == "linux":
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from proto.frames import Buffer
+    from proto.wire.frames import Buffer
 
 ARENA_BYTES: Final = 64 * 1024 * 1024
 """Size of an arena. It takes memory only where messages have been."""

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 from proto.aio.channel import Channel
 from proto.aio.read_budget import SHARE_FRAMES, SHARE_SEC
-from proto.receiver import PARTS
+from proto.wire.receiver import PARTS
 
 if TYPE_CHECKING:
     import asyncio
 
     from proto.aio.channel import ChannelHandler
     from proto.aio.read_budget import ReadBudget
-    from proto.fragments import ByteTotal, Reassembler
-    from proto.session import Role
+    from proto.wire.fragments import ByteTotal, Reassembler
+    from proto.wire.session import Role
 
 CONTENDED_READ_BYTES: Final = 64 * 1024
 """What a connection may read at once while others wait for the budget, because it may have to be kept."""

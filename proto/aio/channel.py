@@ -12,16 +12,17 @@ import socket
 import threading
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
-from proto import frames, limits
-from proto.codec import Decoder, encode
+from proto import limits
 from proto.errors import ProtocolError
-from proto.fragments import ByteTotal, Reassembler
-from proto.outbox import Outbox
-from proto.receiver import PARTS, SCRATCH_BYTES, Receiver
-from proto.session import Role, Session, State
+from proto.queues.outbox import Outbox
+from proto.wire import frames
+from proto.wire.codec import Decoder, encode
+from proto.wire.fragments import ByteTotal, Reassembler
+from proto.wire.receiver import PARTS, SCRATCH_BYTES, Receiver
+from proto.wire.session import Role, Session, State
 
 if TYPE_CHECKING:
-    from proto.frames import Frame
+    from proto.wire.frames import Frame
 
 _GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""

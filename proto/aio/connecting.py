@@ -10,8 +10,8 @@ from proto.aio.tls import client_context
 if TYPE_CHECKING:
     import asyncio
 
-    from proto.tls import TlsFiles
-    from proto.url import BrokerUrl
+    from proto.wire.tls import TlsFiles
+    from proto.wire.url import BrokerUrl
 
 
 async def connect(

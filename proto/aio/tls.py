@@ -12,14 +12,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from proto.errors import TlsFileError
-from proto.tls import describe
+from proto.wire.tls import describe
 
 if TYPE_CHECKING:
     import ssl
     from pathlib import Path
 
-    from proto.tls import TlsFiles
-    from proto.url import BrokerUrl
+    from proto.wire.tls import TlsFiles
+    from proto.wire.url import BrokerUrl
 
 _CONTEXTS: Final = 64
 """Contexts of clients that are kept: reading the system's authorities takes tens of milliseconds."""

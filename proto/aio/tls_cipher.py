@@ -6,13 +6,13 @@ import ssl
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, cast
 
-from proto.fragments import ByteTotal
+from proto.wire.fragments import ByteTotal
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.aio.read_budget import ReadBudget
-    from proto.frames import Buffer
+    from proto.wire.frames import Buffer
 
 SHARE_RECORDS: Final = 500
 """Records that one connection may have decrypted in one loop turn. They may be of one byte, and each costs

@@ -12,15 +12,15 @@ import ssl
 import threading
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from proto import frames
 from proto.aio.tls_cipher import SHARE_RECORDS, Cipher
-from proto.codec import BIN_32, encode
 from proto.errors import ErrorCode
+from proto.wire import frames
+from proto.wire.codec import BIN_32, encode
 
 if TYPE_CHECKING:
     from proto.aio.read_budget import ReadBudget, Reader
-    from proto.fragments import ByteTotal
-    from proto.frames import Buffer
+    from proto.wire.fragments import ByteTotal
+    from proto.wire.frames import Buffer
 
 _READ_BYTES: Final = 256 * 1024
 """Encrypted bytes that are read at once."""

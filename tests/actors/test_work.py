@@ -11,14 +11,15 @@ import pytest
 from actors.callbacks.budget import CallbackBudget
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
-from proto import codec, frames, limits
+from proto import limits
 from proto.aio.channel import Channel
-from proto.codec import Decoder, encode
+from proto.wire import codec, frames
+from proto.wire.codec import Decoder, encode
 from tests.actors.meeting import KEEP_ALL, MIB, until
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
-    from proto.frames import Buffer, Frame
+    from proto.wire.frames import Buffer, Frame
     from tests.actors.meeting import Meeting
 
 
@@ -59,7 +60,7 @@ class Work:
 
         monkeypatch.setattr(Decoder, "decode_content", counted_decode)
         monkeypatch.setattr(Channel, "flush", counted_flush)
-        monkeypatch.setattr("proto.batches.batch_head", counted_head)
+        monkeypatch.setattr("proto.queues.batches.batch_head", counted_head)
         asyncio.get_running_loop().set_task_factory(counted_task)
 
 

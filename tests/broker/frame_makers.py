@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from array import array
 
-from proto import frames, limits
-from proto.batches import with_raw
-from proto.codec import ARRAY_HEAD_BYTES, array_head
-from proto.ends import ends_to_bytes
+from proto import limits
+from proto.queues.batches import with_raw
+from proto.wire import frames
+from proto.wire.codec import ARRAY_HEAD_BYTES, array_head
+from proto.wire.ends import ends_to_bytes
 
 GID = b"g" * limits.INSTANCE_BYTES
 QOS: frames.Options = {"history": 1, "depth": 10, "reliability": 1, "durability": 2}

@@ -7,15 +7,16 @@ import contextlib
 import os
 from typing import TYPE_CHECKING, Final, TypeVar, cast
 
-from proto import frames, limits
+from proto import limits
 from proto.aio.arena import read_token
 from proto.aio.channel import Channel
 from proto.aio.local_socket import connect_beside
 from proto.aio.session_proof import connection_ends, session_proof
-from proto.codec import decode, encode
-from proto.fragments import Reassembler
-from proto.session import Role
-from proto.url import parse_url
+from proto.wire import frames
+from proto.wire.codec import decode, encode
+from proto.wire.fragments import Reassembler
+from proto.wire.session import Role
+from proto.wire.url import parse_url
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable

@@ -5,16 +5,17 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, TypeVar
 
-from broker.router import Router
-from proto import frames, limits
-from proto.codec import decode, encode
-from proto.fragments import Reassembler
-from proto.outbox import Outbox
+from broker.routing.router import Router
+from proto import limits
+from proto.queues.outbox import Outbox
+from proto.wire import frames
+from proto.wire.codec import decode, encode
+from proto.wire.fragments import Reassembler
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:
     from broker.access.rules import Principal
-    from broker.deliveries import Delivery
+    from broker.routing.deliveries import Delivery
     from proto.errors import ErrorCode, ProtocolError
 
 F = TypeVar("F")

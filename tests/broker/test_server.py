@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, ListenError
-from broker.periodic_check import PeriodicCheck
-from proto import frames, limits
-from proto.codec import encode
+from broker.serving.periodic_check import PeriodicCheck
+from proto import limits
 from proto.errors import ErrorCode
-from proto.identity import VERSION
 from proto.loop_lag import LoopLag
-from proto.url import parse_url
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.identity import VERSION
+from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from broker.link import Link
+    from broker.serving.link import Link
 
 QUICK = BrokerOptions(port=0, keepalive_sec=0.3, idle_keepalive_sec=0.3, drain_timeout_sec=0.2)
 

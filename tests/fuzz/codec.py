@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-from proto import frames, limits
-from proto.codec import Decoder, decode, encode
+from proto import limits
 from proto.errors import ProtocolError
+from proto.wire import frames
+from proto.wire.codec import Decoder, decode, encode
 
 PROBE: Final = encode(frames.Request(1, (frames.RequestEntry(2, None, {"x": 1}, b"body"),)))
 

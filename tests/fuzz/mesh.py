@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.mesh import wire
 from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
-from proto import frames
-from proto.codec import decode, encode
 from proto.errors import ProtocolError
-from proto.frames import SPECS
+from proto.wire import frames
+from proto.wire.codec import decode, encode
+from proto.wire.frames import SPECS
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
 from tests.fuzz.router import VALUES, check_tables, number

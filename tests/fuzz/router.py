@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from broker.router import Router
-from broker.router_limits import RouterLimits
-from proto import frames, limits
-from proto.codec import decode, encode
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
+from proto import limits
 from proto.errors import ProtocolError
-from proto.frames import SPECS, ReplyEntry, RequestEntry
-from proto.session import FROM_CLIENT
+from proto.wire import frames
+from proto.wire.codec import decode, encode
+from proto.wire.frames import SPECS, ReplyEntry, RequestEntry
+from proto.wire.session import FROM_CLIENT
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 from tests.fuzz.source import Source

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
-from proto import frames, limits
-from proto.codec import Decoder, encode
+from proto import limits
 from proto.errors import ProtocolError
-from proto.fragments import Reassembler
-from proto.receiver import SCRATCH_BYTES, Receiver
-from proto.session import Role, Session
+from proto.wire import frames
+from proto.wire.codec import Decoder, encode
+from proto.wire.fragments import Reassembler
+from proto.wire.receiver import SCRATCH_BYTES, Receiver
+from proto.wire.session import Role, Session
 from tests.fuzz.source import Source
 from tests.hostile.generate import HELLO
 

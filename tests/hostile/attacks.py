@@ -10,9 +10,10 @@ from contextlib import closing, suppress
 from itertools import count
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
-from proto import frames, limits
-from proto.codec import decode, encode
-from proto.url import parse_url
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import decode, encode
+from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
     python -m tests.hostile.generate
 
 The files are for brokers in any language; README.md says how to read them. The cases of frames and their
-fields follow from the grammar (`proto.frames.SPECS`), so that a new frame or field has its cases at once.
+fields follow from the grammar (`proto.wire.frames.SPECS`): a new frame or field has its cases at once.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import msgpack
 
-from proto import frames, limits
-from proto.codec import array_head, encode
-from proto.codes import Op
-from proto.frames import SPECS
-from proto.session import FROM_BROKER, FROM_CLIENT
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import array_head, encode
+from proto.wire.codes import Op
+from proto.wire.frames import SPECS
+from proto.wire.session import FROM_BROKER, FROM_CLIENT
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from broker.access.admission import MAX_FAILURES, NOT_AUTHORIZED, PLAIN_TOKEN
 from broker.access.credentials import hash_token
 from broker.access.errors import AccessFileError
 from broker.access.origin import Origin
-from proto import frames
 from proto.errors import ErrorCode
 from proto.limited_log import MAX_LINES
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
 
@@ -48,7 +48,7 @@ def come_from(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
 
     def seem(address: str, *, encrypted: bool = False) -> None:
         origin = Origin(address=ip_address(address), encrypted=encrypted)
-        monkeypatch.setattr("broker.connection.origin_of", lambda _: origin)
+        monkeypatch.setattr("broker.serving.connection.origin_of", lambda _: origin)
 
     return seem
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codec import encode
+from proto import limits
 from proto.errors import ErrorCode
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.broker.rawclient import link, read_error, read_frame, stream, until
 from tests.hostile import generate
 

@@ -7,9 +7,9 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 from broker import Broker, BrokerOptions
-from proto import frames
-from proto.codes import Status
 from proto.limited_log import MAX_LINES
+from proto.wire import frames
+from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker import Broker, BrokerOptions
-from proto import frames
-from proto.codec import decode, encode, encode_graph, encode_graph_changes, encode_graph_entry
+from proto.wire import frames
+from proto.wire.codec import decode, encode, encode_graph, encode_graph_changes, encode_graph_entry
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import ManualSwitch

@@ -11,12 +11,12 @@ from actors.interfaces.described import texts_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import definition
 from actors.interfaces.std_msgs.msg import Int64, String
-from broker import definitions
-from broker.router import Router
-from broker.router_limits import RouterLimits
-from proto import frames
+from broker.routing import definitions
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
 from proto.errors import ErrorCode
-from proto.type_hash import hash_of
+from proto.wire import frames
+from proto.wire.type_hash import hash_of
 from tests.actors.graph.test_inspector import WELCOME, listener
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
@@ -107,7 +107,7 @@ def test_a_definition_goes_with_the_last_endpoint_that_declared_it() -> None:
 
 def test_an_inspector_believes_no_definition_with_another_hash() -> None:
     """Case 57: nor does it believe a broker."""
-    from proto.codec import encode  # noqa: PLC0415
+    from proto.wire.codec import encode  # noqa: PLC0415
 
     answer = encode(frames.Definition(HASH, b"a false one"))
     with listener(WELCOME, answer) as url, Inspector(url) as inspector:

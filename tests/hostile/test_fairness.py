@@ -10,18 +10,18 @@ import pytest
 
 from broker import Broker, BrokerOptions
 from broker.access.admission import Admission
-from broker.capacity import Capacity
-from broker.dispatcher import Dispatcher
-from broker.link import Link
-from broker.peer_warnings import PeerWarnings
-from broker.periodic_check import PeriodicCheck
-from broker.presence_log import PresenceLog
-from proto import frames
+from broker.serving.capacity import Capacity
+from broker.serving.dispatcher import Dispatcher
+from broker.serving.link import Link
+from broker.serving.peer_warnings import PeerWarnings
+from broker.serving.periodic_check import PeriodicCheck
+from broker.serving.presence_log import PresenceLog
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.read_budget import ReadBudget
-from proto.codec import encode
 from proto.loop_lag import LoopLag
-from proto.session import Role
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.session import Role
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
 

@@ -8,9 +8,9 @@ import actors
 from actors.interfaces.message import type_hash, type_name
 from actors.interfaces.std_msgs.msg import Int64
 from broker import Broker, BrokerOptions
-from proto import frames
-from proto.identity import public_gid
-from proto.url import parse_url
+from proto.wire import frames
+from proto.wire.identity import public_gid
+from proto.wire.url import parse_url
 from tests.actors.meeting import until
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link

@@ -6,12 +6,12 @@ import logging
 from typing import TYPE_CHECKING
 
 from broker import Broker, BrokerOptions
-from broker.router import Router
-from broker.router_limits import RouterLimits
-from proto import frames
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
 from proto.errors import ErrorCode
 from proto.limited_log import MAX_LINES
-from proto.type_hash import hash_of
+from proto.wire import frames
+from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import Switch

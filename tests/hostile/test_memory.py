@@ -13,22 +13,23 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
-from broker.memory_guard import MemoryGuard
-from broker.stats import collect
-from proto import frames, limits
+from broker.routing.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
+from broker.serving.memory_guard import MemoryGuard
+from broker.serving.stats import collect
+from proto import limits
 from proto.aio.arena import Arena, host_identity
 from proto.aio.tls import client_context
-from proto.batches import with_raw
-from proto.codec import Decoder, encode
-from proto.codes import Status
 from proto.errors import ErrorCode
-from proto.fragments import ByteTotal, Reassembler, ReassemblyTotal
-from proto.outbox import REPLAY_AHEAD_BYTES, Outbox
-from proto.publisher_queue import PublisherQueue
-from proto.receiver import SCRATCH_BYTES, Receiver
-from proto.session import Role, Session
-from proto.url import parse_url
+from proto.queues.batches import with_raw
+from proto.queues.outbox import REPLAY_AHEAD_BYTES, Outbox
+from proto.queues.publisher_queue import PublisherQueue
+from proto.wire import frames
+from proto.wire.codec import Decoder, encode
+from proto.wire.codes import Status
+from proto.wire.fragments import ByteTotal, Reassembler, ReassemblyTotal
+from proto.wire.receiver import SCRATCH_BYTES, Receiver
+from proto.wire.session import Role, Session
+from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, read_frame, until
 from tests.broker.switch import Switch

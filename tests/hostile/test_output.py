@@ -11,10 +11,11 @@ from actors.graph.broker_report import ReportParts
 from actors.graph.inspector import Inspector
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.yaml_reader import load_yaml
-from proto import frames, limits
-from proto.codec import encode
-from proto.codes import EntryKind
-from proto.stats import LinkStats, TopicStats
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.codes import EntryKind
+from proto.wire.stats import LinkStats, TopicStats
 from tests.actors.graph.test_inspector import WELCOME, listener
 
 if TYPE_CHECKING:

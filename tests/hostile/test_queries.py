@@ -19,9 +19,10 @@ from actors.graph import snapshot as snapshot_module
 from actors.graph.broker_report import ReportParts
 from actors.graph.inspector import Inspector
 from actors.graph.snapshot import GraphSnapshot
-from proto import frames, limits
-from proto.codec import encode
+from proto import limits
 from proto.errors import ProtocolError
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.broker.rawclient import DEADLINE_SEC, read_frame
 
 if TYPE_CHECKING:

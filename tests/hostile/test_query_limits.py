@@ -11,11 +11,11 @@ import pytest
 
 import actors
 from broker import Broker, BrokerOptions
-from broker.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT, MAX_UNANSWERED, WatchCount
-from broker.router import Router
-from broker.stats import Statistics
-from proto import frames
+from broker.routing.graph import ENTRIES_PER_FRAME, ENTRIES_PER_REPORT, MAX_UNANSWERED, WatchCount
+from broker.routing.router import Router
+from broker.serving.stats import Statistics
 from proto.errors import ErrorCode, ProtocolError
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import ManualSwitch, Switch
@@ -114,7 +114,7 @@ async def test_statistics_are_collected_once_for_all_links_that_ask() -> None:
 
 async def test_inspects_that_wait_for_an_answer_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 54: where a snapshot takes long, a flood of INSPECTs ends its link; a bystander is answered."""
-    monkeypatch.setattr("broker.inspections.MAX_UNANSWERED", 50)
+    monkeypatch.setattr("broker.serving.inspections.MAX_UNANSWERED", 50)
     ticks = itertools.count()
     options = BrokerOptions(port=0, drain_timeout_sec=0.2)
     async with (

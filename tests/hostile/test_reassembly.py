@@ -9,10 +9,11 @@ from typing import cast
 import actors
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codec import BIN_32
+from proto import limits
 from proto.errors import ErrorCode
-from proto.fragments import MAP_ABOVE_BYTES, Reassembler, ReassemblyTotal
+from proto.wire import frames
+from proto.wire.codec import BIN_32
+from proto.wire.fragments import MAP_ABOVE_BYTES, Reassembler, ReassemblyTotal
 from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until

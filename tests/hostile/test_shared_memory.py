@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from broker import Broker, BrokerOptions, shared_memory
-from proto import frames
+from broker import Broker, BrokerOptions
+from broker.serving import shared_memory
 from proto.aio.arena import MAX_ARENA_BYTES, Arena, host_identity
 from proto.errors import ErrorCode
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, proof_for, until
-from tests.broker.test_shared_memory import Sender
+from tests.broker.serving.test_shared_memory import Sender
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -67,7 +68,7 @@ async def test_another_user_at_the_socket_file_is_offered_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An insecure broker lets it connect, but there its proof would not be bound to a connection."""
-    monkeypatch.setattr("broker.connection.is_same_user", lambda _: False)
+    monkeypatch.setattr("broker.serving.connection.is_same_user", lambda _: False)
     async with (
         Broker(BrokerOptions(unix=tmp_path / "s", insecure=True)) as broker,
         RawClient().connected(broker) as thief,

@@ -14,11 +14,12 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
 from actors.session.dispatch import DISPATCH
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codes import NoticeKind
+from proto import limits
 from proto.errors import ErrorCode, peer_text
 from proto.limited_log import MAX_LINES
-from proto.type_hash import hash_of
+from proto.wire import frames
+from proto.wire.codes import NoticeKind
+from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
 

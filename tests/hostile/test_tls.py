@@ -14,7 +14,7 @@ from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
 from broker import Broker, BrokerOptions
 from proto.errors import ErrorCode, ProtocolError
-from proto.tls import TlsFault, TlsFiles
+from proto.wire.tls import TlsFault, TlsFiles
 from tests.broker.rawclient import GREETING_BYTES, read_error, stream, until
 from tests.certificates import Authority, expired, not_yet_valid
 

@@ -43,9 +43,9 @@ class Step(NamedTuple):
 
 _ARENA: Final = "proto.aio.arena:Arena"
 _NODE: Final = "actors.session.shared_memory:SharedMemory"
-_LINK: Final = "broker.shared_memory:LinkMemory"
-_BROKER: Final = "broker.shared_memory:SharedMemory"
-_REFERENCES: Final = "proto.references:References"
+_LINK: Final = "broker.serving.shared_memory:LinkMemory"
+_BROKER: Final = "broker.serving.shared_memory:SharedMemory"
+_REFERENCES: Final = "proto.wire.references:References"
 _CHANNEL: Final = "proto.aio.channel:Channel"
 
 STEPS: Final = {

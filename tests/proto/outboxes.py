@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from proto.batches import BatchBuilder
-from proto.codec import encode
-from proto.frames import Batch, Replay, Request, RequestEntry
-from proto.message_queue import ReplaySource
+from proto.queues.batches import BatchBuilder
+from proto.queues.message_queue import ReplaySource
+from proto.wire.codec import encode
+from proto.wire.frames import Batch, Replay, Request, RequestEntry
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from proto.outbox import Outbox
+    from proto.queues.outbox import Outbox
 
 
 def make_batch(first: int, parts: list[bytes], publisher: int = 1) -> Batch:

@@ -11,11 +11,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
-import broker.attachment_frames
-import broker.latched
-import broker.routes
-import broker.shared_memory
-import broker.topics
+import broker.routing.attachment_frames
+import broker.routing.latched
+import broker.routing.routes
+import broker.routing.topics
+import broker.serving.shared_memory
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import NodeContext
@@ -25,29 +25,29 @@ from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.subscription.consumer import Consumer
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 from actors.session.shared_memory import SharedMemory
-from broker.calls import Calls
-from broker.declarations import Declarations
-from broker.deliveries import Discard, Enqueue
-from broker.departed_queues import DepartedQueues
-from broker.drain import Drain
-from broker.graph import Graph
-from broker.link import Link
-from broker.node_names import NodeNames
-from broker.notices import Notices
-from broker.records import ClientRecord, PublisherRecord, Route, ServiceRecord, SubscriptionRecord
-from broker.router import Router
+from broker.routing.calls import Calls
+from broker.routing.declarations import Declarations
+from broker.routing.deliveries import Discard, Enqueue
+from broker.routing.departed_queues import DepartedQueues
+from broker.routing.graph import Graph
+from broker.routing.node_names import NodeNames
+from broker.routing.notices import Notices
+from broker.routing.records import ClientRecord, PublisherRecord, Route, ServiceRecord, SubscriptionRecord
+from broker.routing.router import Router
+from broker.routing.services import Services
+from broker.routing.stalls import Stalls
+from broker.routing.topics import Topics
 from broker.server import Broker
-from broker.services import Services
-from broker.shared_memory import LinkMemory
-from broker.stalls import Stalls
-from broker.topics import Topics
-from proto.batches import message_bytes
-from proto.codec import array_head
-from proto.frames import Replay, ReplyEntry
+from broker.serving.drain import Drain
+from broker.serving.link import Link
+from broker.serving.shared_memory import LinkMemory
 from proto.liveness import Liveness, PeerState
-from proto.outbox import Outbox
-from proto.publisher_queue import PublisherQueue
-from proto.references import References, Slot, shared_batch
+from proto.queues.batches import message_bytes
+from proto.queues.outbox import Outbox
+from proto.queues.publisher_queue import PublisherQueue
+from proto.wire.codec import array_head
+from proto.wire.frames import Replay, ReplyEntry
+from proto.wire.references import References, Slot, shared_batch
 from tests.proto.outboxes import Replays
 from tests.simulation import faults, shared_memory
 from tests.simulation.histories import History, live
@@ -57,10 +57,10 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from actors.session.attachments import Attachment
-    from broker.records import Endpoint, Peer
+    from broker.routing.records import Endpoint, Peer
     from proto.aio.arena import Arena
-    from proto.frames import Batch, Reference
-    from proto.references import SharedBatch
+    from proto.wire.frames import Batch, Reference
+    from proto.wire.references import SharedBatch
     from tests.simulation.faults import Fault
 
 
@@ -179,7 +179,7 @@ def latches_backwards() -> Iterator[None]:
     """Late joiners get the latched batches in the wrong order."""
 
     def backwards(*ends: Any) -> Replays:
-        source, taken = broker.latched.LatchedReplay(*ends), []
+        source, taken = broker.routing.latched.LatchedReplay(*ends), []
         while source.next_bytes():
             taken.append(source.take())
         return Replays(taken[::-1])
@@ -546,7 +546,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     ),
     "slots come back from readers": (does_nothing(SharedMemory, "_release"), True),
     "slots come back from the broker": (does_nothing(LinkMemory, "_send_released"), True),
-    "arenas are forgotten": (does_nothing(broker.shared_memory.SharedMemory, "forget"), False),
+    "arenas are forgotten": (does_nothing(broker.serving.shared_memory.SharedMemory, "forget"), False),
     "queues go on after a release": (does_nothing(LinkMemory, "released"), True),
     "nobody takes what was written later": (partial(in_small_arenas, takes_what_was_written_later), False),
     "slots are kept while they are read": (partial(in_small_arenas, releases_while_it_is_read), True),

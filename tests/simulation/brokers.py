@@ -13,8 +13,8 @@ from tests.simulation.network import on_host
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.mesh.engine import Engine, Host
-    from broker.router import Router
+    from broker.mesh.engine.engine import Engine, Host
+    from broker.routing.router import Router
     from tests.simulation.mesh_network import MeshNetwork
     from tests.simulation.world import World
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
+from broker.mesh.engine.channel import MeshChannel
 from tests.simulation.records import Ask, keep_all, match
 from tests.simulation.shared_memory import check_slots
 
@@ -342,6 +343,7 @@ def _check_broker_empty(world: World, broker: Broker) -> None:
         if mesh is None:
             parts.append(router)
         else:  # it is a peer of the router, and has sessions with other brokers
+            assert isinstance(mesh, MeshChannel)
             imports, exports = mesh.mesh._imports, mesh.mesh._exports
             parts += [exports, mesh.mesh._calls, mesh.mesh.wanted]
             _check_empty(world, imports, "_remotes")

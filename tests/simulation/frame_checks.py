@@ -11,26 +11,27 @@ from unittest import mock
 
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.publisher.departing import DepartingQueues
-from broker.deliveries import Enqueue, Send
-from broker.dispatcher import Dispatcher
-from broker.drain import Drain
-from broker.records import ServiceRecord
-from broker.router import Router
-from proto import frames, limits
+from broker.routing.deliveries import Enqueue, Send
+from broker.routing.records import ServiceRecord
+from broker.routing.router import Router
+from broker.serving.dispatcher import Dispatcher
+from broker.serving.drain import Drain
+from proto import limits
 from proto.aio.channel import Channel
-from proto.batches import message_bytes
-from proto.codec import decode
-from proto.codes import DetachReason, Op
 from proto.errors import ErrorCode
-from proto.session import State
+from proto.queues.batches import message_bytes
+from proto.wire import frames
+from proto.wire.codec import decode
+from proto.wire.codes import DetachReason, Op
+from proto.wire.session import State
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from broker.access.rules import Principal
-    from broker.deliveries import Delivery
-    from broker.link import Link
-    from proto.publisher_queue import PublisherQueue
+    from broker.routing.deliveries import Delivery
+    from broker.serving.link import Link
+    from proto.queues.publisher_queue import PublisherQueue
     from tests.simulation.world import World
 
 CALLED_FOR_A_PEER: Final = ("disconnect", "suspend", "restore", "report")

@@ -9,8 +9,9 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Final
 
-from proto import frames, limits
-from proto.codec import encode
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.broker import frame_makers as make
 from tests.simulation.member import SERVICES, TOPICS
 from tests.simulation.network import MemoryTransport, on_host

@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from broker.latched import is_replayed
 from broker.mesh.imports import MeshImports
 from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
+from broker.routing.latched import is_replayed
 from tests.simulation.breakages import does_nothing
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from broker.mesh.messages import Change
-    from broker.records import Route, SubscriptionRecord
+    from broker.routing.records import Route, SubscriptionRecord
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def replays_nothing() -> Iterator[None]:
     def to_nodes_only(route: Route, subscription: SubscriptionRecord) -> bool:
         return not subscription.peer.mesh and is_replayed(route, subscription)
 
-    with mock.patch("broker.attachment_frames.is_replayed", to_nodes_only):
+    with mock.patch("broker.routing.attachment_frames.is_replayed", to_nodes_only):
         yield
 
 

@@ -15,16 +15,16 @@ from random import Random
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.mesh import wire
-from broker.mesh.engine import EngineStats, Traffic
+from broker.mesh.engine.engine import EngineStats, Traffic
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from proto.errors import ProtocolError
-from proto.frames import Attached, Batch
+from proto.wire.frames import Attached, Batch
 from tests.simulation.network import host_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from broker.mesh.engine import Host
+    from broker.mesh.engine.engine import Host
     from broker.mesh.mesh import Mesh
     from broker.mesh.messages import Message
     from tests.simulation.loop import SimulatedLoop
@@ -109,7 +109,7 @@ class _Path:
 
 
 class SimulatedEngine:
-    """A broker's part in a simulated mesh (`broker.mesh.engine.Engine`).
+    """A broker's part in a simulated mesh (`broker.mesh.engine.engine.Engine`).
 
     Attributes:
         place: The simulated host of its broker.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from tests.simulation.network import BROKER
 
 if TYPE_CHECKING:
-    from broker.link import Link
+    from broker.serving.link import Link
     from proto.aio.channel import Channel
     from tests.simulation.member import Member
     from tests.simulation.world import World

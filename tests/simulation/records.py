@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.qos.compatibility import disagreements
-from proto.frames import Replay
+from proto.wire.frames import Replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from actors.endpoints.subscription.subscription import Subscription
     from actors.session.attachments import Attachment
-    from proto.frames import Batch
+    from proto.wire.frames import Batch
 
 
 class Note(actors.Message, type_name="simulation/msg/Note"):

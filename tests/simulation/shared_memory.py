@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Final
 from unittest import mock
 
 import actors.session.shared_memory
-import broker.shared_memory
+import broker.serving.shared_memory
 from proto.aio.arena import Arena
-from proto.references import copy_payload
+from proto.wire.references import copy_payload
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from broker.dispatcher import Dispatcher
-    from proto.frames import Reference
+    from broker.serving.dispatcher import Dispatcher
+    from proto.wire.frames import Reference
     from tests.simulation.world import World
 
 MIB: Final = 1024 * 1024

@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, Final
 from unittest import mock
 
 from actors.endpoints.endpoint import endpoint_of
-from broker.dispatcher import Dispatcher
 from broker.server import Broker
+from broker.serving.dispatcher import Dispatcher
 from proto.aio.channel import Channel
-from proto.session import Role
+from proto.wire.session import Role
 from tests.simulation import structure
 from tests.simulation.frame_checks import FrameChecks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from broker.deliveries import Delivery
     from broker.options import BrokerOptions
-    from broker.router import Router
+    from broker.routing.deliveries import Delivery
+    from broker.routing.router import Router
     from broker.server import Broker
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue
     from tests.simulation.records import PublisherHistory, SubscriptionHistory
     from tests.simulation.world import World
 

@@ -7,23 +7,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from broker.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
+from broker.routing.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
 from proto import limits
-from proto.batches import held_bytes, message_bytes
-from proto.fragments import is_large
-from proto.frames import Batch, Replay
-from proto.message_queue import ReplaySource
+from proto.queues.batches import held_bytes, message_bytes
+from proto.queues.message_queue import ReplaySource
+from proto.wire.fragments import is_large
+from proto.wire.frames import Batch, Replay
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     import actors
-    from broker.records import Endpoint, Peer
-    from broker.router import Router
+    from broker.routing.records import Endpoint, Peer
+    from broker.routing.router import Router
     from broker.server import Broker
-    from proto.frames import Buffer
-    from proto.outbox import Outbox
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.outbox import Outbox
+    from proto.queues.publisher_queue import PublisherQueue
+    from proto.wire.frames import Buffer
 
 Wrongs: TypeAlias = "Iterator[str]"
 

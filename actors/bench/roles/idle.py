@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.bench.roles.parent import Load
 from actors.config.credentials import find_credentials
-from proto import frames, limits
+from proto import limits
 from proto.aio.channel import Channel
 from proto.aio.connecting import connect as open_connection
-from proto.session import Role
-from proto.url import parse_urls
+from proto.wire import frames
+from proto.wire.session import Role
+from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from actors.bench.roles.parent import Parent
     from proto.errors import ProtocolError
-    from proto.frames import Frame
+    from proto.wire.frames import Frame
 
 AT_ONCE: Final = 100
 """Connections that are being made at the same time: a broker's backlog is limited."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
-from broker import command
+from broker.daemon import command
 
 if TYPE_CHECKING:
     import argparse
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         check_web(options.http, "--http")
         beside = partial(_web_beside, options)
     # The daemon would import these itself, when a signal already raises.
-    import_module("broker.daemon")
+    import_module("broker.daemon.daemon")
     with suppress(ImportError):
         import_module("uvloop")
     raise_at_once()

@@ -62,7 +62,7 @@ def _configuration(path: str) -> list[Check]:
 
     from actors.tools.check import Check
     from actors.tools.security_checks import check_files
-    from broker.configuration import load_configuration
+    from broker.daemon.configuration import load_configuration
     from proto.errors import CallboardError
 
     try:

@@ -12,7 +12,7 @@ from actors.cli.output import print_err
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, count
 from actors.cli.terminal import terminal_width
 from actors.tools.suggestions import did_you_mean
-from proto.names import normalize_namespace, split_node_name, validate_namespace
+from proto.wire.names import normalize_namespace, split_node_name, validate_namespace
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import GraphFilter, GraphModel

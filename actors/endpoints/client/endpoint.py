@@ -18,12 +18,13 @@ from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTim
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
-from proto import frames, limits
-from proto.codec import encode
-from proto.codes import Status
+from proto import limits
 from proto.errors import peer_text
-from proto.fragments import is_large
-from proto.frames import ReplyEntry, RequestEntry
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.codes import Status
+from proto.wire.fragments import is_large
+from proto.wire.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
     from actors.diagnostics.records import ClientDiagnostics

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Final
 from actors.endpoints.entries import ENTRY_OVERHEAD_BYTES, remaining_ms
 from actors.errors import ServiceOverloaded
 from proto import limits
-from proto.codes import Status
-from proto.queued_calls import WAITING_BYTES
+from proto.queues.queued_calls import WAITING_BYTES
+from proto.wire.codes import Status
 
 if TYPE_CHECKING:
     import asyncio
     from collections.abc import Callable
 
     from actors.session.link import Link
-    from proto.frames import ReplyEntry, RequestEntry
+    from proto.wire.frames import ReplyEntry, RequestEntry
 
 MAX_REFUSED: Final = 1000
 """Calls of one client that wait to be sent again; one more fails as ServiceOverloaded."""

@@ -10,7 +10,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue
 
 KEEP_ALL_MESSAGES: Final = 100_000
 KEEP_ALL_BYTES: Final = 64 * 1024 * 1024

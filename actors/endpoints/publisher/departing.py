@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from actors.logging.logger import Logger
     from actors.session.link import Link
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue
 
 DEPARTING_SLACK: Final = 64
 """Queues to keep before all of them are checked for empty ones."""

@@ -18,18 +18,19 @@ from actors.endpoints.publisher.retained import Retained
 from actors.errors import PublisherFull
 from actors.interfaces.message import definition, type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, LivelinessPolicy
-from proto import frames, limits
-from proto.batches import MAX_HEAD_BYTES, BatchBuilder
-from proto.codec import encode
-from proto.identity import public_gid
-from proto.publisher_queue import PublisherQueue
+from proto import limits
+from proto.queues.batches import MAX_HEAD_BYTES, BatchBuilder
+from proto.queues.publisher_queue import PublisherQueue
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.identity import public_gid
 
 if TYPE_CHECKING:
     from actors.diagnostics.records import PublisherDiagnostics
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
-    from proto.frames import Buffer
+    from proto.wire.frames import Buffer
 
 LATCHED_MESSAGES: Final = 1000
 """Messages that a KEEP_ALL + TRANSIENT_LOCAL publisher keeps for a broker that restarts."""

@@ -12,8 +12,8 @@ from actors.errors import PublisherRefused, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
-from proto import frames
-from proto.batches import MAX_HEAD_BYTES
+from proto.queues.batches import MAX_HEAD_BYTES
+from proto.wire import frames
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer

@@ -6,12 +6,12 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from proto import limits
-from proto.batches import message_bytes, slice_batch
+from proto.queues.batches import message_bytes, slice_batch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from proto.frames import Batch
+    from proto.wire.frames import Batch
 
 RETAINED_BYTES: Final = limits.MAX_QUEUE_BYTES
 """Bytes that one publisher keeps at most, whatever its depth. The last message is always kept."""

@@ -16,9 +16,9 @@ from actors.endpoints.service_introspection import CallIdentity, EventKind, Intr
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, declared_type, definition, type_name
-from proto import frames
-from proto.codec import encode
-from proto.codes import Status
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.codes import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from actors.callbacks.source import Share
     from actors.diagnostics.records import ServiceDiagnostics
     from actors.endpoints.context import NodeContext
-    from proto.frames import RequestEntry
+    from proto.wire.frames import RequestEntry
 
 MAX_RUNNING: Final = 1000
 """Handlers of one service that are suspended at the same time; more requests wait."""

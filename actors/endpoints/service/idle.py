@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from actors.diagnostics.records import ServiceDiagnostics
     from actors.endpoints.context import NodeContext
-    from proto.frames import RequestEntry
+    from proto.wire.frames import RequestEntry
 
 
 class IdleService(DeclaredService):

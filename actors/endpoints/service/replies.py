@@ -9,10 +9,11 @@ import msgpack
 from actors.endpoints.entries import EntryBatch
 from actors.errors import error_text
 from actors.interfaces.codec import codec_for
-from proto import frames, limits
-from proto.codec import encode
-from proto.codes import Status
-from proto.frames import ReplyEntry
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.codes import Status
+from proto.wire.frames import ReplyEntry
 
 if TYPE_CHECKING:
     from actors.endpoints.endpoint import Endpoint

@@ -6,7 +6,7 @@ from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from proto.frames import RequestEntry
+    from proto.wire.frames import RequestEntry
 
 MAX_QUEUED: Final = 200_000
 """Requests that wait for one service's handler; one more is refused as OVERLOADED."""

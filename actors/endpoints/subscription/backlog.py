@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.session.attachments import Attachment
-    from proto.frames import Batch, Replay
+    from proto.wire.frames import Batch, Replay
 
 
 class MessageInfo(NamedTuple):

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.errors import InvalidMessageError
-from proto.batches import split_messages
 from proto.errors import peer_text
+from proto.queues.batches import split_messages
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from actors.interfaces.codec import Codec
     from actors.logging.logger import Logger
-    from proto.frames import Batch, Replay
+    from proto.wire.frames import Batch, Replay
 
 
 class Decoder:

@@ -22,10 +22,11 @@ from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import type_hash, type_name
 from actors.qos.profile import DurabilityPolicy, HistoryPolicy, ReliabilityPolicy
-from proto import frames, limits
-from proto.batches import message_bytes, slice_batch
-from proto.codes import NoticeKind
-from proto.frames import Batch, Replay
+from proto import limits
+from proto.queues.batches import message_bytes, slice_batch
+from proto.wire import frames
+from proto.wire.codes import NoticeKind
+from proto.wire.frames import Batch, Replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 if TYPE_CHECKING:
     from actors.endpoints.events import Event
     from actors.session.attachments import Attachment
-    from proto.frames import Batch, Replay
+    from proto.wire.frames import Batch, Replay
 
 REMEMBERED_PUBLISHERS: Final = 1024
 """Publishers whose last sequence number is remembered after they have gone, against duplicates."""

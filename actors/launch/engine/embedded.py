@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import inspector_for
-from proto.url import LOOPBACK_HOSTS
+from proto.wire.url import LOOPBACK_HOSTS
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
     from actors.config.contexts import BrokerTarget
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
 CONNECT_TIMEOUT_SEC: Final = 2.0
 

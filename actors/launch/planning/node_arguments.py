@@ -14,7 +14,7 @@ from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from proto.errors import escape
-from proto.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
+from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from proto.frames import GraphEntry
+    from proto.wire.frames import GraphEntry
 
 
 class PresenceKind(Enum):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from proto import names
+from proto.wire import names
 
 
 def expand_topic_name(topic_name: str, node_name: str, node_namespace: str) -> str:

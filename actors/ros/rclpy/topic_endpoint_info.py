@@ -10,7 +10,7 @@ from actors.qos.profile import UNLIMITED
 from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile, qos_profile_unknown
 from actors.ros.rclpy.type_hash import TypeHash
 from actors.time.types import INFINITE
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import EndpointInfo

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from proto.names import is_hidden
+from proto.wire.names import is_hidden
 
 HIDDEN_TOPIC_PREFIX = "_"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from proto import names
+from proto.wire import names
 
 
 def validate_full_topic_name(name: str, *, is_service: bool = False) -> Literal[True]:

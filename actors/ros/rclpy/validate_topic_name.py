@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from proto import names
+from proto.wire import names
 
 TOPIC_SEPARATOR_STRING = "/"
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from proto.codes import EntryKind
-from proto.qos import Refusal, incompatible_policy, parse_qos
+from proto.wire.codes import EntryKind
+from proto.wire.qos import Refusal, incompatible_policy, parse_qos
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from proto.codes import PolicyKind
-    from proto.frames import GraphEntry
-    from proto.qos import Qos
+    from proto.wire.codes import PolicyKind
+    from proto.wire.frames import GraphEntry
+    from proto.wire.qos import Qos
 
 MAX_MISMATCHES: Final = 1000
 """Of one topic; further ones are not found."""

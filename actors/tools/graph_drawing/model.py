@@ -11,15 +11,15 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.tools.graph_drawing.mismatches import Mismatch, mismatches_of
-from proto.codes import EntryKind
 from proto.errors import CallboardError
-from proto.names import is_hidden
+from proto.wire.codes import EntryKind
+from proto.wire.names import is_hidden
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from actors.graph.snapshot import GraphSnapshot
-    from proto.frames import GraphEntry
+    from proto.wire.frames import GraphEntry
 
 
 MAX_DIRECT_EDGES: Final = 50_000

@@ -10,7 +10,7 @@ from actors.graph.snapshot import GraphSnapshot, actions_among
 from actors.tools.graph_drawing.model import GraphFilter, model_of
 from actors.tools.overview import SUSPENDED
 from actors.web.live.panel import DocumentPanel
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -20,7 +20,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos.profile import qos_profile_action_status_default
 from actors.testing import SimulatedClock
-from proto.names import is_hidden
+from proto.wire.names import is_hidden
 from tests.actors.meeting import DEADLINE_SEC, MIB, matched, until
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from actors.cli.broker_target import missing_broker
 from actors.cli.hidden_node import graph_of, hidden_node
 from actors.cli.main import main
 from actors.config.contexts import find_broker_target
-from proto.names import is_hidden
-from proto.url import parse_urls
+from proto.wire.names import is_hidden
+from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -20,7 +20,7 @@ from actors.cli.errors import CommandError
 from actors.cli.interrupts import Interrupted
 from actors.errors import BrokerUnreachable, NotAuthorized, ServiceTimeout, TlsFailed
 from proto.errors import TlsFileError
-from proto.tls import TlsFault
+from proto.wire.tls import TlsFault
 
 if TYPE_CHECKING:
     from broker import Broker

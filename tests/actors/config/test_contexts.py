@@ -25,7 +25,7 @@ from actors.config.contexts import (
 from actors.config.environment import InvalidEnvironmentError
 from proto.aio import file_lock
 from proto.errors import InvalidUrlError
-from proto.url import DEFAULT_URL
+from proto.wire.url import DEFAULT_URL
 
 ROBOT = Context(url="callboard://robot:7411", domain=3, description='the "big" one \\ \N{ROBOT FACE}')
 LAB = Context(url="callboard://a:1,callboard+unix:///b")

@@ -13,7 +13,7 @@ from actors.config.contexts import Context, Contexts, find_broker_target
 from actors.config.credentials import Credentials, Secret, find_credentials
 from actors.config.environment import InvalidEnvironmentError, own_variables
 from actors.errors import NotAuthorized
-from proto.tls import TlsFiles
+from proto.wire.tls import TlsFiles
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.flow_control.window import WINDOW_MESSAGES
 from actors.endpoints.publisher.departing import DEPARTING_SLACK
 from actors.interfaces.std_msgs.msg import Int64
-from proto.frames import Notice
+from proto.wire.frames import Notice
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.events import EndpointEvents
 from actors.interfaces.std_msgs.msg import Int64, String
-from proto.codes import NoticeKind
-from proto.frames import Notice
+from proto.wire.codes import NoticeKind
+from proto.wire.frames import Notice
 from tests.actors.meeting import matched, turns, until
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ async def test_a_broker_without_strict_qos_causes_a_warning(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Against an older broker a strict endpoint warns that incompatible messages are delivered."""
-    monkeypatch.setattr("broker.connection.Capability", ())
+    monkeypatch.setattr("broker.serving.connection.Capability", ())
     node = await meeting.node("strict")
     node.create_publisher(Int64, "lax")
     node.create_publisher(Int64, "numbers", strict_qos=True)

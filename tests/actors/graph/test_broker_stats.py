@@ -13,13 +13,13 @@ import actors
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from proto.stats import BrokerStats, LinkStats, TopicStats
+from proto.wire.stats import BrokerStats, LinkStats, TopicStats
 from tests.actors.meeting import KEEP_ALL, matched, until
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from proto import frames
+    from proto.wire import frames
     from tests.actors.meeting import Meeting
 
 

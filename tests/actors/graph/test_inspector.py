@@ -20,10 +20,12 @@ from actors.graph.inspector import Inspector
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition, type_hash
 from actors.interfaces.std_msgs.msg import String
-from broker import Broker, BrokerOptions, connection
-from proto import frames, limits
-from proto.codec import encode
+from broker import Broker, BrokerOptions
+from broker.serving import connection
+from proto import limits
 from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.actors.meeting import DEADLINE_SEC, until
 
 if TYPE_CHECKING:
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import TypeVar
 
-    from proto.url import BrokerUrl
+    from proto.wire.url import BrokerUrl
 
     T = TypeVar("T")
 

@@ -8,8 +8,8 @@ import pytest
 
 from actors.graph.snapshot import EndpointInfo, GraphSnapshot, actions_among
 from actors.qos.profile import QoSProfile, qos_profile_unknown
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
 
 EMPTY = EndpointInfo(
     node_name="",

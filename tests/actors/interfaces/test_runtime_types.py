@@ -17,7 +17,7 @@ from actors.interfaces.message import Action, Message, Service, definition, type
 from actors.interfaces.registry import find_interface
 from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
 from actors.interfaces.std_msgs.msg import Header
-from proto.type_hash import hash_of
+from proto.wire.type_hash import hash_of
 
 
 def _foreign(described: bytes, package: str) -> bytes:

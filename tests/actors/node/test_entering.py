@@ -14,8 +14,9 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.session.first_attempt import FIRST_ANSWER_SEC
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codec import encode
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.stage import play
 from tests.simulation.test_alone import Mute

@@ -51,6 +51,6 @@ async def test_a_broker_without_shared_names_causes_a_warning(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Against an older broker the node says that it will be the only one of its name."""
-    monkeypatch.setattr("broker.connection.Capability", ())
+    monkeypatch.setattr("broker.serving.connection.Capability", ())
     await meeting.node("same", shared_name=True)
     assert sum("does not know shared node names" in record.getMessage() for record in caplog.records) == 1

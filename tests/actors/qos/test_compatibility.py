@@ -15,8 +15,8 @@ from actors.qos.compatibility import (
     qos_check_compatible,
 )
 from actors.qos.profile import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
-from proto.codes import PolicyKind
-from proto.qos import incompatible_policy, parse_qos
+from proto.wire.codes import PolicyKind
+from proto.wire.qos import incompatible_policy, parse_qos
 from tests.actors.qos.test_profile import PROFILES
 
 

@@ -32,7 +32,7 @@ from actors.qos.profile import (
 )
 from actors.time.types import INFINITE, Duration
 from proto.limits import MAX_DEPTH
-from proto.qos import DEFAULT_DEPTH
+from proto.wire.qos import DEFAULT_DEPTH
 
 TIMES = st.one_of(
     st.just(INFINITE),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.session.attachments import Attachment, Attachments
-from proto.codes import DetachReason
-from proto.frames import Assert, Attached, Batch, Detached, Replay
+from proto.wire.codes import DetachReason
+from proto.wire.frames import Assert, Attached, Batch, Detached, Replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable

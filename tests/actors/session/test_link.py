@@ -12,9 +12,10 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.std_msgs.msg import String
 from actors.session.link import Link
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codec import encode
+from proto import limits
 from proto.errors import ErrorCode, ProtocolError
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.actors.meeting import until
 from tests.simulation.loop import SimulatedLoop, simulate
 

@@ -12,22 +12,22 @@ from unittest import mock
 import pytest
 
 import actors
-import broker.shared_memory
+import broker.serving.shared_memory
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.session import shared_memory
 from actors.session.shared_memory import SharedMemory
 from actors.testing import FaultProxy
 from broker import Broker, BrokerOptions
 from proto.aio import arena
-from proto.frames import Reference
-from proto.references import AHEAD_BYTES, MIN_REFERENCE_BYTES
+from proto.wire.frames import Reference
+from proto.wire.references import AHEAD_BYTES, MIN_REFERENCE_BYTES
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
-    from proto.frames import Batch
+    from proto.wire.frames import Batch
     from tests.actors.meeting import Meeting
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")

@@ -9,12 +9,12 @@ from unittest import mock
 import pytest
 
 from actors.session.shared_memory import RELEASE_BYTES, SLOT_BYTES, SharedMemory
-from proto import frames
 from proto.aio.arena import Arena
-from proto.codes import Capability
 from proto.errors import ErrorCode, ProtocolError
-from proto.extents import PAGE_BYTES
-from proto.references import SLOT_HEAD_BYTES, References, Slot
+from proto.queues.extents import PAGE_BYTES
+from proto.wire import frames
+from proto.wire.codes import Capability
+from proto.wire.references import SLOT_HEAD_BYTES, References, Slot
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,7 +7,7 @@ import socket
 import pytest
 
 from actors.session.start_hint import start_hint
-from proto.url import parse_url
+from proto.wire.url import parse_url
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
 from actors.tools.overview import Sample
-from proto.frames import GraphEntry
-from proto.stats import BrokerStats, LinkStats, TopicStats
+from proto.wire.frames import GraphEntry
+from proto.wire.stats import BrokerStats, LinkStats, TopicStats
 
 if TYPE_CHECKING:
-    from proto.codes import EntryKind
+    from proto.wire.codes import EntryKind
 
 STRING = "std_msgs/msg/String"
 

@@ -10,10 +10,10 @@ from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.tools import broker_checks
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
-from proto.identity import VERSION
-from proto.stats import BrokerStats, LinkStats, TopicStats
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
+from proto.wire.identity import VERSION
+from proto.wire.stats import BrokerStats, LinkStats, TopicStats
 
 if TYPE_CHECKING:
     from actors.tools.check import Check

@@ -15,9 +15,9 @@ from actors.tools.graph_drawing.model import GraphModel, document_of, model_of
 from actors.tools.graph_drawing.svg import svg_of
 from actors.tools.graph_drawing.text import text_of
 from actors.tools.overview import Sample, Samples
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
-from proto.stats import BrokerStats, MeshBrokerStats
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
+from proto.wire.stats import BrokerStats, MeshBrokerStats
 
 
 def graph(*nodes: tuple[int, str], shared: bool = False) -> GraphSnapshot:

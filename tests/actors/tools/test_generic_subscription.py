@@ -11,8 +11,8 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.tools.generic_subscription import decoder_of, profile_of
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
 from tests.actors.meeting import latched
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from actors.node.node import Node
 from actors.tools.check import Check
 from actors.tools.health import all_good, examine
 from broker import Broker, BrokerOptions
-from proto import frames
-from proto.codec import encode
 from proto.errors import ErrorCode
+from proto.wire import frames
+from proto.wire.codec import encode
 
 
 async def look(

@@ -12,7 +12,7 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.tools.overview import Overview, Sample, Samples
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 from tests.actors.meeting import matched, until
 from tests.actors.tools.made_up import STRING, entry, link, sample, snapshot, topic
 

@@ -15,7 +15,7 @@ from actors.config.contexts import Context, Contexts, contexts_file
 from actors.tools import security_checks
 from actors.tools.certificates import expiries
 from broker import Broker, BrokerOptions
-from proto.url import BrokerUrl, parse_url
+from proto.wire.url import BrokerUrl, parse_url
 from tests.certificates import Authority, expired
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from actors.interfaces.std_msgs.msg import String
 from actors.web.metrics import MAX_TOPICS, OTHER, TopicCounts
 from actors.web.options import WebOptions
-from proto.stats import TopicStats
+from proto.wire.stats import TopicStats
 from tests.actors.meeting import DEADLINE_SEC, matched
 from tests.actors.web.site import Site
 

@@ -13,8 +13,8 @@ from broker.access.files import load_rules
 from broker.access.origin import LOCAL, Origin
 from broker.access.parse import MAX_FILE_BYTES, parse_rules
 from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal, Role, User
-from proto.addresses import parse_address
 from proto.limits import MAX_TOKEN_CHARACTERS
+from proto.wire.addresses import parse_address
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from broker.mesh.messages import Change, Direct, Snapshot
-from proto import frames
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
 from tests.simulation.structure import of_router

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from broker.mesh.mesh import Mesh
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Publish, Subscribe
-from broker.router import Router
-from broker.router_limits import RouterLimits
-from proto import frames
-from proto.codec import decode
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
+from proto.wire import frames
+from proto.wire.codec import decode
 from tests.broker.switch import Switch
 
 if TYPE_CHECKING:

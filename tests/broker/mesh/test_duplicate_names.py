@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from proto import frames
-from proto.codes import NoticeKind
+from proto.wire import frames
+from proto.wire.codes import NoticeKind
 from tests.broker.mesh.network import MeshBroker, Network
 
 

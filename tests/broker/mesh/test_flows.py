@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker.mesh.messages import Publish
-from proto import frames
-from proto.codes import NoticeKind
+from proto.wire import frames
+from proto.wire.codes import NoticeKind
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import THERE, Attack
 from tests.broker.mesh.network import Network

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Snapshot
-from proto import frames
-from proto.codes import Status
 from proto.limits import MAX_U64
+from proto.wire import frames
+from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import HERE, NODE, OTHER, THERE, Attack
 from tests.broker.mesh.network import Network

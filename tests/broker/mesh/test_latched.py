@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from proto import frames
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from broker.mesh.messages import Change
-from proto import frames
-from proto.codes import Status
+from proto.wire import frames
+from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
 

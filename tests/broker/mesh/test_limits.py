@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from broker import latched
-from proto.codes import Status
+from broker.routing import latched
+from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import NODE, OTHER, THERE, Attack
 

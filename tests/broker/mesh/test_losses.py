@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from broker.mesh.messages import Change, Direct, Heartbeat, Publish
-from proto import frames
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
 

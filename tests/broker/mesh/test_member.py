@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 from unittest import mock
 
-from broker.mesh.member import MeshMember
+from broker.mesh.engine.member import MeshMember
 from broker.mesh.messages import Snapshot
 from broker.options import BrokerOptions
-from broker.router import Router
+from broker.routing.router import Router
 
 
 def test_a_warning_names_the_broker_if_its_name_is_known() -> None:

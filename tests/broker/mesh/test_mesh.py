@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from proto import frames
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
 

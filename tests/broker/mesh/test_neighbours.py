@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from broker.mesh import neighbours
+from broker.mesh.engine import neighbours
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

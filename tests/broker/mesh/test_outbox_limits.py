@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from broker import BrokerOptions
-from broker.memory_guard import MemoryGuard
-from broker.mesh.channel import MeshChannel
-from broker.mesh.engine import EngineStats
+from broker.mesh.engine.channel import MeshChannel
+from broker.mesh.engine.engine import EngineStats
 from broker.mesh.messages import Ask, Change, Direct, Publish
-from proto import frames
-from proto.fragments import ByteTotal, ReassemblyTotal
+from broker.serving.memory_guard import MemoryGuard
+from proto.wire import frames
+from proto.wire.fragments import ByteTotal, ReassemblyTotal
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import NODE, OTHER, THERE, Attack
 

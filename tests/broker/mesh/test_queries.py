@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
+from broker.mesh.engine.round_trips import PAUSE_US, VALID_US, RoundTrips
 from broker.mesh.messages import Direct
-from broker.mesh.round_trips import PAUSE_US, VALID_US, RoundTrips
-from proto import frames
-from proto.identity import VERSION
-from proto.type_hash import hash_of
+from proto.wire import frames
+from proto.wire.identity import VERSION
+from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from broker.mesh import received_queue
-from broker.mesh.received_queue import ReceivedQueue
+from broker.mesh.engine import received_queue
+from broker.mesh.engine.received_queue import ReceivedQueue
 from proto.aio.read_budget import ReadBudget
 
 if TYPE_CHECKING:

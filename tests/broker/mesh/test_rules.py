@@ -7,7 +7,7 @@ import pytest
 from broker.access.errors import AccessFileError
 from broker.access.parse import parse_rules
 from broker.access.rules import Rights
-from proto import frames
+from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
 

@@ -8,7 +8,7 @@ import pytest
 
 from broker.mesh import wire
 from broker.mesh.messages import Change, Heartbeat, Message
-from broker.records import NodeRecord
+from broker.routing.records import NodeRecord
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
 

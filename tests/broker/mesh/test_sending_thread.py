@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any, cast
 
-from broker.mesh import sending_thread
-from broker.mesh.sending_thread import SendingThread
+from broker.mesh.engine import sending_thread
+from broker.mesh.engine.sending_thread import SendingThread
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

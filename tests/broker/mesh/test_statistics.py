@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from broker.router import Router
-from broker.stats import Statistics
-from proto.stats import BrokerStats, MeshBrokerStats, MeshStats
-from tests.broker.test_router_access import NOTHING, user
+from broker.routing.router import Router
+from broker.serving.stats import Statistics
+from proto.wire.stats import BrokerStats, MeshBrokerStats, MeshStats
+from tests.broker.routing.test_router_access import NOTHING, user
 
 BROKERS = (MeshBrokerStats(1, "a", "0.1"), MeshBrokerStats(2, "b", "0.1", True, *range(1, 6)))
 MESH = MeshStats(brokers=1, sent=5)

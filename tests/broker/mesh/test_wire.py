@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from broker.mesh import wire
 from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
-from proto import frames
-from proto.codec import encode
 from proto.errors import ProtocolError
 from proto.limits import MAX_U64
+from proto.wire import frames
+from proto.wire.codec import encode
 from tests.broker import frame_makers as make
 
 if TYPE_CHECKING:

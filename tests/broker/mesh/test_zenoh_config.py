@@ -12,7 +12,7 @@ import pytest
 
 from broker import BrokerOptions, InvalidOptionError, UnprotectedError
 from broker.errors import ConfigurationError
-from broker.mesh.zenoh_config import connect_endpoints, make_config
+from broker.mesh.engine.zenoh_config import connect_endpoints, make_config
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -27,9 +27,9 @@ import actors
 from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from broker.mesh.zenoh_config import make_config
+from broker.mesh.engine.zenoh_config import make_config
 from broker.options import BrokerOptions
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 from tests.integration.conftest import System
 from tests.integration.mesh.stations import check_again, make_brokers, start_all
 

@@ -15,7 +15,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 from tests.actors.meeting import until
 from tests.integration.conftest import DEADLINE_SEC, free_port
 

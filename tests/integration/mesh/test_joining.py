@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import zenoh
 
 from broker import BrokerOptions
-from broker.mesh.zenoh_config import make_config
+from broker.mesh.engine.zenoh_config import make_config
 from tests.integration.conftest import free_port
 from tests.integration.mesh.stations import MeshBroker, Station, wait_until_joined
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any
 
-from proto import frames, limits
+from proto import limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.channel import Channel
-from proto.codec import decode
-from proto.fragments import Reassembler
-from proto.session import Role, State
+from proto.wire import frames
+from proto.wire.codec import decode
+from proto.wire.fragments import Reassembler
+from proto.wire.session import Role, State
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from proto.aio.read_budget import ReadBudget
     from proto.errors import ProtocolError
-    from proto.frames import Frame
+    from proto.wire.frames import Frame
 
 
 class FakeLoop:

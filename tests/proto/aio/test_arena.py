@@ -17,13 +17,13 @@ from pathlib import Path
 
 import pytest
 
-from proto import frames
 from proto.aio import arena as arenas
 from proto.aio.arena import Arena, ArenaError, host_identity, open_arena, read_token, reader
-from proto.codec import array_head
-from proto.ends import ends_to_bytes
-from proto.extents import PAGE_BYTES
-from proto.references import SLOT_HEAD_BYTES, Slot, copy_payload
+from proto.queues.extents import PAGE_BYTES
+from proto.wire import frames
+from proto.wire.codec import array_head
+from proto.wire.ends import ends_to_bytes
+from proto.wire.references import SLOT_HEAD_BYTES, Slot, copy_payload
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
 
@@ -33,7 +33,7 @@ MESSAGE = bytes(range(256)) * 20
 OPEN = """
 import pickle, sys
 from proto.aio.arena import ArenaError, host_identity, open_arena
-from proto.references import copy_payload
+from proto.wire.references import copy_payload
 identity, reference, announcements = pickle.load(sys.stdin.buffer)
 assert identity == host_identity()
 for announcement in announcements:

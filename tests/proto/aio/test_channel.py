@@ -11,17 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proto import frames, limits
+from proto import limits
 from proto.aio import channel as aio
 from proto.aio.channel import Channel
-from proto.batches import BatchBuilder
-from proto.codec import array_head, encode
 from proto.errors import ErrorCode, ProtocolError
-from proto.fragments import Transfer
-from proto.frames import Batch, Frame, Ping, ReplyEntry, RequestEntry
-from proto.publisher_queue import PublisherQueue
-from proto.receiver import SCRATCH_BYTES
-from proto.session import Role, State
+from proto.queues.batches import BatchBuilder
+from proto.queues.publisher_queue import PublisherQueue
+from proto.wire import frames
+from proto.wire.codec import array_head, encode
+from proto.wire.fragments import Transfer
+from proto.wire.frames import Batch, Frame, Ping, ReplyEntry, RequestEntry
+from proto.wire.receiver import SCRATCH_BYTES
+from proto.wire.session import Role, State
 from tests.allocations import TRIES, peak_bytes
 from tests.proto.aio.bench import Bench, Recorder
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, cast
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proto import frames
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.read_budget import BUDGET_SEC, SHARE_FRAMES, SHARE_SEC, ReadBudget
-from proto.codec import encode
 from proto.errors import ErrorCode, ProtocolError
-from proto.frames import Batch, Frame
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.frames import Batch, Frame
 from tests.broker import frame_makers as make
 from tests.proto.aio.bench import Bench, FakeLoop
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.cli.errors import FAILURE, OK, TIMEOUT, CommandError
 from actors.cli.output import print_err, print_json, print_out
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, positive
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from actors.actions.client import ActionClient

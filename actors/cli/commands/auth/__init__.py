@@ -37,7 +37,7 @@ def rules_file(options: Options) -> Path:
 def hand_over(token: str, options: Options, text: str) -> None:
     """Print a token, or write it to a file, as nothing else stores it; then report the change."""
     from actors.cli.output import print_err, print_out
-    from broker.private_file import write_private
+    from broker.access.private_file import write_private
 
     if options.token_file:
         write_private(Path(options.token_file), token + "\n")

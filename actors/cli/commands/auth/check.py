@@ -33,8 +33,8 @@ def run(options: Options) -> int:
     from broker.access.files import load_rules
     from broker.access.origin import LOCAL, Origin
     from broker.access.rules import Action
-    from proto.addresses import parse_address
-    from proto.names import validate_full_topic_name
+    from proto.wire.addresses import parse_address
+    from proto.wire.names import validate_full_topic_name
 
     for name in (options.name, options.node):
         if name is not None:

@@ -23,7 +23,7 @@ def run(options: Options) -> int:
     from actors.cli.node_names import visible_nodes, warn_of_shared_names
     from actors.cli.output import print_json
     from actors.cli.tables import Styled, print_styled
-    from proto.codes import EntryKind
+    from proto.wire.codes import EntryKind
 
     with open_inspector(options) as inspector:
         snapshot = inspector.graph()

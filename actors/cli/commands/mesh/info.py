@@ -104,7 +104,7 @@ def _document(row: Row, rows: list[Row], report: BrokerReport) -> dict[str, Any]
 
 def _neighbours(rows: list[Row], report: BrokerReport) -> list[dict[str, str | None]]:
     """Return what Zenoh is connected with: brokers have a name, other routers only an id."""
-    from proto.mesh_keys import zenoh_id
+    from proto.wire.mesh_keys import zenoh_id
 
     names = {zenoh_id(row.stats.number): (row.id, row.stats.name) for row in rows}
     found = [names.get(each, (each, None)) for each in report.mesh.neighbours.split()]

@@ -7,13 +7,13 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.cli.errors import CommandError
-from proto.codes import EntryKind
-from proto.mesh_keys import broker_id
+from proto.wire.codes import EntryKind
+from proto.wire.mesh_keys import broker_id
 
 if TYPE_CHECKING:
     from actors.graph.broker_report import BrokerReport
     from actors.graph.inspector import Inspector
-    from proto.stats import MeshBrokerStats
+    from proto.wire.stats import MeshBrokerStats
 
 MEASURING_SEC: Final = 1.0
 """How long to wait for the answers of all brokers, from which the round trips are known."""

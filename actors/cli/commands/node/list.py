@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 EXAMPLES: Final = {"callboard node list": "the full names of all nodes"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_print_options, add_qos_options
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,9 +16,10 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from broker import Broker, BrokerOptions
-from proto import frames, limits
-from proto.codec import encode
-from proto.url import parse_urls
+from proto import limits
+from proto.wire import frames
+from proto.wire.codec import encode
+from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk

@@ -13,9 +13,9 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from broker import Broker, BrokerOptions
-from proto.codes import Status
 from proto.errors import InvalidServiceNameError
-from proto.frames import ReplyEntry
+from proto.wire.codes import Status
+from proto.wire.frames import ReplyEntry
 from tests.actors.meeting import DEADLINE_SEC, turns, until
 
 if TYPE_CHECKING:

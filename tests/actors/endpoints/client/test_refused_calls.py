@@ -12,7 +12,7 @@ import pytest
 import actors
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import type_hash, type_name
-from proto import frames
+from proto.wire import frames
 from tests.actors.meeting import DEADLINE_SEC, Blow, until
 from tests.broker.rawclient import RawClient, link
 

@@ -9,7 +9,7 @@ from actors.endpoints.flow_control.window import SHARED_MESSAGES, WINDOW_MESSAGE
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.session.attachments import Attachment
-from proto.frames import Attached, Batch
+from proto.wire.frames import Attached, Batch
 
 
 class Nobody:

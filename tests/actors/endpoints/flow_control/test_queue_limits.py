@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from actors.endpoints.flow_control import queue_limits
-from proto.publisher_queue import PublisherQueue
+from proto.queues.publisher_queue import PublisherQueue
 from tests.broker.frame_makers import batch
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from actors.endpoints.flow_control.window import (
     CreditWindows,
 )
 from actors.session.attachments import Attachment
-from proto.codec import encode
-from proto.frames import Attached, Grant
 from proto.limits import MAX_U64
+from proto.wire.codec import encode
+from proto.wire.frames import Attached, Grant
 
 
 class Nobody:

@@ -15,14 +15,14 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
 from actors.node.node_runner import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
-from proto.outbox import Outbox
+from proto.queues.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from proto.frames import Batch
-    from proto.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue
+    from proto.wire.frames import Batch
     from tests.actors.meeting import Meeting
 
 MIB = 1024 * 1024

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.endpoints.publisher.retained import Retained
-from proto.batches import message_bytes, split_messages
+from proto.queues.batches import message_bytes, split_messages
 from tests.broker.frame_makers import batch
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.endpoints.service.request_queue import RequestQueue
-from proto.frames import RequestEntry
+from proto.wire.frames import RequestEntry
 
 if TYPE_CHECKING:
     import pytest

@@ -15,7 +15,7 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Empty
-from proto.frames import RequestEntry
+from proto.wire.frames import RequestEntry
 from tests.actors.meeting import MIB, Blow, turns, until
 
 if TYPE_CHECKING:

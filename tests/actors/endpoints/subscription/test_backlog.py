@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from actors.endpoints.subscription.backlog import Backlog, QueuedBatch
 from actors.session.attachments import Attachment
-from proto.frames import Attached, Batch
+from proto.wire.frames import Attached, Batch
 
 
 class Nobody:

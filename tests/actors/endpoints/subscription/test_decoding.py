@@ -9,12 +9,12 @@ from actors.endpoints.subscription.decoding import Decoder
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import String
 from actors.logging.logger import get_logger
-from proto.batches import BatchBuilder
+from proto.queues.batches import BatchBuilder
 
 if TYPE_CHECKING:
     import pytest
 
-    from proto.frames import Batch
+    from proto.wire.frames import Batch
 
 STRINGS = codec_for(String)
 BAD = b"\xc0"

@@ -10,8 +10,8 @@ import pytest
 
 from actors.endpoints.subscription.liveliness import Liveliness
 from actors.session.attachments import Attachment
-from proto.frames import Attached
-from proto.qos import MANUAL_BY_TOPIC
+from proto.wire.frames import Attached
+from proto.wire.qos import MANUAL_BY_TOPIC
 from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:

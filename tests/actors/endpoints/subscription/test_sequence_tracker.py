@@ -7,7 +7,7 @@ from typing import Any
 from actors.endpoints.subscription import sequence_tracker as tracker_module
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.session.attachments import Attachment
-from proto.frames import Attached, Batch, Replay
+from proto.wire.frames import Attached, Batch, Replay
 
 
 class FakeLostEvent:

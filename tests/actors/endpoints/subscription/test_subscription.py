@@ -19,9 +19,9 @@ from actors.endpoints.subscription.consumer import MAX_CONCURRENT
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.aio.channel import Channel
-from proto.batches import BatchBuilder
-from proto.codes import DetachReason
-from proto.frames import Attached, Batch, Detached, Replay
+from proto.queues.batches import BatchBuilder
+from proto.wire.codes import DetachReason
+from proto.wire.frames import Attached, Batch, Detached, Replay
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
 
 if TYPE_CHECKING:

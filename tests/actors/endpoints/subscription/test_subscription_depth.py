@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64
-from proto.frames import Attached
+from proto.wire.frames import Attached
 from tests.actors.endpoints.subscription.test_subscription import batch_of
 from tests.simulation.loop import SimulatedLoop, simulate
 

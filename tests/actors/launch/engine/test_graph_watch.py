@@ -13,8 +13,8 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.launch.engine.graph_watch import Presences, graph_watch
 from actors.launch.planning.presence import Presence, PresenceKind, presence_of
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
 from tests.actors.meeting import until
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.stage import Stage, play

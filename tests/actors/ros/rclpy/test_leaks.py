@@ -27,7 +27,7 @@ ROUNDS = 1_000
 NODE_ROUNDS = 100
 """A node makes and destroys ten endpoints of its own."""
 WARM_UP_ROUNDS = 20
-CACHED_BY_THE_ENCODER = "proto.frames"
+CACHED_BY_THE_ENCODER = "proto.wire.frames"
 """The module whose objects stay in a cache of limited size."""
 DESCRIPTORS = Path("/proc/self/fd")
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.graph.snapshot import GraphSnapshot
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -18,13 +18,13 @@ from actors.tools.graph_drawing.model import (
     document_of,
     model_of,
 )
-from proto.codes import EntryKind
-from proto.frames import GraphEntry
+from proto.wire.codes import EntryKind
+from proto.wire.frames import GraphEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from proto.frames import Options
+    from proto.wire.frames import Options
 
 
 def names(graph: GraphSnapshot, **chosen: Any) -> set[str]:

@@ -15,8 +15,8 @@ from actors.cli.errors import CommandError
 from actors.cli.parsing import Options
 from actors.graph.broker_report import BrokerReport
 from actors.graph.snapshot import GraphSnapshot
-from proto.mesh_keys import broker_id, zenoh_id
-from proto.stats import BrokerStats, MeshBrokerStats, MeshStats
+from proto.wire.mesh_keys import broker_id, zenoh_id
+from proto.wire.stats import BrokerStats, MeshBrokerStats, MeshStats
 
 
 class Report:

@@ -13,8 +13,8 @@ from actors.cli.commands.top.help import HelpScreen
 from actors.cli.commands.top.rows import SHOWN_ROWS, RowsTable
 from actors.cli.commands.top.source import Received, ReceivedMessage
 from actors.errors import BrokerUnreachable
-from proto.codes import EntryKind
-from proto.stats import MeshBrokerStats
+from proto.wire.codes import EntryKind
+from proto.wire.stats import MeshBrokerStats
 from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
 if TYPE_CHECKING:

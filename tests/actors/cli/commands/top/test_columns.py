@@ -19,7 +19,7 @@ from actors.cli.commands.top.columns import (
 )
 from actors.cli.tables import Styled
 from actors.tools.overview import Samples
-from proto.codes import EntryKind
+from proto.wire.codes import EntryKind
 from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
 

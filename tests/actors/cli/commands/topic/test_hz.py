@@ -24,7 +24,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
-from proto.stats import BrokerStats, TopicStats
+from proto.wire.stats import BrokerStats, TopicStats
 
 if TYPE_CHECKING:
     from collections.abc import Callable

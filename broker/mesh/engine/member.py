@@ -1,0 +1,215 @@
+"""A broker's part in a mesh: one engine for all its graphs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from broker.mesh.engine.channel import MeshChannel
+from broker.mesh.engine.engine import Traffic
+from broker.mesh.engine.round_trips import RoundTrips
+from broker.mesh.mesh import Mesh
+from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.errors import escape
+from proto.wire.identity import VERSION
+from proto.wire.mesh_keys import broker_id, zenoh_id
+from proto.wire.stats import MeshBrokerStats, MeshStats
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from broker.access.rules import AccessRules
+    from broker.mesh.engine.engine import Engine, Host
+    from broker.routing.deliveries import Delivery
+    from broker.routing.router import Router
+    from broker.serving.dispatcher import Dispatcher
+
+HEARTBEAT_SEC: Final = 1.0
+"""A lost last message is noticed within about this time; a heartbeat costs each other broker one message."""
+
+LAST_PING: Final = 0
+"""The token of the PING at a stop; others are times."""
+
+LAST_ANSWER_SEC: Final = 5.0
+"""How long a stop waits for other brokers."""
+
+MAX_NEIGHBOURS: Final = 100
+"""Neighbours in the statistics."""
+
+
+class MeshMember:
+    """A broker in a mesh (`engine.Host`).
+
+    Args:
+        number: The broker's number in the mesh, 1 to 2^31 - 1 (others may have up to `MAX_U32`).
+        dispatcher: The broker's links.
+        make_engine: Returns an engine for a broker's number and host.
+        name: The broker's name for people.
+
+    Attributes:
+        number: As given.
+    """
+
+    def __init__(
+        self, number: int, dispatcher: Dispatcher, make_engine: Callable[[int, Host], Engine], name: str
+    ) -> None:
+        self.number = number
+        self._name = name
+        self._dispatcher = dispatcher
+        self._engine = make_engine(number, self)
+        self._meshes: dict[int, Mesh] = {}
+        self._channels: dict[int, MeshChannel] = {}
+        self._round_trips = RoundTrips()
+        self._heartbeat: asyncio.Task[None] | None = None
+        self._unanswered: set[tuple[int, int]] = set()
+        """Domains and brokers that have not answered the last PING."""
+        self._all_answered = asyncio.Event()
+
+    async def start(self) -> None:
+        """Connect to other brokers."""
+        await self._engine.start()
+        heartbeats = keep_running("The mesh's heartbeat", self._send_heartbeats)
+        self._heartbeat = asyncio.get_running_loop().create_task(heartbeats)
+
+    async def stop(self) -> None:
+        """Disconnect when the others have received what was sent."""
+        if self._heartbeat is not None:
+            await cancel_and_wait(self._heartbeat)
+        try:
+            await self._wait_for_others()
+        finally:  # also if it is cancelled
+            await self._engine.stop()
+
+    async def _wait_for_others(self) -> None:
+        """Wait for an answer of each broker to a last PING: the end of a session can overtake messages."""
+        for domain, mesh in self._meshes.items():
+            brokers = mesh.sessions.names()
+            self._unanswered.update((domain, broker) for broker in brokers)
+            mesh.queries.ping(brokers, LAST_PING)
+        self._all_answered.clear()
+        self.flush()
+        if self._unanswered:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._all_answered.wait(), LAST_ANSWER_SEC)
+
+    async def _send_heartbeats(self) -> None:
+        while True:
+            await asyncio.sleep(HEARTBEAT_SEC)
+            for mesh in self._meshes.values():
+                mesh.send_heartbeat()
+            self.flush()
+
+    def add(self, router: Router) -> MeshChannel:
+        """Join the graph of a router; return the channel for its peer."""
+        domain = router.domain
+
+        def deliver(deliveries: list[Delivery]) -> None:
+            self._dispatcher.deliver(router, deliveries)
+            self._dispatcher.reports.report_soon()
+
+        most = self._dispatcher.options.max_mesh_endpoints
+        mesh = self._meshes[domain] = Mesh(
+            self.number, router, deliver, partial(self._warn, domain), max_endpoints=most, name=self._name
+        )
+
+        def ponged(broker: int, token: int) -> None:
+            if token == LAST_PING:
+                self._unanswered.discard((domain, broker))
+            self._round_trips.take(broker, token, self._now_us())
+
+        mesh.queries.ponged = ponged
+        rules = self._dispatcher.admission.rules
+        if rules is not None:
+            mesh.set_rights(rules.imports, rules.exports)
+        self._engine.join(domain)
+        channel = self._channels[domain] = MeshChannel(
+            mesh, router, self._engine, lambda: self._dispatcher.options
+        )
+        return channel
+
+    def apply(self, rules: AccessRules) -> None:
+        """Apply changed access rules."""
+        for mesh in self._meshes.values():
+            mesh.set_rights(rules.imports, rules.exports)
+
+    def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:
+        """Return the brokers in a domain, this one first; measure the round trips to them again."""
+        names, now = self._meshes[domain].sessions.names(), self._now_us()
+        if self._round_trips.begin(now):
+            self._meshes[domain].queries.ping(names, now)
+        engine = self._engine.statistics()
+        others: list[MeshBrokerStats] = []
+        for number, (name, version) in names.items():
+            traffic = engine.traffic.get(number, Traffic())
+            stats = MeshBrokerStats(
+                number,
+                name,
+                version,
+                direct=zenoh_id(number) in engine.neighbours,
+                round_trip_us=self._round_trips.by_broker.get(number, 0),
+                sent=traffic.sent,
+                bytes_sent=traffic.bytes_sent,
+                received=traffic.received,
+                bytes_received=traffic.bytes_received,
+            )
+            others.append(stats)
+        return (MeshBrokerStats(self.number, self._name, VERSION), *sorted(others))
+
+    def totals(self) -> MeshStats:
+        """Return the numbers of all domains together."""
+        engine = self._engine.statistics()
+        counts: Counter[str] = Counter()
+        for mesh in self._meshes.values():
+            counts.update(mesh.counts())
+        outboxes = [channel.outbox for channel in self._channels.values()]
+        traffic = engine.traffic.values()
+        waiting = sum(each.held_bytes + each.urgent_bytes + each.ordered_bytes for each in outboxes)
+        return MeshStats(
+            brokers=len(traffic),
+            sent=engine.sent,
+            bytes_sent=engine.bytes_sent,
+            received=sum(each.received for each in traffic),
+            bytes_received=sum(each.bytes_received for each in traffic),
+            waiting_bytes=waiting,
+            sending_bytes=engine.sending_bytes,
+            unhandled_bytes=engine.unhandled_bytes,
+            dropped=sum(outbox.dropped for outbox in outboxes),
+            overruns=engine.overruns,
+            failed=engine.failed,
+            malformed=engine.malformed,
+            **counts,
+            neighbours=" ".join(engine.neighbours[:MAX_NEIGHBOURS]),
+        )
+
+    def _now_us(self) -> int:
+        budget = self._dispatcher.budget
+        assert budget is not None
+        return int(1e6 * budget.clock())
+
+    def warn(self, reason: str, text: str, *values: object) -> None:
+        """Log a warning, or count it (`engine.Host`)."""
+        self._dispatcher.warnings.warn(reason, text, *values)
+
+    def _warn(self, domain: int, what: str, broker: int, text: str) -> None:
+        session = self._meshes[domain].sessions.get(broker)
+        shown = broker_id(broker)
+        if session is not None and session.name:
+            shown = f"{escape(session.name)} ({shown})"
+        reason = f"the mesh {what} a broker"
+        self._dispatcher.warnings.warn(reason, "Mesh: %s the broker %s: %s", what, shown, text)
+
+    def mesh(self, domain: int) -> Mesh:
+        """Return the mesh of a domain, in which this broker takes part from now on."""
+        if domain not in self._meshes:
+            self._dispatcher.router(domain)
+        return self._meshes[domain]
+
+    def flush(self) -> None:
+        """Send what the routers have returned."""
+        self._dispatcher.flush()
+        # No answer comes from a broker that has gone meanwhile.
+        if all(broker not in self._meshes[domain].sessions for domain, broker in self._unanswered):
+            self._all_answered.set()

@@ -1,0 +1,155 @@
+"""The configuration of a broker's Zenoh session, from the broker's options."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import zenoh
+
+from broker.errors import ConfigurationError, UnprotectedError
+from broker.mesh.engine.neighbours import address_of
+from proto.wire.addresses import is_loopback
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from broker.options import BrokerOptions
+
+_LOCAL_PROTOCOLS: Final = {"unixsock-stream", "unixpipe"}
+_ENCRYPTED_PROTOCOLS: Final = {"tls", "quic"}
+_MAX_AUTH_BYTES: Final = 1024 * 1024
+_RUST_PLACES: Final = re.compile(r" at \S+\.rs:\d+\.?")
+
+
+def make_config(options: BrokerOptions) -> zenoh.Config:
+    """Return the configuration of a session in router mode.
+
+    What `mesh_config` says takes precedence over callboard's defaults: no scouting, no gossip.
+
+    Raises:
+        ConfigurationError: A file cannot be used, or an endpoint is malformed.
+        UnprotectedError: Other machines could join, and nothing asks them who they are.
+    """
+    config = _read(options.mesh_config)
+    defaults = {
+        "mode": "router",
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,  # how long `zenoh.open` waits for what scouting finds
+        "connect/retry": {"period_init_ms": 200, "period_max_ms": 2000, "period_increase_factor": 2.0},
+    }
+    for key, value in defaults.items():
+        if _get(config, key) is None:
+            _set(config, key, value)
+    # Zenoh does not give back the memory (17 MB) that it shares with a broker that has been killed.
+    _set(config, "transport/shared_memory", {"enabled": False})
+    if options.mesh_config is None or _is_default(config, "transport/link/tx/lease"):
+        _set(config, "transport/link/tx/lease", round(1000 * options.mesh_lease_sec))
+    if options.mesh_listen or _is_default(config, "listen/endpoints"):  # that is all addresses
+        _set(config, "listen/endpoints", split(options.mesh_listen), "--mesh-listen")
+    if options.mesh:
+        _set(config, "connect/endpoints", split(options.mesh), "--mesh")
+    if options.mesh_auth is not None:
+        user, password = _read_auth(options.mesh_auth)
+        _set(config, "transport/auth/usrpwd/user", user)
+        _set(config, "transport/auth/usrpwd/password", password)
+        _set(config, "transport/auth/usrpwd/dictionary_file", str(options.mesh_auth))
+    if not (options.insecure or _get(config, "transport/auth/usrpwd/user") is not None):
+        _check_protected(config)
+    return config
+
+
+def split(endpoints: str | None) -> list[str]:
+    """Return the endpoints in an option: they are separated by commas."""
+    return [each.strip() for each in endpoints.split(",")] if endpoints else []
+
+
+def connect_endpoints(config: zenoh.Config) -> list[str]:
+    """Return where a session connects to."""
+    return _endpoints(config, "connect")
+
+
+def plain_text(error: zenoh.ZError) -> str:
+    """Return what an error of Zenoh says, without places in Zenoh's code."""
+    return _RUST_PLACES.sub("", str(error)).rstrip(".")
+
+
+def _read(path: Path | None) -> zenoh.Config:
+    if path is None:
+        return zenoh.Config()
+    try:
+        return zenoh.Config.from_file(str(path))
+    except zenoh.ZError as error:
+        raise ConfigurationError(f"Cannot use {path} (--mesh-config): {plain_text(error)}") from None
+
+
+def _get(config: zenoh.Config, key: str) -> Any:
+    return json.loads(config.get_json(key))
+
+
+def _set(config: zenoh.Config, key: str, value: object, option: str = "") -> None:
+    try:
+        config.insert_json5(key, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
+    except zenoh.ZError:
+        text = f"{option} {value!r}: an endpoint is a protocol and an address, such as tcp/192.168.1.2:7447"
+        raise ConfigurationError(text) from None
+
+
+def _endpoints(config: zenoh.Config, key: str) -> list[str]:
+    """Return where it listens, or what it connects to."""
+    endpoints: Any = _get(config, f"{key}/endpoints")
+    if isinstance(endpoints, dict):  # by mode
+        endpoints = cast("dict[str, Any]", endpoints).get(_get(config, "mode"), [])
+    return [endpoints] if isinstance(endpoints, str) else cast("list[str]", endpoints)
+
+
+def _is_default(config: zenoh.Config, key: str) -> bool:
+    """Return whether a value is the one that Zenoh has without a file."""
+    return bool(_get(config, key) == _get(zenoh.Config(), key))
+
+
+def _check_protected(config: zenoh.Config) -> None:
+    """Check that nobody on another machine can join without a certificate."""
+    certificates = bool(_get(config, "transport/link/tls/enable_mtls"))
+    for endpoint in (*_endpoints(config, "listen"), *_endpoints(config, "connect")):
+        protocol, host, _ = address_of(endpoint)
+        local = protocol in _LOCAL_PROTOCOLS or host == "localhost" or is_loopback(host)
+        if not (local or (certificates and protocol in _ENCRYPTED_PROTOCOLS)):
+            raise _unprotected(endpoint)
+    for kind in ("multicast", "gossip"):
+        if _get(config, f"scouting/{kind}/enabled"):
+            raise _unprotected(f"what {kind} scouting finds")
+
+
+def _unprotected(where: str) -> UnprotectedError:
+    return UnprotectedError(
+        f"Refusing to join a mesh over {where}: anybody who reaches it could take part. Give all brokers one"
+        " --mesh-auth FILE (a line 'user:password'), or let everybody in with --insecure."
+    )
+
+
+def _read_auth(path: Path) -> tuple[str, str]:
+    """Return the user and password that this broker has: those in the first line."""
+    try:
+        with path.open("rb") as file:
+            mode = os.fstat(file.fileno()).st_mode
+            text = file.read(_MAX_AUTH_BYTES + 1).decode()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
+        raise ConfigurationError(f"Cannot read {path} (--mesh-auth): {reason}") from None
+    if os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
+        text = f"{path} (--mesh-auth): others may read or write it; change that with `chmod 600 {path}`"
+        raise ConfigurationError(text)
+    if len(text) > _MAX_AUTH_BYTES:
+        raise ConfigurationError(f"{path} (--mesh-auth) is longer than {_MAX_AUTH_BYTES} bytes")
+    pairs = [line.partition(":") for line in text.splitlines()]
+    for number, (user, _, password) in enumerate(pairs, 1):
+        if not user or not password:
+            raise ConfigurationError(f"{path} (--mesh-auth): line {number} is no 'user:password'")
+    if not pairs:
+        raise ConfigurationError(f"{path} (--mesh-auth): it is empty; it needs a line 'user:password'")
+    return pairs[0][0], pairs[0][2]

@@ -1,0 +1,32 @@
+"""The limit of matches: an endpoint that would exceed it is refused before it is matched."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from broker.routing.records import Endpoint, Peer
+
+EndpointT = TypeVar("EndpointT", bound="Endpoint")
+
+
+def exceeds(peer: Peer, others: Collection[EndpointT], fits: Callable[[EndpointT], bool], most: int) -> bool:
+    """Return whether a new endpoint would raise the `matches` of its peer above a limit.
+
+    Args:
+        peer: The endpoint's peer. A pair with another endpoint of its own counts for both.
+        others: All possible counterparts.
+        fits: Whether one of them matches.
+        most: The limit.
+    """
+    left = most - peer.matches
+    if 2 * len(others) <= left:
+        return False
+    for other in others:
+        if fits(other):
+            left -= 1 + (other.peer is peer)
+            if left < 0:
+                return True
+    return False
