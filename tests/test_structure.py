@@ -1,8 +1,14 @@
-"""Modules, functions and classes stay small enough to be understood at once; exceptions have a reason."""
+"""Modules, functions and classes stay small enough to be understood at once; exceptions have a reason.
+
+The sizes are guides. Docstrings and comments do not count, so that a "why" never costs a line of code. Past a
+guide, look for the collaborator that is missing; if there is none, say so in `EXCEPTIONS`. Never split at the
+tape measure: a module with one importer and no test of its own is worse than one that is a little long.
+"""
 
 from __future__ import annotations
 
 import ast
+from bisect import bisect_left, bisect_right
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -11,33 +17,20 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).resolve().parent.parent
 PACKAGES: Final = ("proto", "broker", "actors")
-MAX_MODULE_LINES: Final = 400
-MAX_FUNCTION_LINES: Final = 40
-"""Without its docstring."""
-MAX_METHODS: Final = 20
+MAX_MODULE_LINES: Final = 500
+MAX_FUNCTION_LINES: Final = 50
+MAX_METHODS: Final = 25
 """Names, so that a property's getter and setter count once."""
 
 EXCEPTIONS: Final[dict[str, str]] = {
     "actors.callbacks.mailbox.Mailbox": "one state machine: who holds the node's callbacks, and who is next",
-    "actors.launch.description.actions": "one class for each action, mostly their docstrings",
-    "actors.launch.engine.machine": "one state machine with a method for each event and its effects",
     "actors.launch.engine.machine.Machine": "one state machine with a method for each event and its effects",
-    "actors.node.graph_queries": "rclpy's graph queries, mostly docstrings",
     "actors.node.graph_queries.NodeGraph": "has rclpy's graph queries, one method each",
-    "actors.node.node": "rclpy's surface, mostly docstrings",
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
-    "actors.node.parameters.NodeParameters": "has rclpy's parameter methods; the store does the work",
-    "actors.ros.rclpy.context.Context": "has rclpy's surface, and every way in which a context ends",
-    "actors.ros.rclpy.executors": "rclpy's surface: a module with its three executors",
-    "actors.ros.rclpy.executors.Executor": "has rclpy's surface; the work queue does the work",
-    "actors.ros.rclpy.node": "rclpy's surface",
     "actors.ros.rclpy.node.Node": "has rclpy's surface; its methods delegate",
-    "actors.ros.rclpy.node.Node.__init__": "rclpy's arguments, passed on",
-    "actors.ros.rclpy.node_parameters.NodeParameters": "has rclpy's parameter methods, which delegate",
-    "proto.wire.frames": "one table of all frames",
 }
-"""Modules, functions and classes beyond a limit, by qualified name, and why."""
+"""Modules, functions and classes beyond a guide, by qualified name, and why."""
 
 
 def modules() -> Iterator[tuple[str, str]]:
@@ -52,18 +45,20 @@ def modules() -> Iterator[tuple[str, str]]:
 
 def too_large(name: str, source: str) -> Iterator[tuple[str, str]]:
     """Return what of a module is beyond a limit, and by how much."""
-    lines = source.count("\n")
-    if lines > MAX_MODULE_LINES:
-        yield name, f"{lines} lines, at most {MAX_MODULE_LINES}"
-    yield from _too_large_in(ast.parse(source), name)
+    tree = ast.parse(source)
+    counted = [*_counted_lines(tree, source)]
+    if len(counted) > MAX_MODULE_LINES:
+        yield name, f"{len(counted)} lines, at most {MAX_MODULE_LINES}"
+    yield from _too_large_in(tree, name, counted)
 
 
-def _too_large_in(parent: ast.AST, prefix: str) -> Iterator[tuple[str, str]]:
+def _too_large_in(parent: ast.AST, prefix: str, counted: list[int]) -> Iterator[tuple[str, str]]:
     for child in ast.iter_child_nodes(parent):
         name = prefix
         if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
             name = f"{prefix}.{child.name}"
-            lines = _lines_without_docstring(child)
+            assert child.end_lineno is not None
+            lines = bisect_right(counted, child.end_lineno) - bisect_left(counted, child.lineno)
             if lines > MAX_FUNCTION_LINES:
                 yield name, f"{lines} lines, at most {MAX_FUNCTION_LINES}"
         elif isinstance(child, ast.ClassDef):
@@ -74,19 +69,19 @@ def _too_large_in(parent: ast.AST, prefix: str) -> Iterator[tuple[str, str]]:
             methods = len({each.name for each in functions})
             if methods > MAX_METHODS:
                 yield name, f"{methods} methods, at most {MAX_METHODS}"
-        yield from _too_large_in(child, name)
+        yield from _too_large_in(child, name, counted)
 
 
-def _lines_without_docstring(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    lines = _lines(function)
-    if ast.get_docstring(function, clean=False) is not None:
-        lines -= _lines(function.body[0])
-    return lines
-
-
-def _lines(node: ast.stmt) -> int:
-    assert node.end_lineno is not None
-    return node.end_lineno - node.lineno + 1
+def _counted_lines(tree: ast.Module, source: str) -> Iterator[int]:
+    """Return the numbers of all lines but those of docstrings, of attributes too, and of comments."""
+    docstrings: set[int] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            assert node.end_lineno is not None
+            docstrings.update(range(node.lineno, node.end_lineno + 1))
+    for number, line in enumerate(source.splitlines(), 1):
+        if number not in docstrings and not line.lstrip().startswith("#"):
+            yield number
 
 
 def test_modules_functions_and_classes_stay_small() -> None:
@@ -98,10 +93,12 @@ def test_modules_functions_and_classes_stay_small() -> None:
 
 
 def test_each_limit_is_checked() -> None:
-    """One line more than a limit, or one method, is found; what is at the limit is not."""
-    function = "def f():\n    '''Do\n    nothing.'''\n" + "    pass\n" * (MAX_FUNCTION_LINES - 1)
+    """One line of code more than a limit, or one method, is found; what is at the limit is not."""
+    function = (
+        "def f():\n    '''Do\n    nothing.'''\n" + "    pass\n" * (MAX_FUNCTION_LINES - 1) + "    # why\n"
+    )
     methods = "class C:\n" + "".join(f"    def m{each}(self): ...\n" for each in range(MAX_METHODS))
-    module = "pass\n" * MAX_MODULE_LINES
+    module = "'''Nothing.'''\n# Why.\n" + "pass\n" * MAX_MODULE_LINES
     for source in (function, methods, module):
         assert not list(too_large("m", source))
     for source, name in ((function + "    pass\n", "m.f"), (methods + "    def n(self): ...\n", "m.C")):
