@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 from actors.bench import outcomes
 from actors.bench.errors import TrialError
 from actors.bench.outcomes import Outcome, Played
+from actors.bench.roles.stream import Count
 
 
 def streamed(*received: int, sent: int = 100, lost: int = 0) -> Outcome:
@@ -57,6 +61,40 @@ def test_roles_of_one_process_that_lose_messages_have_no_figures(figures: dict[s
     lost = Played(role="stream_together", parameters={"size": 1000}, figures={**common, **figures})
     with pytest.raises(TrialError, match="lost messages"):
         outcomes.alone(Outcome(played=(lost,), server_cpu_s=None))
+
+
+def paced(received: int, *beside: Played) -> Outcome:
+    """A pacer of 100 messages, a listener that received so many of them, and perhaps a stream."""
+    pacer = Played(role="pacer", parameters={}, figures={"sent": 100, "messages": 100, "cpu_s": 0.001})
+    figures = {"received": received, "messages": received, "cpu_s": 0.002, "p50_us": 5.0, "p99_us": 9.0}
+    return Outcome(
+        played=(*beside, Played(role="listener", parameters={}, figures=figures), pacer), server_cpu_s=1.0
+    )
+
+
+def test_paced_messages_have_latencies_and_the_rate_of_the_stream_beside_them() -> None:
+    """The rate is 0 without a stream."""
+    figures = {"p50_us": 5.0, "p99_us": 9.0, "cpu_us.pacer": 10.0, "cpu_us.listener": 20.0}
+    assert outcomes.mixed(paced(100)) == {**figures, "mb_s": 0.0}
+    assert outcomes.mixed(paced(100, *streamed(200).played)) == {**figures, "mb_s": pytest.approx(0.1)}
+
+
+@pytest.mark.parametrize(
+    "outcome",
+    [paced(99), paced(101), paced(100, *streamed(199).played), paced(100, *streamed(200, lost=1).played)],
+)
+def test_paced_messages_with_losses_have_no_figures(outcome: Outcome) -> None:
+    """One too few, one too many, or one that the stream beside them lost."""
+    with pytest.raises(TrialError, match="lost messages"):
+        outcomes.mixed(outcome)
+
+
+@pytest.mark.parametrize("counter", ["lost", "lost_on_break", "dropped", "undecodable"])
+def test_a_subscriber_reports_whatever_its_subscriptions_lost(counter: str) -> None:
+    """Each counter of each subscription is added."""
+    counters = dict.fromkeys(("lost", "lost_on_break", "dropped", "undecodable"), 0)
+    subscriptions: list[Any] = [SimpleNamespace(**counters), SimpleNamespace(**{**counters, counter: 3})]
+    assert Count(2).figures(subscriptions)["lost"] == 3
 
 
 def test_without_a_server_there_is_no_brokers_cost() -> None:

@@ -7,7 +7,9 @@ import pytest
 from broker.access.errors import AccessFileError
 from broker.access.parse import parse_rules
 from broker.access.rules import Rights
+from broker.mesh.messages import Direct
 from proto.wire import frames
+from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
 
@@ -102,6 +104,21 @@ def test_clients_that_are_not_exported_call_servers_of_their_own_broker_only() -
     (reply,) = a.read(caller, frames.Reply)
     assert reply.entries[0].status != 0
     assert b.read(server, frames.Request) == []
+
+
+@pytest.mark.parametrize(("topic", "answer"), [("/open/topic", b"definition"), ("/closed/topic", None)])
+def test_definitions_are_sent_of_exported_types_only(topic: str, answer: bytes | None) -> None:
+    """Also if a broker asks that cannot know the type from the graph."""
+    network = Network()
+    a, b = network
+    a.mesh.set_rights(None, rights())
+    declared = make.publisher(1, topic, type_hash=hash_of(b"definition"))
+    a.publisher(a.join("/talker"), declared._replace(definition=b"definition"))
+    network.settle()
+    question = Direct(a.number, 1, 1, 0, frames.Describe(declared.type_hash))
+    network.carry(b, question)
+    answers = [message.frame for message in a.mesh.take() if isinstance(message, Direct)]
+    assert answers == [frames.Definition(declared.type_hash, answer)]
 
 
 @pytest.mark.parametrize("kind", ["imports", "exports"])

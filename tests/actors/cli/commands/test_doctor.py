@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,22 @@ async def test_json_has_the_same(desk: Desk) -> None:
     ended = await desk.callboard("doctor", "--json")
     assert {tuple(check) for check in ended.json} == {("name", "status", "finding", "remedy")}
     assert "broker" in {check["name"] for check in ended.json}
+
+
+async def test_the_broker_of_a_context_is_examined(
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--context chooses it, and the finding names the context; an unknown one is a finding, too."""
+    monkeypatch.delenv("CALLBOARD_URL", raising=False)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    main(["context", "add", "desk", "--url", desk.url])
+    main(["context", "add", "nobody", "--url", "callboard+unix:///nowhere", "--use"])
+    assert await asyncio.to_thread(main, ["doctor", "--context", "desk"]) == 0
+    found = capsys.readouterr().out
+    assert f"ok    broker        {desk.url} answers in " in found
+    assert "(context 'desk')\n" in found
+    assert await asyncio.to_thread(main, ["doctor", "--context", "unknown"]) == 1
+    assert "'unknown'" in capsys.readouterr().out
 
 
 def test_what_is_wrong_is_followed_by_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
