@@ -184,7 +184,7 @@ def latches_backwards() -> Iterator[None]:
             taken.append(source.take())
         return Replays(taken[::-1])
 
-    with mock.patch.object(broker.attachment_frames, "LatchedReplay", backwards):
+    with mock.patch.object(broker.routing.attachment_frames, "LatchedReplay", backwards):
         yield
 
 
@@ -354,14 +354,14 @@ def stops_in_silence() -> Iterator[None]:
 @contextmanager
 def reports_all_as_gone() -> Iterator[None]:
     """Readers of a suspended publisher get DETACHED with GONE."""
-    with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
+    with mock.patch.object(broker.routing.routes, "DetachReason", mock.Mock(SUSPENDED=0, GONE=0)):
         yield
 
 
 @contextmanager
 def reports_all_as_suspended() -> Iterator[None]:
     """Readers of a publisher that has gone for good get DETACHED with SUSPENDED."""
-    with mock.patch.object(broker.routes, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
+    with mock.patch.object(broker.routing.routes, "DetachReason", mock.Mock(SUSPENDED=1, GONE=1)):
         yield
 
 
@@ -381,7 +381,7 @@ def forgets_its_own() -> Iterator[None]:
 @contextmanager
 def matches_strict_pairs() -> Iterator[None]:
     """A broker takes no endpoint for strict."""
-    with mock.patch.object(broker.topics, "_is_strict", return_value=False):
+    with mock.patch.object(broker.routing.topics, "_is_strict", return_value=False):
         yield
 
 
@@ -494,7 +494,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "strict endpoints match no incompatible ones": (matches_strict_pairs, True),
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
-    "latched messages are kept": (does_nothing(broker.routes, "latch"), True),
+    "latched messages are kept": (does_nothing(broker.routing.routes, "latch"), True),
     "latched messages outlive a broker": (
         among(does_nothing(PublisherEndpoint, "_resend_retained"), faults.drop, faults.crash_broker),
         False,

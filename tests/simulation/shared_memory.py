@@ -58,7 +58,7 @@ def simulated_arenas(seed: int) -> Iterator[None]:
         mock.patch.object(Arena, "__init__", determined),
         mock.patch.object(Arena, "read", read),
         mock.patch.object(actors.session.shared_memory, "ARENA_BYTES", arena_bytes),
-        mock.patch.object(broker.shared_memory, "AHEAD_BYTES", ahead_bytes),
+        mock.patch.object(broker.serving.shared_memory, "AHEAD_BYTES", ahead_bytes),
     ):
         yield
 

@@ -247,7 +247,7 @@ async def test_an_arena_that_the_broker_cannot_open_is_not_used(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The publisher learns why, logs it once, and writes nothing there any more."""
-    monkeypatch.setattr(broker.shared_memory, "open_arena", _not_opened)
+    monkeypatch.setattr(broker.serving.shared_memory, "open_arena", _not_opened)
     both = Pair(await meeting.node("talker", **BARE), await meeting.node("listener", **BARE))
     await both.publisher.wait_for_subscriptions()
     for number in range(5):
