@@ -18,7 +18,7 @@ from actors.interfaces.checking import check_assignments
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message
 from actors.interfaces.std_msgs.msg import Header
-from actors.interfaces.test_msgs.msg import Arrays, BasicTypes, BoundedSequences, UnboundedSequences
+from tests.interfaces.imported import Arrays, BasicTypes, BoundedSequences, UnboundedSequences
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -132,7 +132,7 @@ def test_a_message_takes_its_own_fields_only() -> None:
         Time("1")  # type: ignore[arg-type]
     with pytest.raises(AttributeError):
         Header().frame = "a"  # type: ignore[attr-defined]
-    assert BasicTypes(check_fields=True) == BasicTypes()  # type: ignore[call-arg]
+    assert BasicTypes(check_fields=True) == BasicTypes()
 
 
 @pytest.mark.usefixtures("checked")

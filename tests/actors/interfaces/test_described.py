@@ -7,16 +7,12 @@ from typing import Any
 
 import pytest
 
-from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.described import texts_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import definition
 from actors.interfaces.parser import parse
 from actors.interfaces.registry import find_interface, source_of
-
-STANDARD = [
-    name for package in standard_packages() for name in interfaces_of(package) if "/action/" not in name
-]
+from tests.interfaces.imported import TYPES
 
 
 def _fields(text: str, name: str) -> list[list[tuple[str, str]]]:
@@ -27,10 +23,10 @@ def _fields(text: str, name: str) -> list[list[tuple[str, str]]]:
     ]
 
 
-@pytest.mark.parametrize("package", standard_packages())
+@pytest.mark.parametrize("package", TYPES)
 def test_every_standard_type_comes_back(package: str) -> None:
     """Field for field, with those of what it contains."""
-    for name in (each for each in STANDARD if each.startswith(f"{package}/")):
+    for name in (each for each in TYPES[package] if "/action/" not in each):
         cls = find_interface(name)
         texts = texts_of(definition(cls))
         assert _fields(texts[name], name) == _fields(source_of(cls), name)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.interfaces.catalog import interfaces_of, standard_packages
+from actors.interfaces.catalog import interfaces_of
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Message
 from actors.interfaces.registry import find_interface, interface_source
 from actors.interfaces.std_msgs.msg import String
+from tests.interfaces.imported import TYPES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,7 +27,7 @@ def test_both_forms_of_a_name(name: str) -> None:
 
 def test_every_standard_interface_is_found_and_can_be_made() -> None:
     """All packages, all interfaces, with defaults that fit."""
-    names = [name for package in standard_packages() for name in interfaces_of(package)]
+    names = [name for names in TYPES.values() for name in names]
     assert len(names) > 220
     for name in names:
         cls = find_interface(name)

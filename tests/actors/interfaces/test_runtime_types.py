@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from actors.interfaces.action import action_types
-from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.codec import codec_for
 from actors.interfaces.convert import message_to_ordereddict
 from actors.interfaces.errors import InvalidMessageError
@@ -18,6 +17,7 @@ from actors.interfaces.registry import find_interface
 from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
 from actors.interfaces.std_msgs.msg import Header
 from proto.wire.type_hash import hash_of
+from tests.interfaces.imported import TYPES
 
 
 def _foreign(described: bytes, package: str) -> bytes:
@@ -27,10 +27,10 @@ def _foreign(described: bytes, package: str) -> bytes:
     return json.dumps(whole).encode()
 
 
-@pytest.mark.parametrize("package", standard_packages())
+@pytest.mark.parametrize("package", TYPES)
 def test_every_standard_type_can_be_made(package: str) -> None:
     """As others have declared it, so that both match; and a new message of it can be sent."""
-    for name in interfaces_of(package):
+    for name in TYPES[package]:
         installed: Any = find_interface(name)
         made: Any
         if issubclass(installed, Action):

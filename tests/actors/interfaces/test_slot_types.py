@@ -11,7 +11,7 @@ from actors.interfaces import slot_types as of
 from actors.interfaces import types
 from actors.interfaces.message import Message
 from actors.interfaces.std_msgs.msg import Header
-from actors.interfaces.test_msgs import msg as test_msgs
+from tests.interfaces.imported import Arrays, BasicTypes, Empty, UnboundedSequences
 
 
 class Names(Message):
@@ -32,17 +32,15 @@ def test_each_field_has_a_type() -> None:
         of.NamespacedType(["builtin_interfaces", "msg"], "Time"),
         of.UnboundedString(),
     )
-    assert test_msgs.BasicTypes.SLOT_TYPES[:4] == tuple(
-        map(of.BasicType, ("boolean", "octet", "uint8", "float"))
-    )
-    assert test_msgs.Arrays.SLOT_TYPES[4] == of.Array(of.BasicType("double"), 3)
-    assert test_msgs.UnboundedSequences.SLOT_TYPES[4] == of.UnboundedSequence(of.BasicType("double"))
+    assert BasicTypes.SLOT_TYPES[:4] == tuple(map(of.BasicType, ("boolean", "octet", "uint8", "float")))
+    assert Arrays.SLOT_TYPES[4] == of.Array(of.BasicType("double"), 3)
+    assert UnboundedSequences.SLOT_TYPES[4] == of.UnboundedSequence(of.BasicType("double"))
     assert (
         of.UnboundedWString(),
         of.BoundedWString(4),
         of.BoundedSequence(of.BoundedString(5), 10),
     ) == Names.SLOT_TYPES
-    assert test_msgs.Empty().SLOT_TYPES == ()
+    assert Empty().SLOT_TYPES == ()
 
 
 def test_types_say_what_they_are() -> None:

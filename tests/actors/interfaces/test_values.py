@@ -19,8 +19,8 @@ from actors.interfaces.geometry_msgs.msg import Pose, PoseWithCovariance, PoseWi
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import CameraInfo, Image, JointState
 from actors.interfaces.std_msgs.msg import ByteMultiArray, Float32MultiArray, String, UInt8MultiArray
-from actors.interfaces.test_msgs.msg import Arrays, BoundedSequences, UnboundedSequences
 from actors.interfaces.unique_identifier_msgs.msg import UUID
+from tests.interfaces.imported import Arrays, BoundedSequences, UnboundedSequences
 
 
 class Lists(Message):

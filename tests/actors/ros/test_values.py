@@ -15,12 +15,12 @@ from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import Image, LaserScan
 from actors.interfaces.std_msgs.msg import String
-from actors.interfaces.test_msgs.msg import Arrays, UnboundedSequences
 from actors.ros import values
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, rosidl_values
+from tests.interfaces.imported import Arrays, UnboundedSequences
 
 if TYPE_CHECKING:
     import pytest

@@ -8,12 +8,12 @@ from typing import Any
 import msgspec
 import pytest
 
-from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.geometry_msgs.msg import Pose, Quaternion
 from actors.interfaces.message import Message
 from actors.interfaces.registry import find_interface
 from actors.web.forms import form_of
+from tests.interfaces.imported import TYPES
 
 
 def _fields(name: str) -> dict[str, dict[str, Any]]:
@@ -22,10 +22,10 @@ def _fields(name: str) -> dict[str, dict[str, Any]]:
     return {field["name"]: field for field in form["types"][form["type"]]}
 
 
-@pytest.mark.parametrize("package", standard_packages())
+@pytest.mark.parametrize("package", TYPES)
 def test_every_standard_message_has_a_form(package: str) -> None:
     """It is JSON, describes each type that it refers to, and its defaults make a message."""
-    for name in interfaces_of(package):
+    for name in TYPES[package]:
         found: Any = find_interface(name)
         for cls in [found] if "/msg/" in name else [getattr(found, "Request", None) or found.Goal]:
             form = json.loads(msgspec.json.encode(form_of(cls)))

@@ -1,1 +1,0 @@
-"""Interfaces of test_msgs."""
