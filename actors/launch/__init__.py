@@ -18,13 +18,10 @@ from actors.launch.description.actions import (
     AppendEnvironmentVariable as AppendEnvironmentVariable,
     DeclareLaunchArgument as DeclareLaunchArgument,
     EmitEvent as EmitEvent,
-    ExecuteProcess as ExecuteProcess,
     GroupAction as GroupAction,
     IncludeLaunchDescription as IncludeLaunchDescription,
     LogInfo as LogInfo,
-    Node as Node,
     OpaqueFunction as OpaqueFunction,
-    ParameterValue as ParameterValue,
     PushNamespace as PushNamespace,
     PushRosNamespace as PushRosNamespace,
     RegisterEventHandler as RegisterEventHandler,
@@ -35,6 +32,11 @@ from actors.launch.description.actions import (
     Shutdown as Shutdown,
     TimerAction as TimerAction,
     UnsetEnvironmentVariable as UnsetEnvironmentVariable,
+)
+from actors.launch.description.process_actions import (
+    ExecuteProcess as ExecuteProcess,
+    Node as Node,
+    ParameterValue as ParameterValue,
 )
 from actors.launch.description.conditions import (
     IfCondition as IfCondition,

@@ -22,7 +22,8 @@ from actors.launch.engine.runner import Runner
 from actors.launch.engine.worker import call_in_thread
 from actors.launch.planning.events import Level, Message
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import STOP_TIMEOUT_SEC, awaits_graph
+from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
+from actors.launch.planning.steps import awaits_graph
 from actors.launch.resources.files import Files
 from actors.session.start_hint import start_hint
 from broker.errors import AddressInUseError
@@ -32,10 +33,11 @@ if TYPE_CHECKING:
 
     from actors.config.contexts import BrokerTarget
     from actors.launch.description.description import LaunchDescription
-    from actors.launch.description.library import Library
+    from actors.launch.description.description_source import LaunchLibrary
     from actors.launch.planning.events import Event, Listener
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.steps import OutputMode, Step
+    from actors.launch.planning.process_spec import OutputMode
+    from actors.launch.planning.steps import Step
 
 FIND_TRIES: Final = 5
 FIND_PAUSE_SEC: Final = 0.2
@@ -87,7 +89,7 @@ class Launch:
         context: str | None = None,
         environment: Mapping[str, str] | None = None,
         folder: str | Path | None = None,
-        library: Library | None = None,
+        library: LaunchLibrary | None = None,
         listeners: Sequence[Listener] = (),
         output: OutputMode | None = None,
         stop_timeout_sec: float = STOP_TIMEOUT_SEC,
@@ -96,7 +98,7 @@ class Launch:
     ) -> None:
         self.target = find_broker_target(url, domain, context)
         self._description = description
-        self._library: Library = Files() if library is None else library
+        self._library: LaunchLibrary = Files() if library is None else library
         self._arguments = arguments or {}
         self._environment = _environment(self.target, environment)
         self._folder = folder

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import re
     from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
     from actors.testing.transcript import OutputLine, ProcessStatus
 
 WAIT_TIMEOUT_SEC: Final = 10.0

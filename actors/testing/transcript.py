@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
     from actors.processes.outcome import Outcome
 
 MAX_LINES: Final = 10_000

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, cast
 
-from actors.launch.description.actions import Action, DeclareLaunchArgument
+from actors.launch.description.action import Action
+from actors.launch.description.actions import DeclareLaunchArgument
 from actors.launch.description.summaries import text_of_part
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError

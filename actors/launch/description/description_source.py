@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
+from actors.launch.description.library import Library
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
     from actors.launch.description.actions import IncludeLaunchDescription
+    from actors.launch.description.description import LaunchDescription
     from actors.launch.description.substitutions import Scope, Text
 
 
@@ -36,6 +38,18 @@ class AnyLaunchDescriptionSource(Substitution):
             LaunchError: It has no value there.
         """
         return resolve(self.launch_file_path, scope)
+
+
+class LaunchLibrary(Library, Protocol):
+    """A library that also reads launch files. Substitutions need none, so they know only `Library`."""
+
+    def description(self, path: str) -> LaunchDescription:
+        """Return what a launch file describes.
+
+        Raises:
+            LaunchFileError: It cannot be read, fails, or describes nothing.
+        """
+        ...
 
 
 def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:

@@ -8,47 +8,20 @@ What is done is an action, a list of them, or a function. A function is called w
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
 
-from actors.launch.description.actions import Action, Launched, Node
-from actors.launch.description.validation import Part
+from actors.launch.description.action import EventHandler
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
+    from actors.launch.description.action import Reaction
     from actors.launch.description.lifecycle import LifecycleNode
+    from actors.launch.description.process_actions import Node, ProcessAction
     from actors.launch.description.substitutions import Text
 
-Actions: TypeAlias = "Action | Sequence[Action]"
-Target: TypeAlias = "Launched | str | Callable[[Launched], bool] | None"
-Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
-
-
-@dataclass(frozen=True, kw_only=True)
-class EventHandler(Part):
-    """Something that may happen, and what to do then.
-
-    A class derived from it has `matcher`, which is called with each event and returns whether it is meant,
-    and `entities`, the reaction.
-
-    Attributes:
-        handle_once: Whether only the first time.
-
-    Raises:
-        LaunchError: An argument cannot be what it is meant to be.
-    """
-
-    noun: ClassVar[str] = "event handler"
-
-    handle_once: bool = False
-
-    @property
-    def actions(self) -> Sequence[Action]:
-        """The actions to take, as far as they are known before."""
-        names = (each.name for each in fields(self))
-        reactions = [getattr(self, each) for each in names if each.startswith("on_") or each == "entities"]
-        return [action for each in reactions if each is not None for action in known_actions(each)]
+Target: TypeAlias = "ProcessAction | str | Callable[[ProcessAction], bool] | None"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,10 +167,3 @@ class OnTopicPublished(EventHandler):
 
     topic: Text
     on_published: Reaction
-
-
-def known_actions(reaction: Any) -> Sequence[Action]:
-    """Return the actions of a reaction; none if it is a function."""
-    if isinstance(reaction, Action):
-        return (reaction,)
-    return () if callable(reaction) else tuple(reaction)

@@ -1,4 +1,4 @@
-"""What is outside of a description, as an interface for pure code: `documents.files` has the real one."""
+"""What a description may ask of the machine, as an interface. `resources.files` implements it."""
 
 from __future__ import annotations
 
@@ -7,24 +7,15 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.launch.description.description import LaunchDescription
     from actors.runtime.programs import Factory
 
 
 class Library(Protocol):
-    """Files, packages and programs. Each question raises a LaunchError that says what is missing."""
+    """Files, packages and programs. Each method raises a LaunchError that says what is missing."""
 
     @property
     def run_command(self) -> Sequence[str]:
         """What a user types before a script, or a package and a program, to run it alike."""
-        ...
-
-    def description(self, path: str) -> LaunchDescription:
-        """Return what a launch file describes.
-
-        Raises:
-            LaunchFileError: It cannot be read, fails, or describes nothing.
-        """
         ...
 
     def program(self, package: str, executable: str) -> Sequence[str]:

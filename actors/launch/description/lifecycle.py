@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
-from actors.launch.description.actions import Action, Launched, Node
+from actors.launch.description.action import Action
+from actors.launch.description.process_actions import Node, ProcessAction
 from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
@@ -79,9 +80,9 @@ class matches_action(Part):  # noqa: N801 - the name in ROS 2
 
     noun: ClassVar[str] = "matcher"
 
-    action: Launched
+    action: ProcessAction
 
-    def __call__(self, action: Launched) -> bool:
+    def __call__(self, action: ProcessAction) -> bool:
         """Return whether an action is this one.
 
         Args:

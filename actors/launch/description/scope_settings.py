@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from actors.launch.description.actions import Setting
+from actors.launch.description.action import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,7 @@ from actors.launch.description.validation import Part
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
 
 _LABELS: Final = (
     *("name", "executable", "script", "node", "cmd", "launch_description_source", "src"),

@@ -240,7 +240,7 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "a Node, a text such as 'topic chatter', or a list of these",
         lambda value: _is_dependency(value) or _is_list(value, _is_dependency),
     ),
-    "Launched": ArgumentType("a Node or an ExecuteProcess", _is_process),
+    "ProcessAction": ArgumentType("a Node or an ExecuteProcess", _is_process),
     "Target": ArgumentType("a Node, an ExecuteProcess, the name of one, a function, or None", _is_target),
     "Text | Node": ArgumentType("a text or a Node", _is_dependency),
 }

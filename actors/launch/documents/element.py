@@ -12,7 +12,7 @@ from actors.tools.suggestions import did_you_mean
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
     from actors.launch.description.conditions import Condition
     from actors.launch.documents.errors import Spot
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.launch.description.actions import ParameterValue
+from actors.launch.description.process_actions import ParameterValue
 from actors.launch.documents.kinds import (
     NAMES,
     SCALAR,

@@ -14,7 +14,7 @@ from actors.launch.documents.xml_parsing import XmlDocument
 from actors.launch.errors import LaunchFileError
 
 if TYPE_CHECKING:
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
 
 XML_SUFFIXES: Final = (".xml", ".launch")
 

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.launch.description.actions import (
     AppendEnvironmentVariable,
     DeclareLaunchArgument,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
     PushNamespace,
     RegisterEventHandler,
     SetEnvironmentVariable,
@@ -33,6 +31,7 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.scope_settings import (
     ResetEnvironment,
     ResetLaunchConfigurations,
@@ -58,15 +57,14 @@ from actors.launch.documents.kinds import (
     read_mapping,
 )
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from actors.tools.suggestions import did_you_mean
 from proto.errors import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.description.actions import Action
-    from actors.launch.description.event_handlers import EventHandler
+    from actors.launch.description.action import Action, EventHandler
     from actors.launch.documents.errors import Spot
 
 

@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.planning.events import Event
-    from actors.launch.planning.steps import ProcessSpec, Step
+    from actors.launch.planning.process_spec import ProcessSpec
+    from actors.launch.planning.steps import Step
 
 
 @dataclass(frozen=True)

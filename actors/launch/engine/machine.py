@@ -34,17 +34,8 @@ from actors.launch.planning.events import (
     ShuttingDown,
     StateTransition,
 )
-from actors.launch.planning.steps import (
-    MAX_PROCESSES,
-    Call,
-    ChangeStates,
-    End,
-    LogText,
-    ProcessSpec,
-    React,
-    Start,
-    splits_streams,
-)
+from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
+from actors.launch.planning.steps import Call, ChangeStates, End, LogText, React, Start, splits_streams
 from actors.processes.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -278,7 +269,7 @@ class Machine:
     def _step(self, step: Step) -> Reaction:
         match step:
             case Start():
-                yield from self._start(step.process)
+                yield from self._start(step)
             case LogText():
                 self._notify(Message(Level.WARN if step.warning else Level.INFO, step.text))
             case End():
@@ -325,13 +316,14 @@ class Machine:
 
     # The life of a process
 
-    def _start(self, spec: ProcessSpec) -> Reaction:
+    def _start(self, step: Start) -> Reaction:
+        spec = step.process
         if self.stopping:
             return
         if self.state(spec.label) is not ProcessState.DEAD:
             self._notify(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
             return
-        process = self._table.add(spec)
+        process = self._table.add(spec, step.on_exit)
         if process is None:
             yield from self._fail(f"More than {MAX_PROCESSES} processes would run")
             return
@@ -385,8 +377,8 @@ class Machine:
     ) -> Reaction:
         spec = process.spec
         yield from self._respond(event)
-        if spec.on_exit is not None:
-            yield from self._heed(spec.on_exit, event)
+        if process.on_exit is not None:
+            yield from self._heed(process.on_exit, event)
         if self._table.get(spec.label) is not process or process.generation != generation:
             return  # it has been started again meanwhile
         if not self.stopping:

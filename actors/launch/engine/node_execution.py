@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from contextvars import Context
 
     from actors.launch.planning.events import Stream
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
 
 FAILURE = 1
 """The exit code of a program that leaves with a text."""

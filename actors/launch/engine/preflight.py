@@ -15,7 +15,7 @@ from actors.processes.outcome import Outcome
 from proto.errors import escape
 
 if TYPE_CHECKING:
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
 
 NOT_FOUND_CODE: Final = 127
 """As shells have it."""

@@ -19,7 +19,7 @@ from actors.processes.pseudo_terminal import CAN_EMULATE, open_terminal
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
     from actors.logging.logger import LoggingSeverity
     from actors.processes.guard import Guard
     from actors.processes.outcome import Outcome

@@ -5,12 +5,13 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from actors.launch.planning.steps import MAX_PROCESSES
+from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.processes.backoff import Backoff
 
 if TYPE_CHECKING:
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
+    from actors.launch.planning.steps import React
 
 
 class ProcessState(Enum):
@@ -31,6 +32,7 @@ class ProcessEntry:
 
     Attributes:
         spec: What to run.
+        on_exit: What to do whenever it ends.
         state: Where it is in its life.
         since: Since when.
         generation: Grows with each change of the state, so that timers for an earlier one are recognised.
@@ -39,8 +41,9 @@ class ProcessEntry:
         again: Whether it is to be started again when it has ended.
     """
 
-    def __init__(self, spec: ProcessSpec) -> None:
+    def __init__(self, spec: ProcessSpec, on_exit: React | None = None) -> None:
         self.spec = spec
+        self.on_exit = on_exit
         self.state = ProcessState.DEAD
         self.since = 0.0
         self.generation = 0
@@ -86,7 +89,7 @@ class ProcessTable:
         """Return a process; None if there is none of this label (any more)."""
         return self._processes.get(label)
 
-    def add(self, spec: ProcessSpec) -> ProcessEntry | None:
+    def add(self, spec: ProcessSpec, on_exit: React | None = None) -> ProcessEntry | None:
         """Return a new process, dead as yet, in place of a dead one of its label.
 
         Returns:
@@ -97,7 +100,7 @@ class ProcessTable:
             if not dead:
                 return None
             self.drop(dead[0])
-        process = self._processes[spec.label] = ProcessEntry(spec)
+        process = self._processes[spec.label] = ProcessEntry(spec, on_exit)
         return process
 
     def drop(self, process: ProcessEntry) -> None:

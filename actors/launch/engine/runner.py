@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from actors.launch.engine.transition_client import TransitionClient
     from actors.launch.planning.events import Event, Level, Listener, Stream
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.steps import ProcessSpec, Step
+    from actors.launch.planning.process_spec import ProcessSpec
+    from actors.launch.planning.steps import Step
     from actors.processes.execution import Execution
     from actors.processes.outcome import Outcome
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
 
 SUFFIXES: Final = frozenset({".py", ".toml", ".yaml", ".yml"})
 """Of files in folders that count. A file that is named itself counts in any case."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch.engine.launch_node import launch_node
-from actors.launch.planning.steps import MAX_PROCESSES
+from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.logging.logger import LoggingSeverity, get_logger
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from actors.config.contexts import BrokerTarget
     from actors.endpoints.subscription.subscription import Subscription
     from actors.launch.engine.effects import RequestTransition
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
     from actors.node.node import Node
 
 

@@ -12,7 +12,7 @@ from actors.launch.planning.lifecycle import transition_label
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
 
 MAX_WAITING: Final = 100
 """Sequences of transitions that wait for one node; a node has seven transitions."""

@@ -17,7 +17,7 @@ from actors.launch.output.outgoing import Outgoing
 from actors.launch.output.sanitize import has_controls, plain_line
 from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from actors.logging.terminal_text import escape_controls
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.output.sanitize import has_controls, sanitize_line
 from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, ProcessIO, Stream
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from actors.launch.planning.events import (
     ProcessWaits,
     ShuttingDown,
 )
-from actors.launch.planning.steps import MAX_PROCESSES
+from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.logging.terminal_text import RESET
 
 if TYPE_CHECKING:

@@ -5,12 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.description.actions import (
-    DeclareLaunchArgument,
-    GroupAction,
-    IncludeLaunchDescription,
-    Setting,
-)
+from actors.launch.description.action import Setting
+from actors.launch.description.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
 from actors.launch.description.description_source import included_scope
 from actors.launch.description.substitutions import resolve
 from actors.launch.planning.settings import apply_setting
@@ -19,14 +15,17 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
+    from actors.launch.description.description_source import LaunchLibrary
     from actors.launch.description.substitutions import Scope
 
 MAX_INCLUDES: Final = 32
 """Files within files."""
 
 
-def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchArgument]:
+def all_declared(
+    actions: Iterable[Action], scope: Scope, library: LaunchLibrary
+) -> list[DeclareLaunchArgument]:
     """Return the arguments that can be given, each once, whatever conditions say.
 
     An included file counts if it can be found and read without more arguments than are known; what the
@@ -35,8 +34,9 @@ def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchA
     Args:
         actions: The launch file's.
         scope: What is set there; it is changed.
+        library: Reads included launch files.
     """
-    search = _Search()
+    search = _Search(library)
     search.search(actions, scope, frozenset())
     return list(search.found.values())
 
@@ -44,7 +44,8 @@ def all_declared(actions: Iterable[Action], scope: Scope) -> list[DeclareLaunchA
 class _Search:
     """What has been found so far, and where."""
 
-    def __init__(self) -> None:
+    def __init__(self, library: LaunchLibrary) -> None:
+        self._library = library
         self.found: dict[str, DeclareLaunchArgument] = {}
         self._seen: set[tuple[str | None, frozenset[str]]] = set()
         self._depth = 0
@@ -79,6 +80,6 @@ class _Search:
         self._seen.add((inner.file, given))
         self._depth += 1
         try:
-            self.search(scope.library.description(inner.file).actions, inner, given)
+            self.search(self._library.description(inner.file).actions, inner, given)
         finally:
             self._depth -= 1

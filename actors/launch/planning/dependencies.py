@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.launch.description.actions import Launched, Node
+from actors.launch.description.process_actions import Node, ProcessAction
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.description.summaries import in_short
 from actors.launch.errors import LaunchError
@@ -27,9 +27,9 @@ class KnownNodes:
 
     def __init__(self) -> None:
         # The action is kept, so that its id is not another's.
-        self._names: dict[int, tuple[Launched, str | None]] = {}
+        self._names: dict[int, tuple[ProcessAction, str | None]] = {}
 
-    def add(self, action: Launched, node: str | None) -> None:
+    def add(self, action: ProcessAction, node: str | None) -> None:
         """An action has been planned; None: its node's name is not known."""
         self._names[id(action)] = action, node
         if len(self._names) > MAX_KNOWN:
@@ -55,7 +55,7 @@ def dependencies(
     """Return what must be there, each once.
 
     Args:
-        depends_on: As `Launched.depends_on` has it.
+        depends_on: As `ProcessAction.depends_on` has it.
         nodes: Those before it.
         scope: What is set there.
         namespace: From where names are seen; None: the root.

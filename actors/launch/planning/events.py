@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import TypeAlias
 
-    from actors.launch.description.actions import Launched
+    from actors.launch.description.process_actions import ProcessAction
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
     from actors.processes.outcome import Outcome
 
     Listener: TypeAlias = Callable[["Event"], None]
@@ -51,7 +51,7 @@ class ProcessEvent(Event):
         return self.process.label
 
     @property
-    def action(self) -> Launched | None:
+    def action(self) -> ProcessAction | None:
         """The action that it comes from."""
         return self.process.origin
 

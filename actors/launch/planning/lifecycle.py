@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, Matcher
     from actors.launch.description.substitutions import Scope, Text
     from actors.launch.planning.events import StateTransition
-    from actors.launch.planning.steps import ProcessSpec, Step
+    from actors.launch.planning.process_spec import ProcessSpec
+    from actors.launch.planning.steps import Step
 
 
 def change_state(event: ChangeState, scope: Scope) -> Step:

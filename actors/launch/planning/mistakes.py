@@ -14,7 +14,7 @@ from proto.errors import CallboardError, InvalidNameError, escape
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
 
 
 def placed(error: BaseException, action: Action, file: str | None) -> LaunchError:

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
-from actors.launch.description.actions import ParameterValue
 from actors.launch.description.conditions import truth
+from actors.launch.description.process_actions import ParameterValue
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
@@ -19,7 +19,7 @@ from proto.wire.names import full_node_name, normalize_namespace, validate_names
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from actors.launch.description.actions import Node
+    from actors.launch.description.process_actions import Node
     from actors.launch.description.substitutions import Scope, Text
 
 

@@ -11,30 +11,23 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from actors.launch.description.action import Action, Setting, known_actions
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
     EmitEvent,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
     OpaqueFunction,
     RegisterEventHandler,
-    Setting,
     Shutdown,
     TimerAction,
 )
 from actors.launch.description.description import LaunchDescription, declared
 from actors.launch.description.description_source import included_scope
-from actors.launch.description.event_handlers import (
-    OnProcessExit,
-    OnStateTransition,
-    ProcessHandler,
-    known_actions,
-)
+from actors.launch.description.event_handlers import OnProcessExit, OnStateTransition, ProcessHandler
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import NoEventError, Scope, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
@@ -42,25 +35,27 @@ from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
 from actors.launch.planning.lifecycle import change_state, lifecycle_transition
 from actors.launch.planning.mistakes import placed
-from actors.launch.planning.process_specs import ending, make_spec, seconds
+from actors.launch.planning.process_resolution import ending, make_spec, seconds
+from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
-from actors.launch.planning.steps import MAX_PROCESSES, Call, End, LogText, React, Start, all_steps
+from actors.launch.planning.steps import Call, End, LogText, React, Start, all_steps
 from actors.tools.suggestions import did_you_mean
 from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from actors.launch.description.event_handlers import EventHandler, Reaction
-    from actors.launch.description.library import Library
+    from actors.launch.description.action import EventHandler, Reaction
+    from actors.launch.description.description_source import LaunchLibrary
     from actors.launch.planning.events import Event
-    from actors.launch.planning.steps import OutputMode, Step
+    from actors.launch.planning.process_spec import OutputMode
+    from actors.launch.planning.steps import Step
 
 
 def make_plan(
     description: LaunchDescription,
-    library: Library,
+    library: LaunchLibrary,
     *,
     arguments: Mapping[str, str],
     environment: Mapping[str, str],
@@ -98,7 +93,7 @@ def make_plan(
         raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
     if unknown:
         # A file that is not included now may declare it. A function may use it, but that is not likely.
-        known |= {each.name for each in all_declared(description.actions, outer)}
+        known |= {each.name for each in all_declared(description.actions, outer, library)}
     warnings = [
         f"No launch argument '{escape(name)}' is declared{did_you_mean(name, known)}"
         for name in unknown
@@ -115,7 +110,7 @@ class _Planner:
         partial: Whether something may be declared or used that is not planned now.
     """
 
-    def __init__(self, library: Library, output: OutputMode | None) -> None:
+    def __init__(self, library: LaunchLibrary, output: OutputMode | None) -> None:
         self.declared: set[str] = set()
         self.partial = False
         self._library = library
@@ -252,13 +247,13 @@ class _Planner:
             raise LaunchError(f"The description has more than {MAX_PROCESSES} processes")
         self._left -= 1
         self._numbers += 1
-        spec = make_spec(action, scope, self._library, number=self._numbers, nodes=self._nodes)
+        spec = make_spec(action, scope, number=self._numbers, nodes=self._nodes)
         spec = replace(spec, output=self._output or spec.output, made_later=self._running)
         self._nodes.add(action, spec.node)
         if action.on_exit is not None and ending(action.on_exit) is None:
             handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
             (reaction,) = self._react(handler, scope)
-            spec = replace(spec, on_exit=reaction)
+            return [Start(process=spec, on_exit=reaction)]
         return [Start(process=spec)]
 
     def _react(self, handler: EventHandler, scope: Scope) -> list[React]:

@@ -7,9 +7,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from actors.launch.description.actions import Action, Launched
+from actors.launch.description.action import Action, EventHandler
 from actors.launch.description.event_handlers import (
-    EventHandler,
     OnNodeUp,
     OnProcessExit,
     OnProcessIO,
@@ -19,6 +18,7 @@ from actors.launch.description.event_handlers import (
     OnStateTransition,
     OnTopicPublished,
 )
+from actors.launch.description.process_actions import ProcessAction
 from actors.launch.description.substitutions import resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.description.validation import excerpt
@@ -43,7 +43,8 @@ from actors.launch.planning.steps import React
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from actors.launch.description.event_handlers import Reaction, Target
+    from actors.launch.description.action import Reaction
+    from actors.launch.description.event_handlers import Target
     from actors.launch.description.substitutions import Scope, Text
     from actors.launch.planning.dependencies import KnownNodes
 
@@ -168,7 +169,7 @@ def _of_graph(
 ) -> Trigger:
     match handler:
         case OnNodeUp(node=node):
-            if isinstance(node, Launched):
+            if isinstance(node, ProcessAction):
                 return _of_presence(handler.on_up, nodes.presence(node))
             return _of_presence(handler.on_up, _awaited(PresenceKind.NODE, node, scope))
         case OnServiceAvailable():
@@ -216,7 +217,7 @@ def _awaited(kind: PresenceKind, name: Text, scope: Scope) -> Presence:
     return presence(kind, resolve(name, scope), scope.namespace)
 
 
-def _who(target: Launched | str | Callable[..., bool]) -> str:
+def _who(target: ProcessAction | str | Callable[..., bool]) -> str:
     if isinstance(target, str):
         return target
     if callable(target):

@@ -35,7 +35,7 @@ from proto.wire.names import normalize_namespace, validate_namespace
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.launch.description.actions import Setting
+    from actors.launch.description.action import Setting
     from actors.launch.description.substitutions import Scope, Text
 
 

@@ -2,125 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from enum import Enum
-from typing import TYPE_CHECKING, Final, TypeAlias
-
-from actors.launch.description.actions import DEPENDS_TIMEOUT_SEC
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
 
-    from actors.launch.description.actions import Launched
     from actors.launch.planning.events import Event
     from actors.launch.planning.presence import Presence
-    from actors.runtime.programs import Factory
-
-MAX_PROCESSES: Final = 1000
-"""Of one launch; a description with more is a mistake."""
-LEAST_RESPAWN_DELAY_SEC: Final = 0.1
-"""So that a program that dies at once does not keep a machine busy."""
-STOP_TIMEOUT_SEC: Final = 5.0
-"""As in ROS 2, before each stronger signal."""
-
-
-class OutputMode(Enum):
-    """Where the lines of a process go; the words are ROS 2's."""
-
-    SCREEN = "screen"
-    LOG = "log"
-    """To the launch's log file; stderr to the screen, too."""
-    BOTH = "both"
-    OWN_LOG = "own_log"
-    """To log files of its own: all of it, stdout alone, and stderr alone."""
-    FULL = "full"
-    """All of these."""
-
-    @property
-    def splits(self) -> bool:
-        """Whether stdout and stderr go different ways."""
-        return self not in {OutputMode.SCREEN, OutputMode.BOTH}
-
-
-@dataclass(frozen=True, kw_only=True)
-class LifecycleSpec:
-    """What a lifecycle node is asked to do.
-
-    Attributes:
-        autostart: The transitions to request each time that its process has been started; often none.
-        timeout_sec: Seconds that each transition may take.
-    """
-
-    autostart: tuple[int | str, ...]
-    timeout_sec: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class ProcessSpec:
-    """A process to start; or, with `program`, a node in this process.
-
-    Attributes:
-        label: What its lines begin with; unique in the launch.
-        name: The label without its number.
-        node: The full name of its node, where the description says it; None: as the program has it.
-        lifecycle: What is requested of its lifecycle node; None if its node has no states.
-        command: The program and its arguments. Of a node in this process: the arguments.
-        program: Makes the node that runs in this process; None for a process of its own.
-        shown: The command as people would type it.
-        cwd: Where it runs; None: where the launch does.
-        environment: All of it.
-        own_environment: What the description adds for this process alone, for people.
-        origin: The action that it comes from.
-        output: Where its lines go.
-        emulate_tty: Whether its output looks like a terminal to it.
-        depends_on: What must be there before it is started.
-        depends_timeout_sec: What that gets to come; infinite: for ever.
-        respawn: Whether it is started again.
-        respawn_delay_sec: When.
-        respawn_backoff: By what that grows with each time, while it lives shortly only.
-        respawn_max_delay_sec: Up to what.
-        respawn_max_retries: How often; -1: without end.
-        sigterm_timeout_sec: What it gets after SIGINT before it gets SIGTERM; None: as the launch has it.
-        sigkill_timeout_sec: What it gets after that before it gets SIGKILL; None: the same.
-        required: Whether its end is the end of the launch.
-        end_reason: Why that is so, for people; empty: because it is required.
-        on_exit: What else is done when it ends.
-        made_later: Whether a function has made it while the launch ran.
-        sources: Folders and files that it is made of.
-    """
-
-    label: str
-    name: str
-    node: str | None = None
-    lifecycle: LifecycleSpec | None = None
-    command: tuple[str, ...]
-    program: Factory | None = None
-    shown: str
-    cwd: str | None = None
-    environment: Mapping[str, str] = field(default_factory=dict[str, str])
-    own_environment: Mapping[str, str] = field(default_factory=dict[str, str])
-    origin: Launched | None = field(default=None, repr=False, compare=False)
-    output: OutputMode = OutputMode.SCREEN
-    emulate_tty: bool = False
-    depends_on: tuple[Presence, ...] = ()
-    depends_timeout_sec: float = DEPENDS_TIMEOUT_SEC
-    respawn: bool = False
-    respawn_delay_sec: float = LEAST_RESPAWN_DELAY_SEC
-    respawn_backoff: float = 1.0
-    respawn_max_delay_sec: float = LEAST_RESPAWN_DELAY_SEC
-    respawn_max_retries: int = -1
-    sigterm_timeout_sec: float | None = None
-    sigkill_timeout_sec: float | None = None
-    required: bool = False
-    end_reason: str = ""
-    on_exit: React | None = None
-    made_later: bool = False
-    sources: tuple[str, ...] = ()
-
-    def stop_step_timeouts_sec(self) -> dict[int, float]:
-        """Return its own time limits of step 0 (SIGINT) and 1 (SIGTERM) of stopping it."""
-        limits = {0: self.sigterm_timeout_sec, 1: self.sigkill_timeout_sec}
-        return {step: limit for step, limit in limits.items() if limit is not None}
+    from actors.launch.planning.process_spec import ProcessSpec
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,9 +26,15 @@ class Timed:
 
 @dataclass(frozen=True, kw_only=True)
 class Start(Timed):
-    """Start a process, when what it depends on is there."""
+    """Start a process, when what it depends on is there.
+
+    Attributes:
+        process: The process.
+        on_exit: What to do whenever it ends, beside what registered handlers do.
+    """
 
     process: ProcessSpec
+    on_exit: React | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,7 +115,7 @@ def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
     """Yield steps, and those that they may lead to, as far as that is known before."""
     for step in steps:
         yield step
-        reaction = step.process.on_exit if isinstance(step, Start) else step
+        reaction = step.on_exit if isinstance(step, Start) else step
         if isinstance(reaction, React):
             if reaction is not step:
                 yield reaction

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import LaunchDescription as CallboardDescription
-from actors.launch.description.actions import Action as CallboardAction
+from actors.launch.description.action import Action as CallboardAction
 from actors.launch.description.conditions import Condition as CallboardCondition
 from actors.launch.description.description import declared, described
 from actors.launch.description.description_source import AnyLaunchDescriptionSource

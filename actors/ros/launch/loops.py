@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from actors.launch import LaunchContext
-    from actors.launch.description.actions import Action as CallboardAction
+    from actors.launch.description.action import Action as CallboardAction
     from actors.launch.description.substitutions import Text
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.planning.events import ProcessExited, ProcessIO, ProcessStarted, Stream
-from actors.launch.planning.steps import ProcessSpec
+from actors.launch.planning.process_spec import ProcessSpec
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:

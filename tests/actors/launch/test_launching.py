@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from actors.config.contexts import BrokerTarget
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
     from actors.launch.planning.events import Event
     from tests.actors.meeting import Meeting
 

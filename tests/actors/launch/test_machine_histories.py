@@ -21,7 +21,8 @@ from actors.launch.planning.events import (
     ShuttingDown,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import End, LogText, ProcessSpec, React, Start
+from actors.launch.planning.process_spec import ProcessSpec
+from actors.launch.planning.steps import End, LogText, React, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
@@ -70,12 +71,13 @@ class History:
             respawn_max_delay_sec=4.0,
             respawn_max_retries=choice([-1, 0, 2]),
             required=self._maybe(0.1),
-            on_exit=self._react(depth + 1, Event) if self._maybe(0.2) and depth < 2 else None,
             made_later=depth > 0 and self._maybe(0.5),
         )
 
     def _start(self, depth: int = 0) -> Start:
-        return Start(process=self._spec(depth), after_sec=self._random.choice([0.0, 0.0, 0.5, 2.0]))
+        on_exit = self._react(depth + 1, Event) if self._maybe(0.2) and depth < 2 else None
+        after_sec = self._random.choice([0.0, 0.0, 0.5, 2.0])
+        return Start(process=self._spec(depth), on_exit=on_exit, after_sec=after_sec)
 
     def _react(self, depth: int, kind: type[Event]) -> React:
         awaited = self._random.choice(THINGS) if kind is Appeared else None

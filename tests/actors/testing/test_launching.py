@@ -36,7 +36,7 @@ from tests.actors.meeting import DEADLINE_SEC
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
     from actors.testing import RunningLaunch
     from tests.actors.meeting import Meeting
 

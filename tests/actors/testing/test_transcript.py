@@ -7,7 +7,7 @@ import re
 from actors.launch.planning import events
 from actors.launch.planning.events import Level, Stream
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import ProcessSpec
+from actors.launch.planning.process_spec import ProcessSpec
 from actors.processes.outcome import Outcome, outcome_of_exit
 from actors.testing import transcript
 from actors.testing.transcript import OutputLine, ProcessState, Search, Transcript

@@ -20,8 +20,8 @@ from actors.cli.output import print_out
 from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.config.context_errors import UnknownContextError
-from actors.launch.description.actions import ExecuteProcess
 from actors.launch.description.description import described
+from actors.launch.description.process_actions import ExecuteProcess
 from actors.launch.description.substitutions import Scope
 from actors.launch.description.summaries import plain_text, written
 from actors.launch.engine.captured_output import captured_logs, captured_streams, own_logs
@@ -29,16 +29,8 @@ from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
 from actors.launch.planning.lifecycle import transition_label
-from actors.launch.planning.steps import (
-    STOP_TIMEOUT_SEC,
-    Call,
-    ChangeStates,
-    End,
-    LogText,
-    OutputMode,
-    React,
-    Start,
-)
+from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC, OutputMode
+from actors.launch.planning.steps import Call, ChangeStates, End, LogText, React, Start
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
@@ -50,7 +42,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.actions import DeclareLaunchArgument
     from actors.launch.description.description import LaunchDescription
-    from actors.launch.planning.steps import ProcessSpec, Step
+    from actors.launch.planning.steps import Step
 
 
 OPEN_FILES: Final = 8192
@@ -75,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
             folder=str(path.parent),
             file=str(path),
         )
-        for line in _shown_arguments(all_declared(description.actions, scope)):
+        for line in _shown_arguments(all_declared(description.actions, scope, library)):
             print_out(line)
         return OK
     if options.print_description:
@@ -219,8 +211,8 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
     for step in steps:
         when = f"{indent}after {step.after_sec:g} s: " if step.after_sec else indent
         match step:
-            case Start(process=process):
-                yield from _shown_start(process, indent, when)
+            case Start():
+                yield from _shown_start(step, indent, when)
             case LogText():
                 yield f"{when}{'warn' if step.warning else 'say'}: {step.text}"
             case End():
@@ -236,15 +228,16 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
                     yield f"{indent}    what a function says then"
 
 
-def _shown_start(process: ProcessSpec, indent: str, when: str) -> Iterator[str]:
+def _shown_start(step: Start, indent: str, when: str) -> Iterator[str]:
+    process = step.process
     extra = "".join(f"{name}={value} " for name, value in process.own_environment.items())
     waits = ", ".join(map(str, process.depends_on))
     when += f"when there is {waits}: " if waits else ""
     yield f"{when}[{process.label}] {extra}{process.shown}"
     if process.lifecycle is not None and process.lifecycle.autostart:
         yield f"{indent}    then: {_transitions(process.lifecycle.autostart)}"
-    if process.on_exit is not None:
-        yield from _shown_steps([process.on_exit], f"{indent}    ")
+    if step.on_exit is not None:
+        yield from _shown_steps([step.on_exit], f"{indent}    ")
 
 
 def _transitions(transitions: Iterable[int | str]) -> str:

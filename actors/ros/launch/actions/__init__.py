@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from actors.launch import LaunchContext
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
     from actors.launch.description.conditions import Condition
     from actors.launch.description.substitutions import Text
     from actors.ros.launch.descriptions import Executable

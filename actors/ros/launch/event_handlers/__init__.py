@@ -11,13 +11,14 @@ from actors.launch import (
     OnProcessStart as OnProcessStart,
     OnShutdown as OnShutdown,
 )
-from actors.launch.description.event_handlers import EventHandler as CallboardHandler
+from actors.launch.description.action import EventHandler as CallboardHandler
 from actors.ros.launch.unsupported import unsupported
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.description.event_handlers import Reaction, Target
+    from actors.launch.description.action import Reaction
+    from actors.launch.description.event_handlers import Target
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from actors.launch.description.actions import (
-    ExecuteProcess,
-    GroupAction,
-    IncludeLaunchDescription,
-    LogInfo,
-    Node,
-)
+from actors.launch.description.actions import GroupAction, IncludeLaunchDescription, LogInfo
+from actors.launch.description.process_actions import ExecuteProcess, Node
 
 
 def test_iterators_are_kept_as_tuples() -> None:

@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
-    ExecuteProcess,
     LogInfo,
-    Node,
     OpaqueFunction,
     RegisterEventHandler,
     SetParameter,
@@ -21,10 +18,12 @@ from actors.launch.description.actions import (
 from actors.launch.description.conditions import IfCondition
 from actors.launch.description.description import described
 from actors.launch.description.event_handlers import OnProcessExit
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import LaunchConfiguration, TextSubstitution
 from actors.launch.description.summaries import in_short, plain_text
 
 if TYPE_CHECKING:
+    from actors.launch.description.action import Action
     from actors.launch.description.substitutions import Text
 
 

@@ -12,17 +12,16 @@ import pytest
 from actors.launch.description.actions import (
     DeclareLaunchArgument,
     EmitEvent,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
     OpaqueFunction,
     RegisterEventHandler,
     TimerAction,
 )
 from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit, OnStateTransition
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, matches_action
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution
 from actors.launch.description.validation import ARGUMENT_TYPES, MAX_SHOWN, Part, excerpt
 from actors.launch.errors import LaunchError
@@ -33,12 +32,14 @@ if TYPE_CHECKING:
 FREE = {"Factory | str | None", "ParameterEntry", "tuple[Truth, ...]"}
 """What is looked at when it is used."""
 MODULES = (
+    "action",
     "actions",
     "conditions",
     "event_handlers",
     "library_substitutions",
     "lifecycle",
     "logic",
+    "process_actions",
     "scope_settings",
 )
 

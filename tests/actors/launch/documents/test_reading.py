@@ -10,15 +10,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.description.actions import (
-    Action,
     AppendEnvironmentVariable,
     DeclareLaunchArgument,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
-    ParameterValue,
     PushNamespace,
     RegisterEventHandler,
     SetEnvironmentVariable,
@@ -42,6 +38,7 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
+from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
 from actors.launch.description.scope_settings import (
     ResetEnvironment,
     ResetLaunchConfigurations,
@@ -55,6 +52,7 @@ from actors.launch.planning.plan import make_plan
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
+    from actors.launch.description.action import Action
     from actors.launch.planning.steps import Step
 
 VAR = LaunchConfiguration("x")

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from actors.launch.description import actions, event_handlers
-from actors.launch.description.actions import Action, RegisterEventHandler
+from actors.launch.description import action, actions, event_handlers, process_actions
+from actors.launch.description.action import Action, EventHandler
+from actors.launch.description.actions import RegisterEventHandler
 from actors.launch.documents.table import BY_NAME, ELEMENTS
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES
 
@@ -16,32 +17,34 @@ PYTHON_ONLY = {"EmitEvent", "OpaqueFunction", "env"}
 """A function cannot be written down; `env` adds to the environment in documents, as in ROS 2's."""
 
 
-def concrete(base: type, module: Any) -> set[type]:
-    """Return the classes of a module that are of a kind, and have no kinds of their own."""
-    found = [each for each in vars(module).values() if isinstance(each, type) and issubclass(each, base)]
-    return {
+def concrete(base: type) -> set[type]:
+    """Return the classes in the modules of a description that derive from one and are no bases there."""
+    modules = (action, actions, event_handlers, process_actions)
+    found = {
         each
-        for each in found
-        if not any(other.__module__ == each.__module__ for other in each.__subclasses__())
+        for module in modules
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, base)
     }
+    return {each for each in found if found.isdisjoint(each.__subclasses__())}
 
 
 def test_every_action_has_an_element() -> None:
     """But for those that only Python can say."""
-    made = {type(action) for _, action in ELEMENT_CASES}
-    assert {each.__name__ for each in concrete(Action, actions) - made} <= PYTHON_ONLY
+    made = {type(each) for _, each in ELEMENT_CASES}
+    assert {each.__name__ for each in concrete(Action) - made} <= PYTHON_ONLY
 
 
 def test_every_event_handler_has_an_element() -> None:
     """Each kind of it."""
     handlers = [each.event_handler for _, each in ELEMENT_CASES if isinstance(each, RegisterEventHandler)]
-    assert concrete(event_handlers.EventHandler, event_handlers) == set(map(type, handlers))
+    assert concrete(EventHandler) == set(map(type, handlers))
 
 
 @pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.names[0])
 def test_every_argument_of_an_action_has_a_key(element: Any) -> None:
     """Whatever can be given to an action can be written; and no key is for nothing."""
-    case = next(action for text, action in ELEMENT_CASES if text.partition(":")[0] in element.names)
+    case = next(each for text, each in ELEMENT_CASES if text.partition(":")[0] in element.names)
     model: Any = case.event_handler if isinstance(case, RegisterEventHandler) else case
     arguments = {each.name for each in fields(model)} | {"condition"}
     targets = {key.target for key in element.keys}

@@ -8,12 +8,9 @@ import pytest
 
 from actors.launch.description.actions import (
     DeclareLaunchArgument,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
-    ParameterValue,
     PushNamespace,
     RegisterEventHandler,
     SetEnvironmentVariable,
@@ -23,13 +20,14 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.conditions import IfCondition
 from actors.launch.description.event_handlers import OnProcessExit
+from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
 from actors.launch.description.scope_settings import ResetLaunchConfigurations
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.documents.reading import read_document
 from actors.launch.errors import LaunchFileError
 
 if TYPE_CHECKING:
-    from actors.launch.description.actions import Action
+    from actors.launch.description.action import Action
 
 VAR = LaunchConfiguration("x")
 

@@ -37,17 +37,8 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import (
-    MAX_PROCESSES,
-    Call,
-    End,
-    LogText,
-    OutputMode,
-    ProcessSpec,
-    React,
-    Start,
-    awaits_graph,
-)
+from actors.launch.planning.process_spec import MAX_PROCESSES, OutputMode, ProcessSpec
+from actors.launch.planning.steps import Call, End, LogText, React, Start, awaits_graph
 from actors.processes.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
@@ -67,7 +58,8 @@ def process(name: str = "a", **options: Any) -> ProcessSpec:
 
 def start(name: str = "a", *, after_sec: float = 0.0, **options: Any) -> Start:
     """Return the step that starts a process."""
-    return Start(process=process(name, **options), after_sec=after_sec)
+    on_exit = options.pop("on_exit", None)
+    return Start(process=process(name, **options), on_exit=on_exit, after_sec=after_sec)
 
 
 def whenever(kind: type[Event], *steps: Step, **options: Any) -> React:

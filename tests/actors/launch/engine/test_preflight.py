@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.launch.engine.preflight import preflight
-from actors.launch.planning.steps import ProcessSpec
+from actors.launch.planning.process_spec import ProcessSpec
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -14,7 +14,7 @@ import pytest
 from actors.launch.engine import process as module
 from actors.launch.engine.process import LaunchedProcess
 from actors.launch.planning.events import Stream
-from actors.launch.planning.steps import ProcessSpec
+from actors.launch.planning.process_spec import ProcessSpec
 from actors.processes import execution, process_execution
 from actors.processes.guard import Guard
 from actors.processes.process import Process

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from actors.launch.engine.process_table import ProcessEntry, ProcessState, ProcessTable
-from actors.launch.planning.steps import MAX_PROCESSES, ProcessSpec
+from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
 
 
 def spec(label: str = "a-1", **options: Any) -> ProcessSpec:

@@ -13,7 +13,8 @@ from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
 from actors.launch.planning.events import Appeared, Event, ProcessIO, ProcessStarted, ShuttingDown, Stream
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import ProcessSpec, React, Start
+from actors.launch.planning.process_spec import ProcessSpec
+from actors.launch.planning.steps import React, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import pytest
 
 from actors.launch.engine import sources
 from actors.launch.engine.sources import Sources
-from actors.launch.planning.steps import ProcessSpec
+from actors.launch.planning.process_spec import ProcessSpec
 
 if TYPE_CHECKING:
     from pathlib import Path

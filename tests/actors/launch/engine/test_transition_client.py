@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine
 
     from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
-    from actors.launch.planning.steps import ProcessSpec
+    from actors.launch.planning.process_spec import ProcessSpec
     from tests.actors.meeting import Meeting
 
 TRANSITION_SEC = 2.0

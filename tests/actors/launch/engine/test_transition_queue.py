@@ -8,7 +8,8 @@ from actors.launch.engine.effects import CancelTransition, RequestTransition
 from actors.launch.engine.transition_queue import MAX_WAITING
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import ProcessStarted, ShuttingDown, StateTransition
-from actors.launch.planning.steps import ChangeStates, LifecycleSpec, LogText, ProcessSpec, Start
+from actors.launch.planning.process_spec import LifecycleSpec, ProcessSpec
+from actors.launch.planning.steps import ChangeStates, LogText, Start
 from tests.actors.launch.engine.test_machine import Play, process, start, whenever
 
 FAILED = "Failed to make transition 'configure' for LifecycleNode '/a'"

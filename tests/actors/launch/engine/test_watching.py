@@ -13,7 +13,8 @@ from actors.launch.engine.captured_output import own_logs
 from actors.launch.engine.watching import MISSING, OFF, SourceWatch
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, Level, Message, ProcessStarted
-from actors.launch.planning.steps import ProcessSpec, Start
+from actors.launch.planning.process_spec import ProcessSpec
+from actors.launch.planning.steps import Start
 
 if TYPE_CHECKING:
     from collections.abc import Generator

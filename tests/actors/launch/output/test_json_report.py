@@ -19,7 +19,7 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 TALKER = spec(node="/ns1/talker", output=OutputMode.LOG)

@@ -13,7 +13,7 @@ from actors.launch.output import outgoing
 from actors.launch.output.log_files import LogFiles
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.events import Event, Level, Message, ShuttingDown, Stream
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import pytest
 
 from actors.launch.output.screen import Screen
 from actors.launch.planning.events import Event, Level, Message, Stream
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import spec, started, wrote
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
     GroupAction,
     IncludeLaunchDescription,
@@ -22,13 +21,16 @@ from tests.actors.launch.shelf import Shelf
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from actors.launch.description.action import Action
+
 A, B, C = (DeclareLaunchArgument(name, default_value=f"{name}.py") for name in "abc")
 
 
 def names(*actions: Action, given: Mapping[str, str] | None = None, **files: LaunchDescription) -> list[str]:
     """Return the names of the arguments that can be given."""
-    scope = Scope(library=Shelf(**files), folder="/files", configurations=dict(given or {}))
-    return [each.name for each in all_declared(actions, scope)]
+    library = Shelf(**files)
+    scope = Scope(library=library, folder="/files", configurations=dict(given or {}))
+    return [each.name for each in all_declared(actions, scope, library)]
 
 
 def test_those_of_included_files_count() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from actors.launch.description.actions import Node
+from actors.launch.description.process_actions import Node
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import MAX_KNOWN, KnownNodes, dependencies

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from actors.launch.description.actions import (
-    Action,
     EmitEvent,
     GroupAction,
     LogInfo,
@@ -23,9 +24,13 @@ from actors.launch.description.lifecycle import (
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import StateTransition
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import ChangeStates, LifecycleSpec, React, Start, Step
+from actors.launch.planning.process_spec import LifecycleSpec
+from actors.launch.planning.steps import ChangeStates, React, Start, Step
 from tests.actors.launch.happenings import spec, started
 from tests.actors.launch.shelf import Shelf
+
+if TYPE_CHECKING:
+    from actors.launch.description.action import Action
 
 CAMERA = LifecycleNode(script="camera.py", name="camera")
 

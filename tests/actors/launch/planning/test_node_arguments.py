@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from actors.arguments.ros_arguments import parse_ros_arguments
-from actors.launch.description.actions import Node, ParameterEntry, ParameterValue
+from actors.launch.description.process_actions import Node, ParameterEntry, ParameterValue
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
 from actors.launch.planning.node_arguments import ros_arguments

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch.description.action import Action
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
     EmitEvent,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
     OpaqueFunction,
     PushNamespace,
     RegisterEventHandler,
@@ -28,6 +26,7 @@ from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.description_source import PythonLaunchDescriptionSource
 from actors.launch.description.event_handlers import OnShutdown
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -36,7 +35,8 @@ from actors.launch.description.substitutions import (
 )
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, End, LogText, ProcessSpec, Start, Step
+from actors.launch.planning.process_spec import LEAST_RESPAWN_DELAY_SEC, ProcessSpec
+from actors.launch.planning.steps import End, LogText, Start, Step
 from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -261,14 +261,17 @@ def test_shutdown_at_the_end_of_a_process_is_the_end(event: bool) -> None:
     """Its reason is reported, and a respawn does not come before it; a condition makes it a handler."""
     bye = Shutdown(reason="over")
     end = EmitEvent(event=bye) if event else bye
-    (spec,) = processes(Node(script="s.py", respawn=True, on_exit=[end]))
-    assert (spec.required, spec.end_reason, spec.respawn, spec.on_exit) == (True, "over", False, None)
+    (start,) = steps(Node(script="s.py", respawn=True, on_exit=[end]))
+    assert isinstance(start, Start)
+    spec = start.process
+    assert (spec.required, spec.end_reason, spec.respawn, start.on_exit) == (True, "over", False, None)
     (spec,) = processes(Node(script="s.py", on_exit=Shutdown()))
     assert (spec.required, spec.end_reason) == (True, "")
     perhaps = Shutdown(reason="over", condition=IfCondition("0"))
-    (spec,) = processes(Node(script="s.py", required=True, respawn=True, on_exit=perhaps))
-    assert spec.respawn
-    assert spec.on_exit is not None
+    (start,) = steps(Node(script="s.py", required=True, respawn=True, on_exit=perhaps))
+    assert isinstance(start, Start)
+    assert start.process.respawn
+    assert start.on_exit is not None
 
 
 def test_a_shell_reads_a_command_as_a_line() -> None:

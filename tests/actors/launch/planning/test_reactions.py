@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
-    ExecuteProcess,
     GroupAction,
     LogInfo,
-    Node,
     OpaqueFunction,
     PushNamespace,
     RegisterEventHandler,
@@ -22,7 +19,6 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.description import LaunchDescription, described
 from actors.launch.description.event_handlers import (
-    EventHandler,
     OnNodeUp,
     OnProcessExit,
     OnProcessIO,
@@ -31,6 +27,7 @@ from actors.launch.description.event_handlers import (
     OnShutdown,
     OnTopicPublished,
 )
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import LaunchConfiguration, Scope
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import (
@@ -50,6 +47,8 @@ from tests.actors.launch.shelf import Shelf
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from actors.launch.description.action import Action, EventHandler
 
 TALKER = ExecuteProcess(cmd=["talker"])
 BYE = LogInfo(msg="bye")
@@ -268,7 +267,7 @@ def test_on_exit_belongs_to_its_process() -> None:
     (start,) = plan(ExecuteProcess(cmd=["a"], on_exit=[BYE, Shutdown(reason="x")]))
     assert isinstance(start, Start)
     assert not start.process.required
-    react = start.process.on_exit
+    react = start.on_exit
     assert react is not None
     said, end = react.preview
     assert isinstance(said, LogText)
@@ -276,7 +275,7 @@ def test_on_exit_belongs_to_its_process() -> None:
     (start,) = plan(ExecuteProcess(cmd=["a"], on_exit=[Shutdown()]))
     assert isinstance(start, Start)
     assert start.process.required
-    assert start.process.on_exit is None
+    assert start.on_exit is None
 
 
 def test_what_a_function_makes_is_marked_and_sets_nothing_for_the_next() -> None:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from actors.launch.description.actions import (
-    Action,
     DeclareLaunchArgument,
     EmitEvent,
-    ExecuteProcess,
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
-    Node,
     RegisterEventHandler,
     SetEnvironmentVariable,
     SetLaunchConfiguration,
@@ -20,6 +19,7 @@ from actors.launch.description.actions import (
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.event_handlers import OnProcessExit, OnShutdown
 from actors.launch.description.lifecycle import ChangeState, LifecycleNode, matches_node_name
+from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.scope_settings import (
     PopEnvironment,
     PopLaunchConfigurations,
@@ -41,6 +41,9 @@ from actors.launch.planning.plan import make_plan
 from actors.launch.planning.steps import ChangeStates, LogText, React, Start, Step
 from actors.processes.outcome import Outcome
 from tests.actors.launch.shelf import Shelf
+
+if TYPE_CHECKING:
+    from actors.launch.description.action import Action
 
 
 def steps(*actions: Action) -> list[Step]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch.description.action import Setting
 from actors.launch.description.actions import (
     AppendEnvironmentVariable,
     PushNamespace,
@@ -14,7 +15,6 @@ from actors.launch.description.actions import (
     SetLaunchConfiguration,
     SetParameter,
     SetRemap,
-    Setting,
     UnsetEnvironmentVariable,
 )
 from actors.launch.description.substitutions import LaunchConfiguration

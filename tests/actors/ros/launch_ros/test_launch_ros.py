@@ -9,8 +9,9 @@ import pytest
 
 from actors.launch.errors import LaunchError
 from actors.launch.planning.plan import make_plan
+from actors.launch.planning.process_spec import OutputMode
 from actors.launch.planning.settings import apply_setting
-from actors.launch.planning.steps import ChangeStates, OutputMode, React, Start, Step
+from actors.launch.planning.steps import ChangeStates, React, Start, Step
 from actors.ros import launch_ros
 from actors.ros.launch import LaunchDescription
 from actors.ros.launch.actions import EmitEvent, RegisterEventHandler

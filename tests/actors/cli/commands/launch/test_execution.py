@@ -11,7 +11,7 @@ import pytest
 
 from actors.cli.main import main
 from actors.launch.errors import LaunchError
-from actors.launch.planning.steps import STOP_TIMEOUT_SEC
+from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import pytest
 
 from actors.cli.commands.launch.reports import Reports
 from actors.launch.planning.events import ShuttingDown, Stream
-from actors.launch.planning.steps import OutputMode
+from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 if TYPE_CHECKING:

@@ -8,16 +8,23 @@ import sys
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
-from actors.launch.description.actions import Action, EmitEvent, ExecuteProcess, Launched, Node, Shutdown
+from actors.launch.description.action import Action
+from actors.launch.description.actions import EmitEvent, Shutdown
 from actors.launch.description.conditions import truth
 from actors.launch.description.lifecycle import LifecycleNode
+from actors.launch.description.process_actions import ExecuteProcess, Node, ProcessAction
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import dependencies
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import full_name, ros_arguments
+from actors.launch.planning.process_spec import (
+    LEAST_RESPAWN_DELAY_SEC,
+    LifecycleSpec,
+    OutputMode,
+    ProcessSpec,
+)
 from actors.launch.planning.settings import variables
-from actors.launch.planning.steps import LEAST_RESPAWN_DELAY_SEC, LifecycleSpec, OutputMode, ProcessSpec
 from proto.errors import escape
 
 if TYPE_CHECKING:
@@ -44,15 +51,12 @@ class _Program(NamedTuple):
     factory: Factory | None = None
 
 
-def make_spec(
-    action: Node | ExecuteProcess, scope: Scope, library: Library, *, number: int, nodes: KnownNodes
-) -> ProcessSpec:
+def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes: KnownNodes) -> ProcessSpec:
     """Return the process that an action starts.
 
     Args:
         action: The action.
         scope: What holds there.
-        library: Knows files and packages.
         number: The process's in its launch.
         nodes: Those that are started before it.
 
@@ -62,11 +66,11 @@ def make_spec(
     """
     namespace = scope.namespace
     if isinstance(action, Node):
-        program = _node(action, scope, library)
+        program = _node(action, scope)
         own = None if action.namespace is None else resolve(action.namespace, scope)
         namespace = prefix_namespace(scope.namespace, own)
     else:
-        program = _process(action, scope, library)
+        program = _process(action, scope)
     name = _name(action, program, scope)
     prefix = _words(resolve(action.prefix, scope))
     extra = variables(action.additional_env, scope)
@@ -110,7 +114,7 @@ def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str
     return name
 
 
-def _respawn_options(action: Launched, scope: Scope) -> dict[str, Any]:
+def _respawn_options(action: ProcessAction, scope: Scope) -> dict[str, Any]:
     delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
     retries = _number("respawn_max_retries", _WHOLE, action.respawn_max_retries, scope, least=-1)
     return {
@@ -139,10 +143,11 @@ def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> fl
     )
 
 
-def _node(action: Node, scope: Scope, library: Library) -> _Program:
+def _node(action: Node, scope: Scope) -> _Program:
     programs = [each for each in (action.executable, action.script, action.node) if each is not None]
     if len(programs) != 1 or (action.package is not None and action.executable is None):
         raise LaunchError("A Node needs package= and executable=, or script=, or node=")
+    library = scope.library
     own = [resolve(each, scope) for each in action.arguments]
     arguments = own + ros_arguments(action, scope)
     if action.node is not None:
@@ -181,7 +186,7 @@ def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: L
     )
 
 
-def _process(action: ExecuteProcess, scope: Scope, library: Library) -> _Program:
+def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     command = [resolve(each, scope) for each in action.cmd]
     if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
@@ -193,10 +198,10 @@ def _process(action: ExecuteProcess, scope: Scope, library: Library) -> _Program
         # Nobody has chosen this name: what cannot be one is the shell's business.
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
-    return _Program(name, library.python_program(command), command)
+    return _Program(name, scope.library.python_program(command), command)
 
 
-def _output(action: Launched, scope: Scope) -> OutputMode:
+def _output(action: ProcessAction, scope: Scope) -> OutputMode:
     word = resolve(action.output, scope)
     try:
         return OutputMode(word)

@@ -1,0 +1,70 @@
+"""Actions and event handlers: what all of them have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+
+from actors.launch.description.validation import Part
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from actors.launch.description.conditions import Condition
+
+Actions: TypeAlias = "Action | Sequence[Action]"
+Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
+"""What an event handler does. A function is called with the event and the `LaunchContext`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Action(Part):
+    """Something to do.
+
+    A class derived from it has `execute`, which is called with the `LaunchContext` as an `OpaqueFunction` is.
+
+    Raises:
+        LaunchError: An argument cannot be what it is meant to be.
+    """
+
+    noun: ClassVar[str] = "action"
+
+    condition: Condition | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting(Action):
+    """Something that holds from here on, to the end of the group or file."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventHandler(Part):
+    """Something that may happen, and what to do then.
+
+    A class derived from it has `matcher`, which is called with each event and returns whether it is meant,
+    and `entities`, the reaction.
+
+    Attributes:
+        handle_once: Whether only the first time.
+
+    Raises:
+        LaunchError: An argument cannot be what it is meant to be.
+    """
+
+    noun: ClassVar[str] = "event handler"
+
+    handle_once: bool = False
+
+    @property
+    def actions(self) -> Sequence[Action]:
+        """The actions to take, as far as they are known before."""
+        names = (each.name for each in fields(self))
+        reactions = [getattr(self, each) for each in names if each.startswith("on_") or each == "entities"]
+        return [action for each in reactions if each is not None for action in known_actions(each)]
+
+
+def known_actions(reaction: Any) -> Sequence[Action]:
+    """Return the actions of a reaction; none if it is a function."""
+    if isinstance(reaction, Action):
+        return (reaction,)
+    return () if callable(reaction) else tuple(reaction)
