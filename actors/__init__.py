@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from actors.endpoints.timer import Timer as Timer
     from actors.endpoints.timer import TimerInfo as TimerInfo
     from actors.errors import BrokerUnreachable as BrokerUnreachable
+    from actors.errors import CallCancelled as CallCancelled
     from actors.errors import CallFailed as CallFailed
     from actors.errors import GoalRejected as GoalRejected
     from actors.errors import GoalUnknown as GoalUnknown
@@ -204,6 +205,7 @@ __getattr__, __dir__ = lazy_names(
         ),
         "actors.errors": (
             "BrokerUnreachable",
+            "CallCancelled",
             "CallFailed",
             "GoalRejected",
             "GoalUnknown",

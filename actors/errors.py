@@ -12,6 +12,7 @@
     ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
     ├── TimeSourceChangedError (RuntimeError) simulated time was switched on or off during a sleep
     ├── WaitTimeout (TimeoutError)            a wait or a call from another thread did not finish in time
+    ├── CallCancelled                         a call from another thread was cancelled in the loop
     ├── SupervisorGaveUp                      a child has died too often
     ├── GoalRejected                          an action server has rejected the goal
     ├── InvalidGoalTransition (RuntimeError)  a goal cannot go from its state into this one
@@ -85,6 +86,10 @@ class PublisherFull(CallboardError):
 
 class WaitTimeout(CallboardError, TimeoutError):
     """A condition did not become true in time."""
+
+
+class CallCancelled(CallboardError):
+    """The coroutine that another thread calls was cancelled in its loop, not by that thread."""
 
 
 class SupervisorGaveUp(CallboardError):

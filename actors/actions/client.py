@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import uuid
 from contextvars import copy_context
@@ -101,7 +100,7 @@ class ActionClientEndpoint(Endpoint):
         self.goals[key] = receiver  # before it is sent: feedback may arrive before the answer
         try:
             request = self._types.send_goal.Request(goal_id=receiver.goal_id, goal=goal)
-            response = await self._reply(self._send.call_async(request, timeout_sec))
+            response = await self._send.call(request, timeout_sec)
             if response.accepted:
                 reply = self._request_result(receiver.goal_id)
                 reply.add_done_callback(partial(self._result_replied, key, receiver))
@@ -109,16 +108,6 @@ class ActionClientEndpoint(Endpoint):
         finally:
             if not receiver.accepted:
                 del self.goals[key]
-
-    async def _reply(self, reply: asyncio.Future[Any]) -> Any:
-        """Wait for a reply; raise NodeDestroyed if the client is destroyed meanwhile, which cancels calls."""
-        try:
-            return await reply
-        except asyncio.CancelledError:
-            task = asyncio.current_task()
-            if task is None or not task.cancelling():  # the caller itself has not been cancelled
-                self.require_alive()
-            raise
 
     def _result_replied(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
         self._held.hold(reply.attributes, partial(self._ended, key, receiver, reply))
@@ -140,14 +129,13 @@ class ActionClientEndpoint(Endpoint):
     async def cancel(self, goal_id: UUID, timeout_sec: float | None) -> CancelGoal.Response:
         """Request to cancel a goal."""
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id))
-        response: CancelGoal.Response = await self._reply(self._cancel.call_async(request, timeout_sec))
-        return response
+        return await self._cancel.call(request, timeout_sec)
 
     async def result(self, goal_id: UUID, timeout_sec: float | None) -> GoalResult[Any]:
         """Ask for the result of a goal, whoever has sent it."""
         request = self._types.get_result.Request(goal_id=goal_id)
         limit = math.inf if timeout_sec is None else timeout_sec
-        return goal_result(await self._reply(self._results.call_async(request, limit)))
+        return goal_result(await self._results.call(request, limit))
 
     def _feedback_received(self, message: Any) -> Any:
         receiver = self.goals.get(bytes(message.goal_id.uuid))

@@ -108,9 +108,10 @@ class GoalReceiver:
 
     def result_received(self, reply: asyncio.Future[Any]) -> None:
         """Take the reply to the request for the result."""
-        if reply.cancelled():
+        error = reply.exception()
+        if isinstance(error, NodeDestroyed):  # it names a part of the client, which users do not know
             self._end(NodeDestroyed(f"{self.what}: the client has been destroyed"))
-        elif isinstance(error := reply.exception(), Exception):
+        elif isinstance(error, Exception):
             self._end(error)
         else:
             response = reply.result()

@@ -265,7 +265,7 @@ class ParameterClient:
         return dict(zip(values, await self.set_parameters(parameters, timeout_sec), strict=True))
 
     def destroy(self) -> None:
-        """Take the clients of the services out of service; calls in flight are cancelled."""
+        """Take the clients of the services out of service; calls in flight raise NodeDestroyed."""
         for client in self._clients.values():
             client.destroy()
 

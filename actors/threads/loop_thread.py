@@ -17,7 +17,7 @@ from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.callbacks.functions import as_coroutine
-from actors.errors import WaitTimeout
+from actors.errors import CallCancelled, WaitTimeout
 from actors.node.node_runner import GRACE_SEC
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from actors.runtime.run import LAST_TASKS_SEC
@@ -226,11 +226,11 @@ class LoopThread:
             self._calls.remove(future)
         except KeyError:
             return
-        if task is not None and task.cancelled() and self._running:
-            future.cancel()  # the coroutine has raised CancelledError
         if not future.set_running_or_notify_cancel():
             return
-        if task is None or task.cancelled():
+        if task is not None and task.cancelled() and self._running:
+            future.set_exception(CallCancelled("The coroutine was cancelled in the loop, not by the caller"))
+        elif task is None or task.cancelled():
             future.set_exception(self._stopped())
         elif (error := task.exception()) is not None:
             future.set_exception(error)

@@ -177,7 +177,7 @@ class NodeThread:
             TooManyCallsError: 100,000 calls have not ended.
             TypeError: It is neither, such as the result of a function that has run in this thread.
             RuntimeError: This is the loop's own thread, where it would wait for itself.
-            concurrent.futures.CancelledError: The coroutine was cancelled in the loop.
+            CallCancelled: The coroutine was cancelled in the loop.
             Exception: Its exception.
         """
         return self._thread.call(work, timeout_sec)
@@ -199,7 +199,7 @@ class NodeThread:
 
         Returns:
             Its future. `cancel()` cancels the coroutine. It has ThreadStoppedError if the thread ends before
-            the coroutine.
+            the coroutine, and CallCancelled if the coroutine is cancelled in the loop.
 
         Raises:
             TypeError: As for `call`.

@@ -9,7 +9,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
-from actors.errors import TimeSourceChangedError
+from actors.errors import NodeDestroyed, TimeSourceChangedError
 from actors.time.jumps import ClockChange, JumpHandle
 from actors.time.ros_time import RosTime
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType, Duration, Time
@@ -120,9 +120,8 @@ class Clock:
             duration: A Duration, or seconds; zero or less returns immediately.
 
         Raises:
-            RuntimeError: The clock is destroyed.
+            NodeDestroyed: The clock, which ends with its node, was destroyed before or during the sleep.
             TimeSourceChangedError: Simulated time was switched on or off during the sleep.
-            asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: The duration is not a number.
         """
         self._require_alive()
@@ -154,9 +153,8 @@ class Clock:
             until: A time of this kind of clock; one in the past returns immediately.
 
         Raises:
-            RuntimeError: The clock is destroyed.
+            NodeDestroyed: The clock, which ends with its node, was destroyed before or during the sleep.
             TimeSourceChangedError: Simulated time was switched on or off during the sleep.
-            asyncio.CancelledError: The clock was destroyed during the sleep, or the task was cancelled.
             ValueError: `until` is of another kind of clock.
         """
         self._require_alive()
@@ -171,10 +169,10 @@ class Clock:
             await self._wait(schedule)
 
     def destroy(self) -> None:
-        """Cancel all sleeps; further ones raise RuntimeError. The clock can still be read."""
+        """End all sleeps: these and further ones raise NodeDestroyed. The clock can still be read."""
         self._destroyed = True
         for sleeper in self._sleepers:
-            sleeper.cancel("the clock is destroyed")
+            _wake(sleeper)
 
     async def _wait(self, schedule: Schedule) -> None:
         active = self._ros_time.active
@@ -187,8 +185,7 @@ class Clock:
             handle.cancel()
             self._sleepers.discard(sleeper)
         # Both can also happen between the wake-up and now.
-        if self._destroyed:
-            raise asyncio.CancelledError("the clock is destroyed")
+        self._require_alive()
         if self._ros_time.active is not active:
             raise TimeSourceChangedError("use_sim_time has changed during a sleep")
 
@@ -202,7 +199,7 @@ class Clock:
 
     def _require_alive(self) -> None:
         if self._destroyed:
-            raise RuntimeError("cannot sleep on a destroyed clock")
+            raise NodeDestroyed("cannot sleep on a destroyed clock")
 
 
 def ros_time_of(clock: Clock) -> RosTime:

@@ -6,7 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.errors import TimeSourceChangedError
+from actors.errors import NodeDestroyed, TimeSourceChangedError
 from actors.time.clock import ros_time_of, wait_on
 from actors.time.types import NANOSECONDS_PER_SECOND
 
@@ -57,11 +57,11 @@ class Rate:
         """Sleep until the next tick, or until the rate is destroyed.
 
         Raises:
-            RuntimeError: The rate, or its clock, has been destroyed before.
-            asyncio.CancelledError: The clock, which ends with its node, was destroyed during the sleep.
+            NodeDestroyed: The rate has been destroyed before; or its clock, which ends with its node, before
+                or during the sleep.
         """
         if self._destroyed:
-            raise RuntimeError("cannot sleep on a destroyed rate")
+            raise NodeDestroyed("cannot sleep on a destroyed rate")
         loop = asyncio.get_running_loop()
         if self._source is None:
             self._restart(loop)
@@ -82,7 +82,7 @@ class Rate:
         self._tick = max(self._tick, tick)
 
     def destroy(self) -> None:
-        """Wake tasks that sleep; further sleeps raise RuntimeError. A second call does nothing."""
+        """Wake tasks that sleep; further sleeps raise NodeDestroyed. A second call does nothing."""
         self._destroyed = True
         for wake in self._wakers:
             wake()

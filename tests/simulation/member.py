@@ -428,12 +428,9 @@ class Member:
             if isinstance(error, actors.RemoteError) and not expected:
                 world.complain(f"{call.name} #{request.number}: {error!r}")
         except actors.NodeDestroyed:
-            ended(None)
+            if call.ended is None:  # it was not even made
+                ended(None)
             call.outcome = "destroyed"
-        except asyncio.CancelledError:
-            if not client.destroyed or _is_cancelled():
-                raise
-            call.outcome = "client destroyed"
         finally:
             world.record(f"{call.name} #{call.number} ends: {call.outcome or 'cancelled'}")
         return call.outcome
@@ -488,12 +485,6 @@ class Member:
             client = self.node.create_client(Ask, name)
             self.clients.append((name, client))
             self._activities += map(asyncio.create_task, self._use(name, client))
-
-
-def _is_cancelled() -> bool:
-    """Tell whether the current task itself is to end."""
-    task = asyncio.current_task()
-    return task is not None and task.cancelling() > 0
 
 
 def _answer(request: Ask.Request) -> Ask.Response:

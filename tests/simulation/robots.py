@@ -245,11 +245,6 @@ class Operator(actors.Node):
         began, lost = self._history.loop.time(), self._history.lost_sec
         try:
             return await call
-        except asyncio.CancelledError as error:
-            task = asyncio.current_task()
-            if task is not None and task.cancelling():
-                raise
-            raise actors.NodeDestroyed("in flight when the client was destroyed") from error
         finally:
             took = self._history.loop.time() - began - (self._history.lost_sec - lost)
             assert took < CALL_SEC + 0.001, f"a call took {took} s"

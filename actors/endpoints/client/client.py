@@ -114,7 +114,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
                 than the broker takes; nothing was sent.
             ValueError: `timeout_sec` is negative or not a number; nothing was sent.
             RuntimeError: The node does not run.
-            NodeDestroyed: The client or its node has been destroyed.
+            NodeDestroyed: The client or its node has been destroyed, before the call or during it.
             ServiceUnavailable: No server or no broker, or it went away before the reply.
             ServiceOverloaded: Too many calls wait already: here (200,000 of a client, 1,000 for the first
                 session, or 64 MiB that have not left), in the broker or at the server. Calls that the
@@ -156,5 +156,5 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         return endpoint.call(request, body, limit)
 
     def destroy(self) -> None:
-        """Take the client out of service; calls in flight are cancelled."""
+        """Take the client out of service; calls in flight raise NodeDestroyed."""
         self._endpoint.destroy()

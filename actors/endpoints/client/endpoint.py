@@ -14,7 +14,14 @@ from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.refused_calls import RefusedCalls, overloaded
 from actors.endpoints.entries import EntryBatch, remaining_ms
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
-from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
+from actors.errors import (
+    CallFailed,
+    NodeDestroyed,
+    RemoteError,
+    ServiceOverloaded,
+    ServiceTimeout,
+    ServiceUnavailable,
+)
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
@@ -273,16 +280,19 @@ class ClientEndpoint(IntrospectedEndpoint):
         return list(pending.values())
 
     def destroy(self) -> None:
-        """Take the client out of service; calls in flight are cancelled."""
+        """Take the client out of service; calls in flight raise NodeDestroyed."""
         if self.destroyed:
             return
         channel = self.context.link.channel
         if channel is not None:
             for call in self.pending:  # the rest of a large request need not be sent
                 channel.outbox.drop_call((self.id, call))
+        # Not cancelled: in a task that nobody cancelled, CancelledError would look like a cancellation, and a
+        # TaskGroup would swallow it.
         for future in self._take_pending():
-            future.ended()
-            future.cancel()
+            self._fail(future, NodeDestroyed(f"Service '{self.srv_name}': the client has been destroyed"))
+            if not future.cancelled():
+                future.exception()  # if nobody awaits it, asyncio must not report what the caller did himself
         super().destroy()
 
     def refused(self, code: int, text: str) -> None:

@@ -8,6 +8,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.errors import NodeDestroyed
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
@@ -137,9 +138,9 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             return failed
 
     def _call_ended(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
-        if reply.cancelled():
-            return
-        reply.exception()  # if the program never spins again, asyncio must not report it
+        # Reading the exception also keeps asyncio from reporting it if the program never spins again.
+        if reply.cancelled() or isinstance(reply.exception(), NodeDestroyed):
+            return  # as in rclpy, the future of a client that is destroyed stays pending
         self.enqueue(partial(self._complete, future, call, reply))
 
     def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:

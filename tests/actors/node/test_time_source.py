@@ -367,7 +367,7 @@ async def test_a_sleep_ends_with_an_error_when_the_source_changes(meeting: Meeti
     ("end", "error"),
     [
         (lambda node: set_use_sim_time(node, False), actors.TimeSourceChangedError),
-        (lambda node: node.get_clock().destroy(), asyncio.CancelledError),
+        (lambda node: node.get_clock().destroy(), actors.NodeDestroyed),
     ],
 )
 async def test_a_sleep_ends_when_a_jump_back_is_followed_by_the_end_of_its_time(

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-from concurrent.futures import CancelledError
 from contextlib import asynccontextmanager
 from queue import Queue
 from typing import TYPE_CHECKING, Any
@@ -103,7 +102,7 @@ def test_results_and_errors_reach_the_caller() -> None:
             assert caught.value is error
         with pytest.raises(ZeroDivisionError):
             thread.call(lambda: 1 // 0)
-        with pytest.raises(CancelledError):
+        with pytest.raises(actors.CallCancelled):
             thread.call(raises(asyncio.CancelledError()))
         with pytest.raises(TimeoutError) as timeout:  # the coroutine's own
             thread.call(raises(TimeoutError("slow")), timeout_sec=DEADLINE_SEC)

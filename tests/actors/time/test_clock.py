@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.errors import NodeDestroyed
 from actors.time.clock import Clock
 from actors.time.types import INFINITE, ClockType, Duration, Time
 
@@ -242,7 +243,7 @@ def test_sleep_until_another_clock() -> None:
 
 
 def test_destroyed_clock() -> None:
-    """Destroying a clock cancels its sleeps; then sleeping is a RuntimeError, reading still works."""
+    """Destroying a clock ends its sleeps with NodeDestroyed, as later ones; reading still works."""
 
     async def main() -> None:
         clock = Clock()
@@ -252,9 +253,9 @@ def test_destroyed_clock() -> None:
         clock.destroy()
         clock.destroy()
         results = await asyncio.gather(sleep, until, return_exceptions=True)
-        assert [type(result) for result in results] == [asyncio.CancelledError] * 2
+        assert [type(result) for result in results] == [NodeDestroyed] * 2
         for call in (clock.sleep_for(1), clock.sleep_until(clock.now())):
-            with pytest.raises(RuntimeError, match="destroyed"):
+            with pytest.raises(NodeDestroyed):
                 await call
 
     assert run_virtually(main()) == 0

@@ -87,14 +87,14 @@ def test_destroying_a_rate_wakes_its_sleepers() -> None:
 
 
 def test_a_sleep_ends_with_its_node() -> None:
-    """The end of the node cancels it."""
+    """It raises NodeDestroyed."""
 
     async def scene(node: actors.Node, loop: SimulatedLoop) -> None:
         sleeper = asyncio.ensure_future(node.create_rate(0.01).sleep())
         await asyncio.sleep(1)
         node.destroy_node()
         await asyncio.wait([sleeper], timeout=1)
-        assert sleeper.cancelled()
+        assert isinstance(sleeper.exception(), actors.NodeDestroyed)
 
     play(scene)
 

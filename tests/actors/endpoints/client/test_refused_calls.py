@@ -156,12 +156,12 @@ async def test_a_lost_session_fails_refused_calls(slow: Slow) -> None:
 
 
 async def test_the_end_of_the_node_ends_refused_calls(slow: Slow) -> None:
-    """They fail as overloaded, or are cancelled with the client."""
+    """They fail as overloaded, or end with the client."""
     await slow.first()
     second = slow.call(2)
     await slow.refused(1)
     await slow.node.__aexit__(None, None, None)
-    with pytest.raises((actors.ServiceUnavailable, asyncio.CancelledError)):
+    with pytest.raises((actors.ServiceUnavailable, actors.NodeDestroyed)):
         await second
 
 
