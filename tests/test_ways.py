@@ -1,0 +1,42 @@
+"""ARCHITECTURE.md names the files that an operation really enters."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from tests.ways import ROOT, Way, faults
+
+DOCUMENT = """
+### A call: 2 files, 1,000 calls
+
+It starts in `client.py` and ends in `broker/routing/calls.py`; `make check` is no file.
+
+### Elsewhere
+
+`never.py` belongs to no operation.
+"""
+CALL = Way(["actors/endpoints/client/client.py", "broker/routing/calls.py"], 1100)
+
+
+def test_the_architecture_describes_the_ways_as_they_are() -> None:
+    """After a change of a way: python -m tests.ways --files."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.ways", "--check"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_what_a_document_says_wrongly_is_found() -> None:
+    """The number of files, more calls, a file that is not entered, and a way that is missing."""
+    assert not list(faults(DOCUMENT, {"A call": CALL}))
+    assert not list(faults(DOCUMENT, {"A call": CALL._replace(calls=10)}))
+    assert list(faults(DOCUMENT, {"A call": CALL._replace(calls=1101)})) == [
+        "A call: costs 1101 calls, not 1000"
+    ]
+    files = ["actors/endpoints/service/endpoint.py", *CALL.files[1:], "proto/wire/codec.py"]
+    assert list(faults(DOCUMENT, {"A call": CALL._replace(files=files), "A goal": CALL})) == [
+        "A call: enters 3 files, not 2",
+        "A call: does not enter client.py",
+        "A goal: no heading says how many files and calls",
+    ]
