@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from broker.access.rules import Action
 from broker.routing.deliveries import Enqueue, EnqueueLatched, Send
-from broker.routing.latched import LatchedReplay, is_replayed
+from broker.routing.latched import LatchedReplay
+from broker.routing.mirrored import wants_latched
 from proto.wire import frames
 from proto.wire.codec import encode
 
@@ -109,7 +110,7 @@ class AttachmentFrames:
         )
         self._emit(Enqueue(route.peer.id, route.queue, encode(frame)))
         for subscription in subscriptions:
-            if is_replayed(route, subscription):
+            if wants_latched(route, subscription):
                 source = LatchedReplay(publisher, route, subscription)
                 self._emit(EnqueueLatched(route.peer.id, route.queue, source))
 

@@ -12,6 +12,7 @@ from broker.routing.definitions import Definitions
 from broker.routing.deliveries import Send, SendEncoded
 from broker.routing.graph import Graph, check_type
 from broker.routing.latched import latched_depth
+from broker.routing.mirrored import is_checked_elsewhere
 from broker.routing.node_names import NodeNames
 from broker.routing.records import (
     NO_QOS,
@@ -45,8 +46,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.routing.deliveries import Delivery
-    from broker.routing.export_listener import ExportListener
-    from broker.routing.mirrored import Mirror
+    from broker.routing.mirrored import ExportListener, Mirror
     from broker.routing.refusals import Refusals
     from broker.routing.router_limits import RouterLimits
     from broker.routing.services import Services
@@ -226,7 +226,7 @@ class Declarations:
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
         check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
-        if not peer.mesh:
+        if not is_checked_elsewhere(peer):
             self._names.claim(peer, frame.name, shared=frame.shared)
         record = NodeRecord(
             key=key,
@@ -250,7 +250,7 @@ class Declarations:
             keep = latched_depth(qos)
             return PublisherRecord(
                 kind=EntryKind.PUBLISHER,
-                gid=frame.gid if peer.mesh else public_gid(peer.token, frame.gid),
+                gid=frame.gid if is_checked_elsewhere(peer) else public_gid(peer.token, frame.gid),
                 next_sequence=frame.next_sequence,
                 live_sequence=frame.live_sequence,
                 keep=keep,
@@ -273,7 +273,7 @@ class Declarations:
 
     def fits(self, endpoint: Endpoint) -> bool:
         """Return whether an endpoint that has not joined leaves its peer within the limit of matches."""
-        most = self._max_mesh_matches if endpoint.peer.mesh else self._max_matches
+        most = self._max_mesh_matches if endpoint.mirrored else self._max_matches
         if isinstance(endpoint, _ON_TOPIC):
             return not self._topics.exceeds(endpoint, most)
         if isinstance(endpoint, _OF_SERVICE):
@@ -284,7 +284,7 @@ class Declarations:
         """Take an endpoint that is new or back into the graph, and match it."""
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
-        exports = None if endpoint.peer.mesh else self.exports
+        exports = self._exports_of(endpoint)
         if exports is not None:
             endpoint.private = not exports.allows(endpoint)
         self._graph.add(endpoint)
@@ -304,8 +304,8 @@ class Declarations:
         if not (isinstance(endpoint, ServiceRecord) and endpoint.retired):  # a retired one has left the graph
             suspended = endpoint.peer.suspended and endpoint.id in endpoint.peer.endpoints
             self._graph.remove(endpoint, suspended=suspended)
-        if self.exports is not None and not endpoint.peer.mesh:
-            self.exports.left(endpoint)
+        if (exports := self._exports_of(endpoint)) is not None:
+            exports.left(endpoint)
         if isinstance(endpoint, PublisherRecord):
             self._topics.leave_publisher(endpoint)
         elif isinstance(endpoint, SubscriptionRecord):
@@ -313,9 +313,13 @@ class Declarations:
         elif isinstance(endpoint, _OF_SERVICE):
             self._services.leave(endpoint)
 
+    def _exports_of(self, endpoint: Endpoint) -> ExportListener | None:
+        """Return who learns of an endpoint; a broker tells others of its own ones only."""
+        return None if endpoint.mirrored else self.exports
+
     def renew_exports(self, exports: ExportListener) -> None:
         """Let endpoints leave and join again if other brokers may now know them, or not any more."""
-        own = [each for each in self._graph.endpoints() if not each.peer.mesh]
+        own = [each for each in self._graph.endpoints() if not each.mirrored]
         for endpoint in sorted(own, key=lambda each: each.kind is not EntryKind.NODE):
             if endpoint.private == exports.allows(endpoint):
                 self.leave(endpoint)
@@ -358,8 +362,8 @@ class Declarations:
         server = peer.endpoints.get(frame.id)
         if isinstance(server, ServiceRecord) and not server.retired:
             self._graph.remove(server)
-            if self.exports is not None and not peer.mesh:
-                self.exports.retired(server)
+            if (exports := self._exports_of(server)) is not None:
+                exports.retired(server)
             self._services.retire(server)
 
     def remove(self, endpoint: Endpoint, reason: str) -> None:

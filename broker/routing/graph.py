@@ -166,7 +166,7 @@ class Graph:
 
     def other_brokers_of_type(self, type_hash: str) -> list[int]:
         """Return the numbers of the other brokers of the mesh that have endpoints of a type, in order."""
-        return sorted({each.broker for each in self._types.get(type_hash, {}).values() if each.peer.mesh})
+        return sorted({each.broker for each in self._types.get(type_hash, {}).values() if each.mirrored})
 
     def watch(self, peer: Peer, frame: frames.Watch) -> None:
         """Answer WATCH with all entries, with the next `flush`; keep the watch if the frame says so.

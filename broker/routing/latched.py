@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from broker.routing.mirrored import latched_messages_for, successor
 from proto import limits
 from proto.errors import ErrorCode, ProtocolError
 from proto.queues.batches import held_bytes, slice_batch
@@ -131,21 +132,6 @@ def _count(publisher: PublisherRecord, size: int) -> None:
     publisher.peer.all_latched.bytes += size
 
 
-def is_replayed(route: Route, subscription: SubscriptionRecord) -> bool:
-    """Return whether a subscription that has just attached gets the latched messages of the publisher.
-
-    Another broker gets all of them with the first of its subscriptions, and keeps them for the others.
-    """
-    if not subscription.peer.mesh:
-        return subscription.wants.latched
-    return _first_of_broker(route, subscription.broker) is subscription
-
-
-def _first_of_broker(route: Route, broker: int) -> SubscriptionRecord | None:
-    """Return the subscription of a broker that was attached before its others; None if it has none."""
-    return next((each for each in route.subscriptions.values() if each.broker == broker), None)
-
-
 class LatchedReplay(ReplaySource):
     """The latched messages of one publisher for a subscription that has just attached.
 
@@ -166,9 +152,7 @@ class LatchedReplay(ReplaySource):
         self._route = route
         self._subscription = subscription
         self._stop = publisher.next_sequence
-        skip = 0
-        if subscription.depth is not None and not subscription.peer.mesh:
-            skip = max(0, publisher.latched_messages - subscription.depth)
+        skip = publisher.latched_messages - latched_messages_for(publisher, subscription)
         self._index = publisher.unlatched
         self._first = self._stop
         for batch in publisher.latched:
@@ -182,10 +166,8 @@ class LatchedReplay(ReplaySource):
         publisher, route, subscription = self._publisher, self._route, self._subscription
         if publisher.routes.get(route.peer.id) is not route:
             return False
-        if route.subscriptions.get(subscription.id) is not subscription and subscription.peer.mesh:
-            other = _first_of_broker(route, subscription.broker)
-            if other is not None:
-                self._subscription = subscription = other
+        if route.subscriptions.get(subscription.id) is not subscription:
+            self._subscription = subscription = successor(route, subscription) or subscription
         return route.subscriptions.get(subscription.id) is subscription
 
     def _next(self) -> Batch | None:

@@ -89,7 +89,7 @@ class NodeNames:
             return
         text = f"Another broker of the mesh has a node named '{newcomer.name}', too: rename one of them"
         for node in (newcomer, *others):
-            if not (node.peer.mesh or node.peer.suspended):
+            if not (node.mirrored or node.peer.suspended):
                 notice = frames.Notice(node.id, NoticeKind.DUPLICATE_NAME, text, 0, 1)
                 self._emit(Send(node.peer.id, notice))
 

@@ -41,45 +41,66 @@ _new_dict = cast("Callable[[], dict[Any, Any]]", dict)
 
 @dataclass(slots=True, eq=False)
 class Peer:
-    """One connection, as the router sees it."""
+    """One connection, as the router sees it.
 
+    Each field is changed by one module, which the comment above it names; the others only read it.
+    """
+
+    # router: when the connection begins.
     id: int
     instance: bytes = b""
     token: bytes = b""
-    endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
+    relied_on: set[int] = field(default_factory=set[int])
+    """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
+    all_latched: ByteTotal = field(default_factory=ByteTotal)
+    """`latched_bytes` of all peers of the broker together."""
+    mesh: bool = False
+    """Whether its endpoints are those of other brokers; only `mirrored` and `Endpoint.mirrored` read it."""
+
+    # router: when access rules change, and when the peer is silent or back.
+    principal: Principal | None = None
+    """Whose it is; None if there are no access rules."""
     suspended: bool = False
     names_released: bool = False
     """Whether it has been suspended for so long that other nodes may take its names."""
+
+    # declarations
+    endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
+    """By the ids that the client chose."""
+    revoked: set[int] = field(default_factory=set[int])
+    """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
+
+    # definitions
+    definitions: dict[str, int] = field(default_factory=_new_dict)
+    """By the hash of each type that it has defined, its endpoints that declared the definition."""
+    definition_bytes: int = 0
+    """Size of these definitions."""
+
+    # records: in `Endpoint.set_peers`, as endpoints are matched.
+    matched: int = 0
+    """Endpoints with counterparts, which must learn soon when this peer is gone."""
+    matches: int = 0
+    """Counterparts of all its endpoints together."""
+
+    # calls
     pending_calls: int = 0
     """Unanswered calls of its clients."""
     owed_calls: int = 0
     """Calls that its servers, retired ones included, have not answered."""
     queued_calls: QueuedCalls | None = None
     """Requests that wait for its servers; None before the first one."""
+
+    # latched
     latched_bytes: int = 0
     """Bytes kept for late joiners of its publishers."""
-    all_latched: ByteTotal = field(default_factory=ByteTotal)
-    """The same of all peers of the broker."""
-    definitions: dict[str, int] = field(default_factory=_new_dict)
-    """By the hash of each type that it has defined, its endpoints that declared the definition."""
-    definition_bytes: int = 0
-    """Size of these definitions."""
-    matched: int = 0
-    """Endpoints with counterparts, which must learn soon when this peer is gone."""
-    matches: int = 0
-    """Counterparts of all its endpoints together."""
+
+    # graph
     watches: int = 0
     """Its kept watches of the graph."""
-    relied_on: set[int] = field(default_factory=set[int])
-    """Ids of the peers that others rely on or have asked about; one set, shared by all peers of the graph."""
-    principal: Principal | None = None
-    """Whose it is; None if there are no access rules."""
-    mesh: bool = False
-    """Whether its endpoints are those of other brokers: they are not matched with each other."""
+
+    # records: in `of_broker`.
     brokers: dict[int, Peer] = field(default_factory=_new_dict)
     """By number, the other brokers of a mesh: each is this peer, with counts of its own."""
-    revoked: set[int] = field(default_factory=set[int])
-    """Ids of its publishers that changed rules have removed; what it still sends for them is ignored."""
 
     @property
     def rights(self) -> Rights | None:
@@ -149,6 +170,11 @@ class Endpoint:
         return broker_of_key(self.key)
 
     @property
+    def mirrored(self) -> bool:
+        """Whether it is another broker's; `mirrored.py` has what is special then."""
+        return self.peer.mesh
+
+    @property
     def action(self) -> Action:
         """What somebody needs the right to, for this."""
         return _ACTIONS[self.kind]
@@ -162,10 +188,6 @@ class Endpoint:
     def node_name(self) -> str:
         """The full name of its node."""
         return self.node.name if self.node is not None else self.name
-
-    def is_apart(self, other: Endpoint) -> bool:
-        """Return whether it cannot match another endpoint because of the brokers that they belong to."""
-        return (self.peer.mesh and (other.peer.mesh or other.private)) or (other.peer.mesh and self.private)
 
     def set_peers(self, peers: int) -> None:
         """Set the number of counterparts."""

@@ -261,6 +261,12 @@ class Router:
                 self.declarations.leave(endpoint)
         return self._take()
 
+    def release_names(self, peer_id: int) -> None:
+        """Let other nodes take the names of a peer that has been suspended for too long."""
+        peer = self._peers.get(peer_id)
+        if peer is not None and peer.suspended:
+            peer.names_released = True
+
     def restore(self, peer_id: int) -> list[Delivery]:
         """Put the endpoints of a suspended peer back into the graph."""
         peer = self._peers.get(peer_id)

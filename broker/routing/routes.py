@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from broker.access.rules import Action
+from broker.routing import mirrored
 from broker.routing.attachment_frames import AttachmentFrames
 from broker.routing.deliveries import Close, Discard, Enqueue, Shed
 from broker.routing.departed_queues import DepartedQueues, PeerQueue
@@ -102,7 +103,7 @@ class Routes:
         messages do not overtake the earlier ones.
         """
         own_depth = None if publisher.waits_for_readers else publisher.wants.depth
-        least_depth = publisher.keep if peer.mesh else 1
+        least_depth = mirrored.least_depth(peer, publisher)
         left = self.departed.resume(peer.id, publisher.gid, publisher.name)
         if left is None:
             queue = PublisherQueue(publisher.key, 1)
@@ -226,7 +227,7 @@ class Routes:
         if after > MAX_U64:
             raise ProtocolError(ErrorCode.MALFORMED, "BATCH: the number after its last one is above 2^64 - 1")
         credit = publisher.credit
-        if credit.limit is not None and not peer.mesh:  # the publisher's own broker has checked it
+        if credit.limit is not None and not mirrored.is_checked_elsewhere(peer):
             credit.check(publisher.name, publisher.next_sequence, batch)
         seen = publisher.next_sequence - batch.first_sequence
         size = message_bytes(batch)
@@ -261,17 +262,17 @@ class Routes:
 
     def _overflow(self, publisher: PublisherRecord, route: Route) -> None:
         """Close the link that ignores flow control, which should have prevented this."""
-        if publisher.peer.mesh and publisher.credit.exceeded(publisher.next_sequence):
+        if publisher.mirrored and publisher.credit.exceeded(publisher.next_sequence):
             text = f"the publisher on '{publisher.name}' sends without credit"
             self.report_mesh(publisher.broker, text)
-        elif publisher.credit.unconfirmed and not publisher.peer.mesh:
+        elif publisher.credit.unconfirmed and not publisher.mirrored:
             text = f"the publisher on '{publisher.name}' does not confirm its credit"
             self._emit(Close(publisher.peer.id, ErrorCode.CREDIT, text))
         else:
             text = f"a subscription to '{publisher.name}' grants credit without reading"
-            for broker in {each.broker for each in route.subscriptions.values() if each.peer.mesh}:
+            for broker in mirrored.brokers_of(route):
                 self.report_mesh(broker, text)
-            if not route.peer.mesh:
+            if not mirrored.is_checked_elsewhere(route.peer):
                 self._emit(Close(route.peer.id, ErrorCode.LIMIT, text))
 
     # Statistics

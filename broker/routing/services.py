@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from broker.routing.matching import exceeds
+from broker.routing.mirrored import is_apart
 from broker.routing.pool import Pool
 from broker.routing.records import ClientRecord, ServiceGroup, ServiceRecord
 
@@ -102,7 +103,7 @@ class Services:
             if _fits(client, server):
                 self._notices.set_count(client, client.peers + 1)
                 self._notices.set_count(server, server.peers + 1)
-            elif not client.is_apart(server):
+            elif not is_apart(client, server):
                 self._notices.report_types(client, "client", server, "server")
         self._notices.end()
 
@@ -144,7 +145,7 @@ class Services:
 
 
 def _join_pool(group: ServiceGroup, server: ServiceRecord) -> None:
-    server.pool = group.pools.setdefault((server.type_name, server.type_hash, server.peer.mesh), Pool())
+    server.pool = group.pools.setdefault((server.type_name, server.type_hash, server.mirrored), Pool())
     server.pool.add(server)
 
 
@@ -153,11 +154,11 @@ def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
     if pool is not None:
         pool.remove(server)
         if not pool:
-            del group.pools[server.type_name, server.type_hash, server.peer.mesh]
+            del group.pools[server.type_name, server.type_hash, server.mirrored]
 
 
 def _fits(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
-    return _same_type(one, other) and not one.is_apart(other)
+    return _same_type(one, other) and not is_apart(one, other)
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from broker.access.rules import Action
+from broker.routing import mirrored
 from broker.routing.deliveries import Send
 from broker.routing.flow_control import HOLD, CreditLimits
 from broker.routing.latched import unlatch
@@ -156,8 +157,7 @@ class Topics:
             publisher.unattached.discard(subscription.key)
             if publisher.credit.limits.remove(subscription.key):
                 self._update_credit(publisher)
-            if publisher.peer.mesh and not publisher.matched:
-                publisher.opened = False
+            if mirrored.close_without_readers(publisher):
                 unlatch(publisher)
         subscription.matched.clear()
         subscription.stalled = False
@@ -179,7 +179,7 @@ class Topics:
             del self.by_name[endpoint.name]
 
     def _match(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        if publisher.is_apart(subscription):
+        if mirrored.is_apart(publisher, subscription):
             return
         if not _same_type(publisher, subscription):
             self._notices.report_types(publisher, "publisher", subscription, "subscription")
@@ -194,8 +194,7 @@ class Topics:
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
         self._notices.set_count(subscription, subscription.peers + 1)
-        if publisher.peer.mesh and publisher.waits_for_readers and subscription.depth is None:
-            publisher.unattached.add(subscription.key)
+        mirrored.await_attachment(publisher, subscription)
         self._attach(publisher, subscription)
 
     def _attach(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
@@ -205,7 +204,7 @@ class Topics:
         if subscription.depth is not None:
             return
         if not publisher.waits_for_readers:
-            if not subscription.peer.mesh:  # it would hold back all brokers; its own limits its queue
+            if mirrored.limits_keep_last(subscription):
                 self._routes.reader_credit.add(publisher, subscription)
         else:
             credit = publisher.credit
@@ -239,10 +238,10 @@ class Topics:
             return
         self.stalls.end(subscription)
         publisher = subscription.matched.get(frame.publisher)
-        if publisher is not None and publisher.peer.mesh and publisher.waits_for_readers:
-            # its own broker limits it
-            own = frames.Grant(subscription.number, frame.publisher, frame.sequence_limit, frame.byte_limit)
-            self._emit(Send(publisher.peer.id, own))
+        if publisher is not None:
+            elsewhere = mirrored.grant_elsewhere(publisher, subscription, frame)
+            if elsewhere is not None:
+                self._emit(Send(publisher.peer.id, elsewhere))
         if subscription.stalled:  # its new limits begin with ATTACHED
             self._resume(subscription)
             return
@@ -359,7 +358,7 @@ def _is_strict(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
 
 def _fits(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
     """Return whether a publisher and a subscription match."""
-    if publisher.is_apart(subscription):
+    if mirrored.is_apart(publisher, subscription):
         return False
     return _same_type(publisher, subscription) and not (
         _is_strict(publisher, subscription) and incompatible_policy(publisher.wants, subscription.wants)

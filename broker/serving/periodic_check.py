@@ -138,10 +138,8 @@ class PeriodicCheck:
         elif now - link.suspended_at > options.suspend_close_sec:
             link.fail(ErrorCode.TIMEOUT, f"silent for {now - link.liveness.last_seen_at:.0f} s")
             link.channel.abort()
-        elif (
-            now - link.suspended_at > options.name_grace_sec and (peer := router.peer(link.peer)) is not None
-        ):
-            peer.names_released = True
+        elif now - link.suspended_at > options.name_grace_sec:
+            router.release_names(link.peer)
 
     def _check_keepalive(self, link: Link, router: Router, now: float, *, all_due: bool) -> None:
         limit = self._options.keepalive_sec

@@ -9,7 +9,7 @@ from unittest import mock
 from broker.mesh.imports import MeshImports
 from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
-from broker.routing.latched import is_replayed
+from broker.routing.mirrored import wants_latched
 from tests.simulation.breakages import does_nothing
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ def replays_nothing() -> Iterator[None]:
     """Other brokers do not get what is latched."""
 
     def to_nodes_only(route: Route, subscription: SubscriptionRecord) -> bool:
-        return not subscription.peer.mesh and is_replayed(route, subscription)
+        return not subscription.mirrored and wants_latched(route, subscription)
 
-    with mock.patch("broker.routing.attachment_frames.is_replayed", to_nodes_only):
+    with mock.patch("broker.routing.attachment_frames.wants_latched", to_nodes_only):
         yield
 
 
