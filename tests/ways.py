@@ -5,9 +5,9 @@
     python -m tests.ways --check    # compare them with ARCHITECTURE.md, as tests/test_ways.py does
 
 A broker and nodes share a loop, so that one profiler sees both sides. Each operation is warmed up and then
-measured several times. Other work of the loop, such as a keepalive that is due, only adds to a measurement: the
-files that all measurements have in common, and the fewest calls, are the operation's. No time is measured, so
-the speed and the load of the machine make no difference.
+measured several times. Other work of the loop, such as a keepalive that is due, only adds to a measurement:
+the files that all measurements have in common, and the fewest calls, are the operation's. No time is
+measured, so the speed and the load of the machine make no difference.
 """
 
 from __future__ import annotations
