@@ -22,21 +22,24 @@ from actors.launch.description.actions import (
     IncludeLaunchDescription as IncludeLaunchDescription,
     LogInfo as LogInfo,
     OpaqueFunction as OpaqueFunction,
+    PopEnvironment as PopEnvironment,
+    PopLaunchConfigurations as PopLaunchConfigurations,
+    PushEnvironment as PushEnvironment,
+    PushLaunchConfigurations as PushLaunchConfigurations,
     PushNamespace as PushNamespace,
     PushRosNamespace as PushRosNamespace,
     RegisterEventHandler as RegisterEventHandler,
+    ResetEnvironment as ResetEnvironment,
+    ResetLaunchConfigurations as ResetLaunchConfigurations,
     SetEnvironmentVariable as SetEnvironmentVariable,
     SetLaunchConfiguration as SetLaunchConfiguration,
     SetParameter as SetParameter,
+    SetParametersFromFile as SetParametersFromFile,
     SetRemap as SetRemap,
     Shutdown as Shutdown,
     TimerAction as TimerAction,
     UnsetEnvironmentVariable as UnsetEnvironmentVariable,
-)
-from actors.launch.description.process_actions import (
-    ExecuteProcess as ExecuteProcess,
-    Node as Node,
-    ParameterValue as ParameterValue,
+    UnsetLaunchConfiguration as UnsetLaunchConfiguration,
 )
 from actors.launch.description.conditions import (
     IfCondition as IfCondition,
@@ -86,17 +89,12 @@ from actors.launch.description.logic import (
     NotSubstitution as NotSubstitution,
     OrSubstitution as OrSubstitution,
 )
-from actors.launch.description.python_expression import PythonExpression as PythonExpression
-from actors.launch.description.scope_settings import (
-    PopEnvironment as PopEnvironment,
-    PopLaunchConfigurations as PopLaunchConfigurations,
-    PushEnvironment as PushEnvironment,
-    PushLaunchConfigurations as PushLaunchConfigurations,
-    ResetEnvironment as ResetEnvironment,
-    ResetLaunchConfigurations as ResetLaunchConfigurations,
-    SetParametersFromFile as SetParametersFromFile,
-    UnsetLaunchConfiguration as UnsetLaunchConfiguration,
+from actors.launch.description.process_actions import (
+    ExecuteProcess as ExecuteProcess,
+    Node as Node,
+    ParameterValue as ParameterValue,
 )
+from actors.launch.description.python_expression import PythonExpression as PythonExpression
 from actors.launch.description.substitutions import (
     EnvironmentVariable as EnvironmentVariable,
     LaunchConfiguration as LaunchConfiguration,

@@ -12,9 +12,12 @@ from actors.launch.description.actions import (
     LogInfo,
     PushNamespace,
     RegisterEventHandler,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
     SetEnvironmentVariable,
     SetLaunchConfiguration,
     SetParameter,
+    SetParametersFromFile,
     SetRemap,
     Shutdown,
     TimerAction,
@@ -32,11 +35,6 @@ from actors.launch.description.event_handlers import (
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.process_actions import ExecuteProcess, Node
-from actors.launch.description.scope_settings import (
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetParametersFromFile,
-)
 from actors.launch.documents.element import Element, Key
 from actors.launch.documents.kinds import (
     FLAG,

@@ -18,7 +18,7 @@ from contextvars import ContextVar
 from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.engine.lines import Lines
+from actors.launch.engine.lines import LineSplitter
 from actors.launch.planning.events import Level, Message, Stream
 from actors.logging.logger import ROOT_NAME
 from actors.logging.output import RosFormatter
@@ -71,7 +71,7 @@ class CapturedOutput:
         self._on_message = on_message
         self._context = context
         self._loop = asyncio.get_running_loop()
-        self._lines = {Stream.STDOUT: Lines(), Stream.STDERR: Lines()}
+        self._lines = {Stream.STDOUT: LineSplitter(), Stream.STDERR: LineSplitter()}
         self._waiting: deque[tuple[Stream, bytes]] = deque()
         self._waiting_bytes = 0
         self._untold = 0

@@ -12,7 +12,7 @@ _IS_CONTINUATION: Final = 0b1000_0000
 _UTF8_LENGTH: Final = 4
 
 
-class Lines:
+class LineSplitter:
     """Cuts what a process writes into lines, without their ends. Nothing is kept but the beginning of a line.
 
     An end is a line feed; a carriage return before it, as terminals write it, is part of the end.

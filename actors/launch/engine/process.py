@@ -8,7 +8,7 @@ from contextlib import AsyncExitStack, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.launch.engine.lines import Lines
+from actors.launch.engine.lines import LineSplitter
 from actors.launch.engine.preflight import preflight
 from actors.launch.planning.events import Level, Stream
 from actors.logging.logger import get_logger
@@ -116,7 +116,7 @@ class _Reader(asyncio.Protocol):
 
     def __init__(self, write: Callable[[Sequence[bytes]], None]) -> None:
         self.ended = asyncio.Event()
-        self._lines = Lines()
+        self._lines = LineSplitter()
         self._write = write
 
     def data_received(self, data: bytes) -> None:

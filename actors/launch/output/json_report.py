@@ -52,8 +52,8 @@ class JsonReport:
         """Write the last object: the launch is over."""
         self._write(_line("ended", self._now(), exit_code=exit_code))
 
-    def of_lost(self, lines: int) -> bytes:
-        """Return the object that says how many were lost, since they were not read fast enough."""
+    def format_lost(self, lines: int) -> bytes:
+        """Return the object that reports how many lines were lost because they were not read fast enough."""
         return _line("lost", self._now(), lines=lines)
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.output.log_folder import LogFolder
-from actors.launch.output.outgoing import Outgoing
 from actors.launch.output.sanitize import has_controls, plain_line
 from actors.launch.output.wording import message_of
+from actors.launch.output.writer import WriteQueue
 from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
 from actors.launch.planning.process_spec import OutputMode
 from actors.logging.terminal_text import escape_controls
@@ -57,7 +57,7 @@ class LogFiles:
         self._root = root
         self._notify = notify
         self._early: deque[_Entry] = deque(maxlen=MAX_EARLY_LINES)
-        self._outgoing: Outgoing[_Entry] = Outgoing()
+        self._queue: WriteQueue[_Entry] = WriteQueue()
         self._thread: threading.Thread | None = None
         self._folder: LogFolder | None = None
         self._unwritten = 0
@@ -66,7 +66,7 @@ class LogFiles:
     @property
     def lost_lines(self) -> int:
         """Lines that came too fast, or could not be written."""
-        return self._outgoing.lost_lines + self._unwritten
+        return self._queue.lost_lines + self._unwritten
 
     def __call__(self, event: Event) -> None:
         """Have what is to be logged of an event written."""
@@ -85,7 +85,7 @@ class LogFiles:
         """Write what waits; say whether something is missing, and return whether nothing is."""
         if self._thread is None:
             return True
-        self._outgoing.end()
+        self._queue.end()
         self._thread.join(timeout_sec)
         if self._thread.is_alive():
             self._notify(Message(Level.WARN, "the log files end early: they cannot be written fast enough"))
@@ -105,7 +105,7 @@ class LogFiles:
         if self._thread is None:
             self._early.append(entry)
         else:
-            self._outgoing.add(entry, sum(len(data) for _, data in entry.writes), entry.lines)
+            self._queue.add(entry, sum(len(data) for _, data in entry.writes), entry.lines)
 
     # In the thread
 
@@ -116,8 +116,8 @@ class LogFiles:
             self._complain(error)
         else:
             self._notify(Message(Level.INFO, f"log files are in {self._folder.path}"))
-        while not (batch := self._outgoing.take()).last:
-            for entry in batch.pieces:
+        while not (batch := self._queue.next_batch()).last:
+            for entry in batch.items:
                 self._write(entry)
             if batch.lost_lines:
                 text = (

@@ -7,24 +7,22 @@ from typing import TYPE_CHECKING
 
 from actors.launch.description.actions import (
     AppendEnvironmentVariable,
-    PushNamespace,
-    SetEnvironmentVariable,
-    SetLaunchConfiguration,
-    SetParameter,
-    SetRemap,
-    UnsetEnvironmentVariable,
-)
-from actors.launch.description.conditions import truth
-from actors.launch.description.scope_settings import (
     PopEnvironment,
     PopLaunchConfigurations,
     PushEnvironment,
     PushLaunchConfigurations,
+    PushNamespace,
     ResetEnvironment,
     ResetLaunchConfigurations,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    SetParameter,
     SetParametersFromFile,
+    SetRemap,
+    UnsetEnvironmentVariable,
     UnsetLaunchConfiguration,
 )
+from actors.launch.description.conditions import truth
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace

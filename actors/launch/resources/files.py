@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import secrets
@@ -10,14 +11,13 @@ import sys
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import error_text
 from actors.launch.description.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
 from actors.launch.planning.mistakes import line_in
 from actors.launch.resources.command_output import command_output
-from actors.launch.resources.factories import find_factory
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
 from actors.tools.executables import find_package
@@ -39,6 +39,7 @@ MAX_REMEMBERED: Final = 1024
 MAX_FILE_BYTES: Final = 1 << 20
 """A larger launch file, or text, is a mistake."""
 
+_FACTORY_FORM: Final = "write it as node='package.module:Class'"
 _PYTHON: Final = re.compile(r"python(3(\.\d+)?)?")
 _ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
 """Packages that launch files import in ROS 2."""
@@ -94,12 +95,29 @@ class Files:
         return LaunchDescription(made.actions, file=path)
 
     def factory(self, name: str) -> Factory:
-        """Return what makes a node: "package.module:Class". Its module is imported.
+        """Return the class or function with a name. Its module is imported from Python's search path.
+
+        Args:
+            name: "package.module:Class", as launch files write it that are not Python.
 
         Raises:
-            LaunchError: There is none.
+            LaunchError: There is none, its module cannot be imported, or it cannot be called.
         """
-        return find_factory(name)
+        module_name, separator, attribute = name.partition(":")
+        if not separator or not attribute or not all(map(str.isidentifier, module_name.split("."))):
+            raise LaunchError(f"'{escape(name)}' names no node: {_FACTORY_FORM}")
+        try:
+            found: Any = importlib.import_module(module_name)
+        except Exception as error:
+            text = f"{type(error).__name__}: {error_text(error)}"
+            raise LaunchError(f"Module '{module_name}' cannot be imported: {escape(text)}") from error
+        for part in attribute.split("."):
+            found = getattr(found, part, None)
+            if found is None:
+                raise LaunchError(f"Module '{module_name}' has no '{escape(attribute)}'")
+        if not callable(found):
+            raise LaunchError(f"{escape(name)} is no class and no function, but {escape(repr(found))}")
+        return found  # type: ignore[no-any-return]
 
     def program(self, package: str, executable: str) -> Sequence[str]:
         """Return the command for a console script of an installed package.

@@ -251,11 +251,11 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
     """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
     loop = asyncio.get_running_loop()
 
-    def when_unheard() -> None:
+    def on_closed() -> None:
         with suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", insist=False))
 
-    reports = Reports(json=json, when_unheard=when_unheard)
+    reports = Reports(json=json, on_closed=on_closed)
     launch.listen(reports)
     code = FAILURE
     try:
@@ -272,7 +272,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
         raise
     finally:
         reports.close(code)
-    return BROKEN_PIPE if code == OK and reports.unheard else code
+    return BROKEN_PIPE if code == OK and reports.closed else code
 
 
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:

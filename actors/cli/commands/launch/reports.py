@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Final
 from actors.config import environment
 from actors.launch.output.json_report import JsonReport
 from actors.launch.output.log_files import LogFiles
-from actors.launch.output.output import Output
 from actors.launch.output.screen import Screen
 from actors.launch.output.status import Status
-from actors.launch.output.unattributed_output import UnattributedOutput
+from actors.launch.output.writer import OutputWriter, UnattributedOutput
 from actors.launch.planning.events import Stream
 
 if TYPE_CHECKING:
@@ -33,22 +32,22 @@ class Reports:
 
     Args:
         json: Whether stdout gets JSON, and nothing else. What is printed then goes to stderr.
-        when_unheard: Called in a thread, once, when nobody reads stdout any more.
+        on_closed: Called once, in a thread, when the reader of stdout has closed it.
 
     Attributes:
-        unheard: Whether that has happened.
+        closed: Whether that has happened.
     """
 
-    def __init__(self, *, json: bool, when_unheard: Callable[[], None]) -> None:
-        self.unheard = False
-        self._when_unheard = when_unheard
+    def __init__(self, *, json: bool, on_closed: Callable[[], None]) -> None:
+        self.closed = False
+        self._on_closed = on_closed
         self._json = JsonReport(self._write) if json else None
-        of_lost = None if self._json is None else self._json.of_lost
-        self._errors: Output | None = None
+        format_lost = None if self._json is None else self._json.format_lost
+        self._errors: OutputWriter | None = None
         self._errors_lock = threading.RLock()
-        self._output = Output(sys.stdout.fileno(), self._unheard, of_lost, self._no_room)
-        stdout = self._complain if json else self._write
-        self._unattributed = UnattributedOutput({Stream.STDOUT: stdout, Stream.STDERR: self._complain})
+        self._output = OutputWriter(sys.stdout.fileno(), self._stdout_closed, format_lost, self._disk_full)
+        stdout = self._write_error if json else self._write
+        self._unattributed = UnattributedOutput({Stream.STDOUT: stdout, Stream.STDERR: self._write_error})
         shown: Listener = self._json or Screen(self._write, color=_color())
         self._logs = LogFiles(Path(environment.state_folder(), "log"), shown)
         self._listeners: list[Listener] = [shown, self._logs]
@@ -74,30 +73,30 @@ class Reports:
         self._output.close(LAST_LINES_SEC)
         if self._output.unwritten_lines:
             missing = self._output.unwritten_lines
-            self._complain(b"[WARN] [launch]: %d lines are missing on stdout\n" % missing)
+            self._write_error(b"[WARN] [launch]: %d lines are missing on stdout\n" % missing)
         if self._errors is not None:
             self._errors.close(LAST_LINES_SEC)
 
     def _write(self, data: bytes) -> None:
         self._output.write(data)
 
-    def _complain(self, data: bytes) -> None:
+    def _write_error(self, data: bytes) -> None:
         """Write lines to stderr, for which nothing waits either."""
         with self._errors_lock:
             if self._errors is None:
-                self._errors = Output(sys.stderr.fileno(), lambda: None)
+                self._errors = OutputWriter(sys.stderr.fileno(), lambda: None)
         self._errors.write(data)
 
-    def _no_room(self, error: OSError) -> None:
+    def _disk_full(self, error: OSError) -> None:
         text = f"[ERROR] [launch]: stdout cannot be written: {os.strerror(error.errno or 0)}\n"
-        self._complain(text.encode(errors="backslashreplace"))
+        self._write_error(text.encode(errors="backslashreplace"))
 
-    def _unheard(self) -> None:
-        self.unheard = True
-        self._when_unheard()
+    def _stdout_closed(self) -> None:
+        self.closed = True
+        self._on_closed()
 
     def _show_status(self, line: StatusLine) -> None:
-        self._output.show_below(partial(line.drawn, color=_color()))
+        self._output.set_status_line(partial(line.drawn, color=_color()))
 
 
 def _color() -> bool:

@@ -40,7 +40,6 @@ MODULES = (
     "lifecycle",
     "logic",
     "process_actions",
-    "scope_settings",
 )
 
 

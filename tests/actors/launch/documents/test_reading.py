@@ -17,9 +17,12 @@ from actors.launch.description.actions import (
     LogInfo,
     PushNamespace,
     RegisterEventHandler,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
     SetEnvironmentVariable,
     SetLaunchConfiguration,
     SetParameter,
+    SetParametersFromFile,
     SetRemap,
     Shutdown,
     TimerAction,
@@ -39,11 +42,6 @@ from actors.launch.description.event_handlers import (
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
-from actors.launch.description.scope_settings import (
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetParametersFromFile,
-)
 from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
 from actors.launch.documents.reading import read_document
 from actors.launch.documents.table import ELEMENTS

@@ -13,8 +13,17 @@ from actors.launch.description.actions import RegisterEventHandler
 from actors.launch.documents.table import BY_NAME, ELEMENTS
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES
 
-PYTHON_ONLY = {"EmitEvent", "OpaqueFunction", "env"}
-"""A function cannot be written down; `env` adds to the environment in documents, as in ROS 2's."""
+PYTHON_ONLY = {
+    "EmitEvent",
+    "OpaqueFunction",
+    "PopEnvironment",
+    "PopLaunchConfigurations",
+    "PushEnvironment",
+    "PushLaunchConfigurations",
+    "UnsetLaunchConfiguration",
+    "env",
+}
+"""A function cannot be written down, documents save and restore by groups, and `env` adds there, as in ROS 2."""
 
 
 def concrete(base: type) -> set[type]:

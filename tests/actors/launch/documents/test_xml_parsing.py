@@ -13,6 +13,7 @@ from actors.launch.description.actions import (
     LogInfo,
     PushNamespace,
     RegisterEventHandler,
+    ResetLaunchConfigurations,
     SetEnvironmentVariable,
     SetParameter,
     Shutdown,
@@ -21,7 +22,6 @@ from actors.launch.description.actions import (
 from actors.launch.description.conditions import IfCondition
 from actors.launch.description.event_handlers import OnProcessExit
 from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
-from actors.launch.description.scope_settings import ResetLaunchConfigurations
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.documents.reading import read_document
 from actors.launch.errors import LaunchFileError

@@ -96,4 +96,4 @@ def test_the_end_and_what_was_lost_are_objects() -> None:
     report = JsonReport(written.append, lambda: 1.0)
     report.ended(3)
     assert written == [b'{"event": "ended", "time": 1.0, "exit_code": 3}\n']
-    assert report.of_lost(5) == b'{"event": "lost", "time": 1.0, "lines": 5}\n'
+    assert report.format_lost(5) == b'{"event": "lost", "time": 1.0, "lines": 5}\n'

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch.output import outgoing
+from actors.launch.output import writer
 from actors.launch.output.log_files import LogFiles
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.events import Event, Level, Message, ShuttingDown, Stream
@@ -142,7 +142,7 @@ def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_lines_that_come_too_fast_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The log says how many there were, as the launch does in the end."""
-    monkeypatch.setattr(outgoing, "MAX_WAITING_BYTES", 100)
+    monkeypatch.setattr(writer, "MAX_QUEUED_BYTES", 100)
     told: list[Event] = []
     logs = LogFiles(tmp_path, told.append)
     talker = spec(output=OutputMode.LOG)

@@ -12,24 +12,22 @@ from actors.launch.description.actions import (
     GroupAction,
     IncludeLaunchDescription,
     LogInfo,
+    PopEnvironment,
+    PopLaunchConfigurations,
+    PushEnvironment,
+    PushLaunchConfigurations,
     RegisterEventHandler,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
     SetEnvironmentVariable,
     SetLaunchConfiguration,
+    SetParametersFromFile,
+    UnsetLaunchConfiguration,
 )
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.event_handlers import OnProcessExit, OnShutdown
 from actors.launch.description.lifecycle import ChangeState, LifecycleNode, matches_node_name
 from actors.launch.description.process_actions import ExecuteProcess, Node
-from actors.launch.description.scope_settings import (
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetParametersFromFile,
-    UnsetLaunchConfiguration,
-)
 from actors.launch.description.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,

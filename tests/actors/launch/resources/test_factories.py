@@ -9,7 +9,6 @@ import pytest
 
 import actors
 from actors.launch.errors import LaunchError
-from actors.launch.resources.factories import find_factory
 from actors.launch.resources.files import Files
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 def test_a_class_is_found() -> None:
     """By its module and its name there; also one within a class."""
     found: list[object] = [
-        find_factory("actors.node.node:Node"),
+        Files().factory("actors.node.node:Node"),
         Files().factory("actors.node.node:Node.get_name"),
     ]
     assert found == [actors.Node, actors.Node.get_name]
@@ -47,11 +46,11 @@ def test_a_class_is_found() -> None:
 def test_what_is_wrong_is_reported(name: str, text: str) -> None:
     """In one line."""
     with pytest.raises(LaunchError, match=re.escape(text)):
-        find_factory(name)
+        Files().factory(name)
 
 
 def test_a_module_that_fails_is_no_factory(site: Site) -> None:
     """Whatever it raises."""
     (site.path / "failing_at_import.py").write_text("raise ValueError('bad\\x1b[2J')")
     with pytest.raises(LaunchError, match=r"cannot be imported: ValueError: bad\\x1b\[2J"):
-        find_factory("failing_at_import:Node")
+        Files().factory("failing_at_import:Node")

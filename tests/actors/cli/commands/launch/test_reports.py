@@ -67,7 +67,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
 def test_a_terminal_has_a_status_line(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     """Below the last line, cut to the terminal's width, and gone in the end; labels have colours."""
     monkeypatch.setattr(sys, "stdout", terminal.stdout)
-    reports = Reports(json=False, when_unheard=lambda: None)
+    reports = Reports(json=False, on_closed=lambda: None)
     terminal.resize(12)
     one = spec("a-1")
     reports(started(one))
@@ -89,7 +89,7 @@ def test_colors_and_the_status_line_are_by_wish(
     name, _, value = variable.partition("=")
     monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "stdout", terminal.stdout)
-    reports = Reports(json=False, when_unheard=lambda: None)
+    reports = Reports(json=False, on_closed=lambda: None)
     reports(started(spec("a-1")))
     reports(exited(spec("a-1"), 0))
     reports.close(0)
@@ -105,7 +105,7 @@ def test_other_places_get_lines(capfd: pytest.CaptureFixture[str], monkeypatch: 
     """A pipe or a file has no status line, and colours only if they are wished for."""
     for wish in ("", "1"):
         monkeypatch.setenv("FORCE_COLOR", wish)
-        reports = Reports(json=False, when_unheard=lambda: None)
+        reports = Reports(json=False, on_closed=lambda: None)
         reports(wrote(spec("a-1"), b"hello"))
         reports.close(0)
     assert capfd.readouterr().out == "[a-1] hello\n\x1b[36m[a-1]\x1b[0m hello\n"
@@ -116,7 +116,7 @@ def test_json_stands_alone_on_stdout(
 ) -> None:
     """An object a line, the last one with the exit code; where the log files are is one, too."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    reports = Reports(json=True, when_unheard=lambda: None)
+    reports = Reports(json=True, on_closed=lambda: None)
     process = spec("a-1", output=OutputMode.LOG)
     reports(started(process))
     reports(wrote(process, b"hello"))
@@ -137,17 +137,17 @@ def test_it_is_told_that_nobody_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     unheard = threading.Event()
     with os.fdopen(writing, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
-        reports = Reports(json=False, when_unheard=unheard.set)
+        reports = Reports(json=False, on_closed=unheard.set)
         reports(wrote(spec("a-1"), b"hello"))
         assert unheard.wait(DEADLINE_SEC)
         reports.close(0)
-        assert reports.unheard
+        assert reports.closed
 
 
 @pytest.mark.parametrize("json", [False, True])
 def test_what_is_printed_is_shown(capfd: pytest.CaptureFixture[str], *, json: bool) -> None:
     """In its place on stdout, unless that has JSON; never waited for."""
-    reports = Reports(json=json, when_unheard=lambda: None)
+    reports = Reports(json=json, on_closed=lambda: None)
     reports(wrote(spec("a-1"), b"one"))
     reports.printed(Stream.STDOUT, b"printed\nno end")
     reports.printed(Stream.STDERR, b"bad\n")
@@ -166,7 +166,7 @@ def test_a_full_disk_is_reported(capfd: pytest.CaptureFixture[str], monkeypatch:
     """Once on stderr, and in the end how much is missing; nobody is taken to be gone."""
     with Path("/dev/full").open("w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
-        reports = Reports(json=False, when_unheard=pytest.fail)
+        reports = Reports(json=False, on_closed=pytest.fail)
         for _ in range(3):
             reports(wrote(spec("a-1"), b"hello"))
         reports.close(0)
@@ -174,4 +174,4 @@ def test_a_full_disk_is_reported(capfd: pytest.CaptureFixture[str], monkeypatch:
         "[ERROR] [launch]: stdout cannot be written: No space left on device",
         "[WARN] [launch]: 3 lines are missing on stdout",
     ]
-    assert not reports.unheard
+    assert not reports.closed
