@@ -29,6 +29,7 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
     "actors.ros.rclpy.node.Node": "has rclpy's surface; its methods delegate",
+    "proto.queues.publisher_queue.PublisherQueue": "one state machine: what waits, is dropped, may leave",
 }
 """Modules, functions and classes beyond a guide, by qualified name, and why."""
 

@@ -9,9 +9,8 @@ from proto.errors import ErrorCode, ProtocolError
 from proto.wire.frames import Batch, Frame
 
 if TYPE_CHECKING:
-    from proto.queues.message_queue import ReplaySource
     from proto.queues.outbox import Outbox
-    from proto.queues.publisher_queue import PublisherQueue
+    from proto.queues.publisher_queue import PublisherQueue, ReplaySource
     from proto.queues.queued_calls import CallShare
 
 

@@ -8,7 +8,7 @@ from broker.routing.mirrored import latched_messages_for, successor
 from proto import limits
 from proto.errors import ErrorCode, ProtocolError
 from proto.queues.batches import held_bytes, slice_batch
-from proto.queues.message_queue import ReplaySource
+from proto.queues.publisher_queue import ReplaySource
 from proto.wire import frames
 from proto.wire.qos import KEEP_ALL, Qos
 

@@ -29,7 +29,7 @@ from proto.wire.frames import Batch, Cancel
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from proto.queues.message_queue import Ordered, ReplaySource
+    from proto.queues.publisher_queue import Ordered, ReplaySource
     from proto.queues.queued_calls import CallShare
     from proto.wire.frames import Buffer
 

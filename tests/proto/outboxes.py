@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from proto.queues.batches import BatchBuilder
-from proto.queues.message_queue import ReplaySource
+from proto.queues.publisher_queue import ReplaySource
 from proto.wire.codec import encode
 from proto.wire.frames import Batch, Replay, Request, RequestEntry
 

@@ -165,7 +165,7 @@ class Steps:
 
     def _check_depth(self, host: str, queue: PublisherQueue) -> None:
         """What waits is no more than the depth and what credit allows, or these when that came."""
-        depth = math.inf if queue.depth is None else queue.depth + queue._beyond_depth()
+        depth = math.inf if queue.depth is None else queue.depth + queue.beyond_depth
         if queue.pending <= depth:
             if queue.pending:
                 self._depths[queue] = depth

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from broker.routing.records import ClientRecord, PublisherRecord, ServiceRecord, SubscriptionRecord
 from proto import limits
 from proto.queues.batches import held_bytes, message_bytes
-from proto.queues.message_queue import ReplaySource
+from proto.queues.publisher_queue import ReplaySource
 from proto.wire.fragments import is_large
 from proto.wire.frames import Batch, Replay
 
