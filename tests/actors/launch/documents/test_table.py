@@ -23,7 +23,7 @@ PYTHON_ONLY = {
     "UnsetLaunchConfiguration",
     "env",
 }
-"""A function cannot be written down, documents save and restore by groups, and `env` adds there, as in ROS 2."""
+"""A function cannot be written down, documents save and restore by groups, and `env` adds as in ROS 2."""
 
 
 def concrete(base: type) -> set[type]:
