@@ -2,7 +2,7 @@
 
 The router treats a mesh as one more peer. The mesh sends it the frames of nodes and the tuples below:
 mirrored endpoints keep the keys that their own brokers gave them, and `Open` comes before the messages of a
-publisher. Where mirrored endpoints need other treatment than those of a link, the parts of the router call the
+publisher. Where mirrored endpoints need other treatment than those of a link, the parts of the router use the
 functions below, so that all special cases are here. Most follow from one rule: the broker of an endpoint
 enforces what concerns it (its name, its rights, its credit), and all others believe that broker.
 """
