@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from actors.bench.contender import Contender
+    from benchmarks.harness.contender import Contender
 
 ROOT = Path(__file__).resolve().parent.parent
 # Not this folder itself, whose modules could hide others of the same name.
@@ -35,12 +35,13 @@ sys.path[0] = str(ROOT)
 import msgspec
 
 import actors
-from actors.bench import machine, tables
-from actors.bench.own import callboard
-from actors.bench.progress import line
-from actors.bench.results import Entrant, Results
-from actors.bench.runner import plan, run
-from actors.bench.workloads import WORKLOADS, Case, Workload
+from actors.cli.bench import machine
+from benchmarks.harness import tables
+from benchmarks.harness.own import callboard
+from benchmarks.harness.progress import line
+from benchmarks.harness.results import Entrant, Results
+from benchmarks.harness.runner import plan, run
+from benchmarks.harness.workloads import WORKLOADS, Case, Workload
 from benchmarks.peers import nats_py, zenoh_direct, zenoh_router
 from benchmarks.peers.roles import command as role_command
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.bench.tables import number
+from actors.cli.bench.results import number
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from actors.bench.results import Results, Spread
+    from benchmarks.harness.results import Results, Spread
 
 INK = "#808890"
 OWN = "#2f81f7"

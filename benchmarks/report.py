@@ -7,17 +7,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.bench.outcomes import CPU
-from actors.bench.results import advantage
-from actors.bench.tables import number, shown
-from actors.bench.workloads import WORKLOADS
+from actors.cli.bench.results import number
+from benchmarks.harness.outcomes import CPU
+from benchmarks.harness.results import advantage
+from benchmarks.harness.tables import shown
+from benchmarks.harness.workloads import WORKLOADS
 from benchmarks.targets import verdicts
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from actors.bench.results import Entrant, Results
-    from actors.bench.workloads import Case, Figure, Workload
+    from benchmarks.harness.results import Entrant, Results
+    from benchmarks.harness.workloads import Case, Figure, Workload
 
 BEGIN = "<!-- results: made by benchmarks/suite.py -->"
 END = "<!-- end of results -->"

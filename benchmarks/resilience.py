@@ -29,7 +29,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ
 import msgspec
 
 import actors
-from actors.bench import machine
+from actors.cli.bench import machine
 from benchmarks.faults import churn, freeze, page, presence, restart
 
 if TYPE_CHECKING:

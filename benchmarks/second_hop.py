@@ -22,7 +22,7 @@ from pathlib import Path
 # Not this folder itself, whose modules could hide others of the same name.
 sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
-from actors.bench.processes import SERVER_TIMEOUT_S, killed_with_parent
+from benchmarks.harness.processes import SERVER_TIMEOUT_S, killed_with_parent
 
 FAR = frozenset({"subscriber", "server"})
 """Roles that connect to a far server: to the one of their number, if they have one."""

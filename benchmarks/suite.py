@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from actors.bench.contender import Contender
+    from benchmarks.harness.contender import Contender
 
 ROOT = Path(__file__).resolve().parent.parent
 # Not this folder itself, whose modules could hide others of the same name.
@@ -33,13 +33,13 @@ sys.path[0] = str(ROOT)
 import msgspec
 
 import actors
-from actors.bench import machine
-from actors.bench.own import callboard
-from actors.bench.progress import line
-from actors.bench.results import Entrant, Results
-from actors.bench.runner import Progress, lacking, plan, run
-from actors.bench.workloads import WORKLOADS
+from actors.cli.bench import machine
 from benchmarks import plot, report
+from benchmarks.harness.own import callboard
+from benchmarks.harness.progress import line
+from benchmarks.harness.results import Entrant, Results
+from benchmarks.harness.runner import Progress, lacking, plan, run
+from benchmarks.harness.workloads import WORKLOADS
 from benchmarks.peers import PEERS
 
 JSON = ROOT / "docs" / "performance.json"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from actors.bench.results import advantage
-from actors.bench.workloads import WORKLOADS
+from benchmarks.harness.results import advantage
+from benchmarks.harness.workloads import WORKLOADS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from actors.bench.results import Entrant, Results
+    from benchmarks.harness.results import Entrant, Results
 
 OWN: Final = "callboard"
 

@@ -27,7 +27,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ
 import msgspec
 
 import actors
-from actors.bench import machine
+from actors.cli.bench import machine
 from benchmarks.browser import interaction, loading, memory, node_cost, scrape, throughput
 from benchmarks.faults.page import Report
 

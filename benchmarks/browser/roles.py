@@ -12,9 +12,9 @@ from importlib import import_module
 from typing import Any, Final
 
 import actors
-from actors.bench.roles.messages import KEEP_ALL, imu
 from actors.interfaces.std_msgs.msg import String
 from benchmarks.faults.roles.controller import CLOSED, Controller, report
+from benchmarks.harness.roles.messages import KEEP_ALL, imu
 
 ROBOT: Final = 10
 """Nodes of one namespace."""

@@ -10,10 +10,10 @@ from contextlib import AsyncExitStack
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
-from actors.bench.errors import TrialError
-from actors.bench.processes import free_port
 from benchmarks.browser.roles import EDGES
 from benchmarks.faults.processes import ProcessGroup
+from benchmarks.harness.errors import TrialError
+from benchmarks.harness.processes import free_port
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

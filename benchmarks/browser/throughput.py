@@ -6,9 +6,9 @@ import json
 from statistics import median
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from actors.bench import meters
 from benchmarks.browser.site import Site, error, percent
 from benchmarks.faults.figures import Section
+from benchmarks.harness import meters
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +81,7 @@ async def _round(site: Site) -> Round:
 
 async def _role(site: Site, role: str, **parameters: object) -> ControlledProcess:
     given = {"role": role, "url": site.url, "size": SIZE, "seconds": SECONDS, **parameters}
-    process = await site.start(role, ["-m", "actors.bench", json.dumps(given)])
+    process = await site.start(role, ["-m", "benchmarks.harness", json.dumps(given)])
     await process.wait_for_event("ready")
     return process
 

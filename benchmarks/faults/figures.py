@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from actors.bench.tables import aligned
+from benchmarks.harness.tables import aligned
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 from typing import Any, Final, Self
 
-from actors.bench.errors import TrialError
-from actors.bench.processes import Child, free_port
+from benchmarks.harness.errors import TrialError
+from benchmarks.harness.processes import Child, free_port
 
 EVENT_TIMEOUT_S: Final = 60.0
 """Limit for the next event of a process."""

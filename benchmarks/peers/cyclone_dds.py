@@ -17,7 +17,7 @@ from collections import deque
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import calls, stream
 from benchmarks.peers.roles import MATCHING_S, Parameters, Parent, command, library
 

@@ -12,7 +12,7 @@ import ctypes
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import stream
 from benchmarks.peers.roles import Parameters, Parent, command, library
 

@@ -17,7 +17,7 @@ import contextlib
 from importlib import metadata
 from typing import Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import calls, stream, zmq_roles
 from benchmarks.peers.roles import Parameters, Parent, command, library, until
 

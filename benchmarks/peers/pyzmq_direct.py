@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import metadata
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import zmq_roles
 from benchmarks.peers.roles import command
 

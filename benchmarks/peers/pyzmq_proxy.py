@@ -12,7 +12,7 @@ import threading
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import idle, zmq_roles
 from benchmarks.peers.roles import MATCHING_S, Parameters, Parent, command, library
 

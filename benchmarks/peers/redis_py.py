@@ -18,7 +18,7 @@ from functools import partial
 from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import calls, idle, stream
 from benchmarks.peers.roles import Parameters, Parent, command, library, until
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from importlib import metadata
 from typing import Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import zenoh_roles
 from benchmarks.peers.roles import Parameters, command, library
 

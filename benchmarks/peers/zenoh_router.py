@@ -10,7 +10,7 @@ import signal
 from importlib import metadata
 from typing import Any
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import idle as idle_sockets
 from benchmarks.peers import zenoh_roles
 from benchmarks.peers.roles import Parameters, Parent, command, library

@@ -17,7 +17,7 @@ from benchmarks.peers.roles import command
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from actors.bench.contender import Contender
+    from benchmarks.harness.contender import Contender
     from benchmarks.peers.roles import Parameters
 
 

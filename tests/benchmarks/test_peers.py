@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.bench.contender import Contender
+from benchmarks.harness.contender import Contender
 from benchmarks.peers import PEERS, calls, stream, zenoh_roles
 from benchmarks.peers.roles import Parameters
 

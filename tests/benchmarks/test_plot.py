@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.bench.results import Entrant, Results, Sample
-from actors.bench.workloads import WORKLOADS
 from benchmarks import plot
+from benchmarks.harness.results import Entrant, Results, Sample
+from benchmarks.harness.workloads import WORKLOADS
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bench.results import Entrant, Failure, Results, Sample
 from benchmarks import report
+from benchmarks.harness.results import Entrant, Failure, Results, Sample
 from benchmarks.targets import verdicts
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
-from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.interfaces.std_srvs.srv import Trigger
+from benchmarks.harness import meters
 from proto.limited_log import MAX_LINES
 from tests.broker.rawclient import GREETING_BYTES
 from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions

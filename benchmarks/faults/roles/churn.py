@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
-from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.testing import FaultProxy
 from benchmarks.faults.roles.controller import Controller, report
+from benchmarks.harness import meters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -8,7 +8,7 @@ import sys
 import threading
 from typing import Final
 
-from actors.bench.roles.parent import report
+from benchmarks.harness.roles.parent import report
 
 CLOSED: Final = ""
 """Returned instead of a command when the measuring process has closed our stdin."""

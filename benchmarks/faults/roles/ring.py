@@ -15,11 +15,11 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
-from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from benchmarks.faults.roles.attempts import taken_attempts
 from benchmarks.faults.roles.controller import CLOSED, Controller, report
+from benchmarks.harness import meters
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

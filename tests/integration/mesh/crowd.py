@@ -18,8 +18,8 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import actors
-from actors.bench import meters
 from actors.interfaces.std_msgs.msg import String
+from benchmarks.harness import meters
 from tests.integration.conftest import System
 from tests.integration.mesh.stations import MeshBroker
 

@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING, Final
 import zenoh
 
 import actors
-from actors.bench import meters
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
+from benchmarks.harness import meters
 from broker.mesh.engine.zenoh_config import make_config
 from broker.options import BrokerOptions
 from proto.wire.codes import EntryKind
