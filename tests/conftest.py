@@ -6,6 +6,7 @@ import atexit
 import logging
 import os
 import shutil
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -53,7 +54,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Remove variables, contexts and logs of the developer, here and in child processes."""
+    """Remove variables, contexts and logs of the developer, here and in child processes.
+
+    SIGINT works as in a terminal. A shell starts a job in the background with SIGINT ignored, and programs
+    that tests start would inherit that.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
