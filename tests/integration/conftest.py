@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 import broker
+from tests.fork_server.client import FORKED
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -90,7 +91,7 @@ class Program:
         """Wait for the end; return the exit code (negative: number of the signal that killed it)."""
         try:
             async with asyncio.timeout(DEADLINE_SEC):
-                await self._reader
+                await asyncio.shield(self._reader)  # `kill` waits for it, too
                 return await self.process.wait()
         except TimeoutError:
             raise AssertionError(f"{self.name} did not end:\n{self.output}") from None
@@ -141,6 +142,7 @@ class System:
         folder: Path = ROOT,
         environ: Mapping[str, str] = os.environ,
         unbuffered: bool = True,
+        forked: bool = True,
     ) -> Program:
         """Start a process in a folder, with an environment that names the broker.
 
@@ -149,6 +151,7 @@ class System:
             folder: The working directory.
             environ: The environment, without CALLBOARD variables.
             unbuffered: Whether to set PYTHONUNBUFFERED.
+            forked: Whether a program of this interpreter may come from the fork server.
         """
         kept = {key: value for key, value in environ.items() if not key.startswith("CALLBOARD_")}
         kept.pop("PYTHONUNBUFFERED", None)
@@ -156,6 +159,7 @@ class System:
             kept["PYTHONUNBUFFERED"] = "1"
         process = await asyncio.create_subprocess_exec(
             *command,
+            executable=FORKED if forked and command[0] == sys.executable else None,
             cwd=folder,
             env=kept | {"CALLBOARD_URL": self.url, "NO_COLOR": "1"} | self.variables,
             stdin=asyncio.subprocess.DEVNULL,
