@@ -30,6 +30,7 @@ from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Sequence
+    from types import FrameType
 
     from actors.runtime.programs import Program
 
@@ -140,6 +141,7 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
         Its result; None if a signal ended it.
     """
     signals = _Signals()
+    signals.record()
 
     async def guarded() -> Any:
         signals.listen()
@@ -177,11 +179,26 @@ class _Signals:
         self._ending = False
         self._task: asyncio.Task[Any] | None = None
 
+    def record(self) -> None:
+        """Count signals until `listen`.
+
+        A KeyboardInterrupt between a loop's first steps would leave it half started: uvloop then takes itself
+        for running, and cannot be closed.
+        """
+        for number in STOP_SIGNALS if _in_main_thread() else ():
+            signal.signal(number, self._on_early_signal)
+
     def listen(self) -> None:
         """Handle signals by cancelling the current task, where handlers can be installed."""
         self._task = asyncio.current_task()
         for number in STOP_SIGNALS if _in_main_thread() else ():
             process.add_signal_handler(asyncio.get_running_loop(), number, self._on_signal)
+        if self.count:
+            assert self._task is not None
+            self._task.cancel()
+
+    def _on_early_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self.count += 1
 
     def _on_signal(self) -> None:
         self.count += 1

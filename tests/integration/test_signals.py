@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
+import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -121,12 +122,13 @@ async def test_a_frozen_broker_does_not_block_stopping(system: System) -> None:
 
 
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
+@pytest.mark.parametrize("imported", [False, True], ids=["imports", "starts the loop"])
 async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
-    system: System, number: signal.Signals
+    system: System, *, imported: bool, number: signal.Signals
 ) -> None:
-    """The signal is handled from the call of `actors.run` on, while it still imports."""
+    """The signal is handled from the call of `actors.run` on, also while it imports and starts the loop."""
     for _ in range(5):
-        program = await system.python("-c", STARTING)
+        program = await system.program(sys.executable, "-c", STARTING, forked=imported)
         await program.wait_for_line("starting")
         program.send_signal(number)
         assert await program.wait_for_exit() == 0
