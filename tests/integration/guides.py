@@ -8,9 +8,9 @@ import shlex
 import shutil
 import subprocess
 import sys
-import sysconfig
 import textwrap
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -19,7 +19,6 @@ from tests.integration.conftest import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from tests.integration.conftest import Program, System
 
@@ -52,7 +51,7 @@ class Environment:
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
         self.programs = folder / "bin"
         (self.site,) = folder.glob("lib/python*/site-packages")
-        shared = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
+        shared = [path for path in sys.path if Path(path).name == "site-packages"]
         (self.site / "shared.pth").write_text("\n".join(shared))
         for name, source in (("pip", PIP), ("callboard", CALLBOARD)):
             path = self.programs / name
