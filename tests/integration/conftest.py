@@ -132,9 +132,9 @@ class System:
         """Start one of the examples."""
         return await self.python(str(ROOT / "examples" / f"{name}.py"), *args)
 
-    async def python(self, *args: str) -> Program:
+    async def python(self, *args: str, forked: bool = True) -> Program:
         """Start a Python process."""
-        return await self.program(sys.executable, *args)
+        return await self.program(sys.executable, *args, forked=forked)
 
     async def program(
         self,

@@ -50,7 +50,7 @@ async def test_other_loops_and_transports_are_measured_alike(
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
 async def test_a_signal_ends_everything(system: System, number: signal.Signals) -> None:
     """During a trial: the exit code names the signal; there is no traceback, and no process is left."""
-    program = await system.python("-c", INTERRUPTED)
+    program = await system.python("-c", INTERRUPTED, forked=False)  # it is known by its command line
     await program.wait_for_line("at work")
     assert len(left_behind(system)) == 5  # the command, its guard, a broker and two roles
     program.send_signal(number)

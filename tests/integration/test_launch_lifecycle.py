@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import sys
 from typing import TYPE_CHECKING, Final
 
 import pytest
@@ -175,6 +174,6 @@ async def test_a_launch_without_lifecycle_nodes_imports_nothing_for_them(system:
         "asyncio.run(launch.run())\n"
         "print([name for name in sys.modules if 'lifecycle_msgs' in name or 'transition_client' in name])\n"
     )
-    program = await system.program(sys.executable, "-c", source)
+    program = await system.python("-c", source, forked=False)
     assert await program.wait_for_exit() == 0
     assert program.lines == ["[]"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
-import sys
 import time
 from typing import TYPE_CHECKING
 
@@ -128,7 +127,7 @@ async def test_a_signal_before_the_loop_runs_ends_a_program_cleanly(
 ) -> None:
     """The signal is handled from the call of `actors.run` on, also while it imports and starts the loop."""
     for _ in range(5):
-        program = await system.program(sys.executable, "-c", STARTING, forked=imported)
+        program = await system.python("-c", STARTING, forked=imported)
         await program.wait_for_line("starting")
         program.send_signal(number)
         assert await program.wait_for_exit() == 0
@@ -163,7 +162,6 @@ STUBBORN = """print("handling", flush=True)
             except asyncio.CancelledError:
                 print("ignored", flush=True)"""
 EXITING = """
-import sys
 import actors
 
 class Node(actors.Node):
