@@ -8,12 +8,12 @@ from __future__ import annotations
 import asyncio
 from contextvars import ContextVar, copy_context
 from types import coroutine as generator_coroutine
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator
 
-    from actors.callbacks.mailbox import Mailbox
+    from actors.callbacks.budget import CallbackBudget
     from actors.callbacks.timing import CallbackTiming
 
 current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar(
@@ -22,6 +22,37 @@ current_callback_task: Final[ContextVar[CallbackTask | None]] = ContextVar(
 
 Step: TypeAlias = "tuple[Callable[[Any], Any], Any]"
 """A coroutine's `send` or `throw`, and its argument."""
+
+
+class CallbackRunner(Protocol):
+    """What a callback task needs of the mailbox that runs it: its turn among the node's callbacks.
+
+    Attributes:
+        budget: How long callbacks may run in this loop turn.
+    """
+
+    budget: CallbackBudget
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing more runs: a callback that waits for its turn ends."""
+        ...
+
+    async def acquire(self, callback_task: CallbackTask) -> None:
+        """Wait until no other callback runs, and set `holding`."""
+        ...
+
+    def release(self) -> None:
+        """Let other callbacks run, as this one waits for a call."""
+        ...
+
+    def task_ended(self, callback_task: CallbackTask) -> None:
+        """Forget a callback task that has ended or was discarded."""
+        ...
+
+    def exited(self, error: SystemExit) -> bool:
+        """Handle SystemExit of a callback; return whether it ends the node only, not the program."""
+        ...
 
 
 class CallbackTask:
@@ -56,7 +87,7 @@ class CallbackTask:
 
     def __init__(
         self,
-        mailbox: Mailbox,
+        mailbox: CallbackRunner,
         coroutine: Coroutine[Any, Any, Any],
         ended: Callable[[Any, BaseException | None], None],
         timing: CallbackTiming,
@@ -198,7 +229,7 @@ class CallbackTask:
         while not mailbox.closed:
             try:
                 if not (self.holding or self.concurrent):
-                    yield from mailbox.take(self).__await__()
+                    yield from mailbox.acquire(self).__await__()
                 elif mailbox.budget.exhausted:
                     yield from mailbox.budget.wait().__await__()
                 else:

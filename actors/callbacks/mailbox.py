@@ -13,9 +13,9 @@ Plain callbacks share one copy for as long as none of them changes it, because c
 with its original costs a fraction of making another and calling through it.
 
 There is one point of interleaving. A callback task that is suspended while a callboard call of its own is in
-flight (a service call, a wait for a peer) releases the mailbox and takes it again before it continues. So a
-callback may call any service, including those of its own node, in circles, through `gather` or in tasks it
-starts, and nothing can deadlock.
+flight (a service call, a wait for a peer) releases the mailbox and acquires it again before it continues.
+So a callback may call any service, including those of its own node, in circles, through `gather` or in tasks
+it starts, and nothing can deadlock.
 
 Sources with `concurrent=True` do not wait for a taken mailbox: their plain functions run while the callback
 task that holds it is suspended, and their callback tasks run without it.
@@ -346,7 +346,7 @@ class Mailbox:
         self._busy = False
         self._run_ready()
 
-    async def take(self, callback_task: CallbackTask) -> None:
+    async def acquire(self, callback_task: CallbackTask) -> None:
         """Wait until the callback task holds the mailbox again."""
         if not self._busy and not self._running_ready and not self._resuming:
             self._busy = callback_task.holding = True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.callbacks.callback_task import current_callback_task
 from actors.callbacks.functions import ENDS_PROGRAM
@@ -25,13 +25,65 @@ from proto.wire.names import full_node_name
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.endpoints.endpoint import Endpoint
-    from actors.endpoints.timer import TimerSource
+    from actors.diagnostics.records import TimerDiagnostics
     from actors.logging.logger import Logger
     from actors.qos.profile import QoSProfile
     from actors.session.link import Link
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
+
+
+class NodeEndpoint(Protocol):
+    """What a node calls on its endpoints, which import this module: publishers, services and so on.
+
+    Attributes:
+        id: Its number on the link.
+    """
+
+    id: int
+
+    @property
+    def interface(self) -> type[Any] | None:
+        """Its message or service class; None for one of every type."""
+        ...
+
+    def time_shifted(self, seconds: float) -> None:
+        """Correct points in time of `NodeContext.time`, which has jumped."""
+        ...
+
+    def retire(self) -> None:
+        """Begin nothing new, as the node stops."""
+        ...
+
+    def destroy(self) -> None:
+        """Take it out of service."""
+        ...
+
+
+class NodeTimer(Protocol):
+    """What a node calls on its timers.
+
+    Attributes:
+        id: Its number in this process.
+    """
+
+    id: int
+
+    def start(self) -> None:
+        """Begin to tick, as the node runs now."""
+        ...
+
+    def cancel(self) -> None:
+        """Stop ticking, as the node stops."""
+        ...
+
+    def destroy(self) -> None:
+        """Stop for good."""
+        ...
+
+    def diagnostics(self) -> TimerDiagnostics:
+        """Return its state and counts."""
+        ...
 
 
 class NodeContext(LinkEndpoint):
@@ -84,8 +136,8 @@ class NodeContext(LinkEndpoint):
         self.stopping = False
         self.declared = False
         self.unread = 0
-        self.endpoints: dict[Endpoint, None] = {}
-        self.timers: dict[TimerSource, None] = {}
+        self.endpoints: dict[NodeEndpoint, None] = {}
+        self.timers: dict[NodeTimer, None] = {}
         self.departing = DepartingQueues(link, log)
         self.warnings = LimitedLog(self._warn_of_omitted, lambda: self._loop.time())  # noqa: PLW0108 - the loop comes later
         self.stop: Callable[[Exception], None] = _ignore
