@@ -80,9 +80,9 @@ if TYPE_CHECKING:
     from actors.lifecycle.states import LifecycleState as LifecycleState
     from actors.lifecycle.states import TransitionCallbackReturn as TransitionCallbackReturn
     from actors.logging.logger import Logger as Logger
-    from actors.logging.logger import LoggingSeverity as LoggingSeverity
     from actors.logging.logger import get_logger as get_logger
     from actors.logging.output import configure_logging as configure_logging
+    from actors.logging.severity import LoggingSeverity as LoggingSeverity
     from actors.node.decorators import service as service
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.arguments.remapping import RemapRule
-from actors.logging.logger import LoggingSeverity, severity_from_name
+from actors.logging.severity import LoggingSeverity, severity_from_name
 from proto.errors import CallboardError, escape
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from actors.cli.broker_target import CONNECT_TIMEOUT_SEC, target_of, why_unreach
 from actors.cli.errors import USAGE, CommandError
 from actors.config import environment
 from actors.errors import BrokerUnreachable
-from actors.logging.logger import LoggingSeverity
 from actors.logging.output import configure_logging
+from actors.logging.severity import LoggingSeverity
 from actors.node.node import Node
 
 if TYPE_CHECKING:

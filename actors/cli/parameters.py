@@ -52,7 +52,7 @@ def names_to_complete(target: BrokerTarget, name: str, timeout_sec: float) -> li
         CallboardError: The broker or the node cannot be reached.
     """
     from actors.cli.hidden_node import make_hidden_node
-    from actors.logging.logger import LoggingSeverity
+    from actors.logging.severity import LoggingSeverity
     from actors.parameter_client.client import ParameterClient
 
     async def names() -> list[str]:

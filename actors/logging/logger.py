@@ -15,30 +15,18 @@ from __future__ import annotations
 import logging
 import sys
 import time
-from enum import IntEnum
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypedDict, Unpack
 
+from actors.logging.output import write_unhandled
+from actors.logging.severity import ROOT_NAME, LoggingSeverity
 from actors.logging.sinks import sinks_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import CodeType
 
-ROOT_NAME: Final = "callboard"
-"""Name of the standard logger above all of callboard's."""
 _PREFIX: Final = ROOT_NAME + "."
-
-
-class LoggingSeverity(IntEnum):
-    """Severity of a message; the numbers are those of rclpy and of the standard `logging` module."""
-
-    UNSET = 0
-    DEBUG = 10
-    INFO = 20
-    WARN = 30
-    ERROR = 40
-    FATAL = 50
 
 
 _DEBUG: Final = 10
@@ -50,19 +38,6 @@ _FATAL: Final = 50
 _top = logging.getLogger(ROOT_NAME)
 if _top.level == logging.NOTSET:
     _top.setLevel(logging.INFO)
-
-
-def severity_from_name(name: str) -> LoggingSeverity:
-    """Return the severity of a name, in any case.
-
-    Raises:
-        ValueError: The name is unknown; the text lists the known ones.
-    """
-    try:
-        return LoggingSeverity[name.upper()]
-    except KeyError:
-        words = ", ".join(severity.name for severity in LoggingSeverity)
-        raise ValueError(f"{name!r} is not a log level, expected one of {words}") from None
 
 
 def node_logger_name(full_name: str) -> str:
@@ -324,8 +299,6 @@ class Logger:
         if logger.hasHandlers():
             logger.callHandlers(record)
         else:
-            from actors.logging.output import write_unhandled  # noqa: PLC0415 - it imports this module
-
             write_unhandled(record)
         for sink in sinks_of(self.name):
             sink.take(record)

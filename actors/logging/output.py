@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
-from actors.logging.logger import ROOT_NAME, LoggingSeverity, severity_from_name
+from actors.logging.severity import ROOT_NAME, LoggingSeverity, severity_from_name
 from actors.logging.terminal_text import log_line
 
 if TYPE_CHECKING:

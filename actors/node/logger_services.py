@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.endpoints.service.idle import IdleService
 from actors.interfaces.rcl_interfaces.msg import LoggerLevel, SetLoggerLevelsResult
 from actors.interfaces.rcl_interfaces.srv import GetLoggerLevels, SetLoggerLevels
-from actors.logging.logger import ROOT_NAME, LoggingSeverity
+from actors.logging.severity import ROOT_NAME, LoggingSeverity
 from proto.errors import InvalidServiceNameError
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.rcl_interfaces.msg import Log
-from actors.logging.logger import ROOT_NAME
 from actors.logging.output import full_text, stamp_ns
+from actors.logging.severity import ROOT_NAME
 from actors.logging.sinks import add_sink
 from actors.qos.profile import qos_profile_rosout_default
 

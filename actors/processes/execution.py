@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from actors.callbacks.functions import exit_ends_node
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 from actors.processes.outcome import Outcome, outcome_of_error
 from actors.runtime.programs import run_program
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from actors.config.environment import environment_for
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 from actors.processes.execution import LAST_STEP_SEC, Execution
 from actors.processes.outcome import Outcome, outcome_of_exit
 

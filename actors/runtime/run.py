@@ -20,8 +20,9 @@ from actors.arguments.ros_arguments import (
     process_arguments,
 )
 from actors.config import environment
-from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.logger import get_logger
 from actors.logging.output import configure_logging
+from actors.logging.severity import LoggingSeverity
 from actors.node.node_runner import GRACE_SEC
 from actors.runtime.programs import run_program
 from actors.runtime.remaining_tasks import end_remaining_tasks

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces.convert import message_to_ordereddict
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 
 if TYPE_CHECKING:
     from actors.interfaces.callboard_interfaces.srv import GetDiagnostics

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import msgspec
 
 from actors.interfaces.rcl_interfaces.msg import Log
-from actors.logging.logger import node_logger_name, severity_from_name
+from actors.logging.logger import node_logger_name
+from actors.logging.severity import severity_from_name
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.node_documents import log_line
 from actors.web.subscription_answer import SubscriptionAnswer

@@ -125,7 +125,8 @@ class _LogPrinter:
         import sys
 
         from actors.cli.tables import colored
-        from actors.logging.logger import node_logger_name, severity_from_name
+        from actors.logging.logger import node_logger_name
+        from actors.logging.severity import severity_from_name
 
         self._json: bool = options.json
         self._verbose: bool = options.verbose

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.launch.engine.lines import LineSplitter
 from actors.launch.planning.events import Level, Message, Stream
-from actors.logging.logger import ROOT_NAME
 from actors.logging.output import RosFormatter
+from actors.logging.severity import ROOT_NAME
 from proto.errors import escape
 
 if TYPE_CHECKING:

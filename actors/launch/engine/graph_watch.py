@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.presence import Presence, presence_of
-from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.logger import get_logger
+from actors.logging.severity import LoggingSeverity
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 

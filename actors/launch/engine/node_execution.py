@@ -9,7 +9,8 @@ from actors.callbacks.functions import exit_ends_node
 from actors.config import environment
 from actors.launch.engine.captured_output import CapturedOutput
 from actors.launch.planning.events import Level
-from actors.logging.logger import LoggingSeverity, get_logger, severity_from_name
+from actors.logging.logger import get_logger
+from actors.logging.severity import LoggingSeverity, severity_from_name
 from actors.node.node import Node
 from actors.processes.child import Child
 from actors.processes.execution import TaskExecution

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from actors.launch.planning.process_spec import ProcessSpec
-    from actors.logging.logger import LoggingSeverity
+    from actors.logging.severity import LoggingSeverity
     from actors.processes.guard import Guard
     from actors.processes.outcome import Outcome
     from actors.processes.process import Process

@@ -11,7 +11,8 @@ from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.process_spec import MAX_PROCESSES
-from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.logger import get_logger
+from actors.logging.severity import LoggingSeverity
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 

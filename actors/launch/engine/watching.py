@@ -22,7 +22,7 @@ from actors.launch.engine.worker import call_in_thread
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.planning.steps import Start
-from actors.logging.logger import ROOT_NAME
+from actors.logging.severity import ROOT_NAME
 from proto.errors import escape
 
 if TYPE_CHECKING:

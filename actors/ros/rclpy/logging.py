@@ -8,9 +8,9 @@ import logging as standard
 from pathlib import Path
 
 from actors.config.environment import foreign_variables
-from actors.logging.logger import ROOT_NAME, severity_from_name
+from actors.logging.severity import ROOT_NAME, severity_from_name
 from actors.logging.logger import Logger
-from actors.logging.logger import LoggingSeverity as LoggingSeverity
+from actors.logging.severity import LoggingSeverity as LoggingSeverity
 from actors.logging.logger import get_logger as get_logger
 
 RcutilsLogger: TypeAlias = Logger

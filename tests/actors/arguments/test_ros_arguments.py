@@ -8,7 +8,7 @@ import pytest
 
 from actors.arguments.remapping import RemapRule
 from actors.arguments.ros_arguments import InvalidRosArgumentError, RosArguments, parse_ros_arguments
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.logging.logger import (
-    MAX_FILTERS,
-    Logger,
-    LoggingSeverity,
-    get_logger,
-    node_logger_name,
-    severity_from_name,
-)
+from actors.logging.logger import MAX_FILTERS, Logger, get_logger, node_logger_name
+from actors.logging.severity import LoggingSeverity, severity_from_name
 from actors.time.types import Time
 
 if TYPE_CHECKING:

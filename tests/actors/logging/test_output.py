@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.logging.logger import Logger, LoggingSeverity, get_logger
+from actors.logging.logger import Logger, get_logger
 from actors.logging.output import RosFormatter, configure_logging
+from actors.logging.severity import LoggingSeverity
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -18,7 +18,7 @@ from actors.cli.output import print_out, sanitize
 from actors.cli.parsing import Options, Parser, positive
 from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
-from actors.logging.logger import ROOT_NAME
+from actors.logging.severity import ROOT_NAME
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

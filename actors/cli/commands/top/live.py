@@ -13,7 +13,7 @@ from actors.cli.errors import FAILURE, OK
 from actors.cli.hidden_node import hidden_node
 from actors.cli.interrupts import raise_at_once
 from actors.cli.loop import run_async
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 from actors.threads.node_thread import NodeThread
 
 if TYPE_CHECKING:

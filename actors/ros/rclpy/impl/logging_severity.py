@@ -2,4 +2,4 @@
 
 from __future__ import annotations
 
-from actors.logging.logger import LoggingSeverity as LoggingSeverity
+from actors.logging.severity import LoggingSeverity as LoggingSeverity

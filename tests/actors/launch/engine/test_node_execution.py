@@ -29,7 +29,8 @@ from actors.launch.engine.captured_output import (
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.planning.events import Message, ProcessIO, Stream
 from actors.launch.planning.process_spec import ProcessSpec
-from actors.logging.logger import LoggingSeverity, get_logger
+from actors.logging.logger import get_logger
+from actors.logging.severity import LoggingSeverity
 from actors.processes import execution as execution_module
 from tests.actors.meeting import until
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.logging.logger import LoggingSeverity
+from actors.logging.severity import LoggingSeverity
 from actors.ros import rclpy
 from actors.ros.rclpy import context as context_module
 from actors.ros.rclpy import logging, signals, utilities
