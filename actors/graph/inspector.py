@@ -11,6 +11,7 @@ third of the time that importing a node takes.
 from __future__ import annotations
 
 import os
+import socket
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
@@ -19,7 +20,6 @@ from actors.config.credentials import find_credentials, refused_credentials
 from actors.errors import BrokerUnreachable
 from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.graph.snapshot import GraphSnapshot
-from actors.graph.socket_connection import connected_socket
 from actors.session.tls import tls_failure, tls_required
 from proto import limits
 from proto.aio.arena import host_identity
@@ -35,7 +35,6 @@ from proto.wire.session import Role, Session, State
 from proto.wire.url import parse_urls
 
 if TYPE_CHECKING:
-    import socket
     from collections.abc import Callable, Mapping
     from typing import Self
 
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
     from proto.wire.frames import Frame
     from proto.wire.tls import TlsFiles
     from proto.wire.url import BrokerUrl
+
 
 AGENT: Final = agent("callboard-inspector")
 _QUERY: Final = 1
@@ -396,3 +396,30 @@ def _unwelcoming(url: BrokerUrl, error: OSError, files: TlsFiles) -> BrokerUnrea
 def _left(deadline: float) -> float:
     """Return the seconds left for a socket; it takes 0 for "do not wait", and less for an error."""
     return max(0.001, deadline - time.monotonic())
+
+
+def connected_socket(url: BrokerUrl, timeout_sec: float) -> socket.socket:
+    """Connect a blocking socket.
+
+    Args:
+        url: The broker. TLS begins later, on the socket.
+        timeout_sec: How long it may take, in seconds; also the socket's timeout.
+
+    Raises:
+        OSError: Nobody listens there, or the host is unknown.
+    """
+    if not url.path:
+        # As bytes an ASCII name goes as it is; the codec for others takes some milliseconds to be imported.
+        host: Any = url.host.encode() if url.host.isascii() else url.host
+        try:
+            return socket.create_connection((host, url.port), timeout_sec)
+        except UnicodeError as error:
+            raise socket.gaierror(socket.EAI_NONAME, f"no host can be called {url.host!r}") from error
+    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock.settimeout(timeout_sec)
+        sock.connect(url.path)
+    except BaseException:
+        sock.close()
+        raise
+    return sock

@@ -9,8 +9,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 
 from actors.endpoints.context import NodeContext, in_flight
-from actors.errors import BrokerUnreachable
-from actors.graph.queries import QUERY_TIMEOUT_SEC, answered, connected
+from actors.errors import BrokerUnreachable, WaitTimeout
 from actors.graph.snapshot import GraphSnapshot
 from proto.wire import frames
 from proto.wire.type_hash import hash_of
@@ -19,6 +18,46 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.graph.broker_report import BrokerReport
+
+
+QUERY_TIMEOUT_SEC: Final = 5.0
+
+
+async def connected(context: NodeContext, timeout_sec: float) -> float:
+    """Wait until there is a session; return how much of `timeout_sec` is left for the answer.
+
+    Raises:
+        BrokerUnreachable: There is none within `timeout_sec`.
+    """
+    link = context.link
+    deadline = context.require_loop().time() + timeout_sec
+    try:
+        await context.wait_until(lambda: link.connected, "Connecting", timeout_sec)
+    except WaitTimeout as error:
+        raise BrokerUnreachable(f"No broker at {link.broker_urls}") from error
+    return deadline - context.require_loop().time()
+
+
+async def answered(
+    context: NodeContext, condition: Callable[[], bool], session: int, timeout_sec: float
+) -> None:
+    """Wait until the broker has answered a query of a session.
+
+    Raises:
+        BrokerUnreachable: It did not within `timeout_sec`, or the link broke meanwhile.
+    """
+    link = context.link
+    try:
+        await context.wait_until(
+            lambda: condition() or link.connections != session or not link.connected,
+            "The broker's answer",
+            timeout_sec,
+        )
+    except WaitTimeout as error:
+        raise BrokerUnreachable(f"No answer from the broker at {link.broker_urls}") from error
+    if not condition():
+        raise BrokerUnreachable(f"The link to the broker at {link.broker_urls} broke")
+
 
 LAST_QUERY_TIMEOUT_SEC: Final = 1.0
 """How much longer than asked a wait may take if the broker has not answered at all; a live one needs

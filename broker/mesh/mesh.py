@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
 from broker.mesh.calls import MeshCalls
-from broker.mesh.exports import MeshExports
+from broker.mesh.exports import MeshExports, WantedTopics
 from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
 from broker.mesh.imports import MeshImports
 from broker.mesh.messages import Ask, Change, Direct, Message, Snapshot
@@ -19,7 +19,6 @@ from broker.mesh.overflows import MeshOverflows
 from broker.mesh.queries import MeshQueries
 from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
-from broker.mesh.wanted_topics import WantedTopics
 from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_U32
 from proto.wire.identity import VERSION

@@ -1,4 +1,8 @@
-"""Reports about matching: NOTICE frames for pairs that do not fit, and MATCHED frames with counts."""
+"""What the router reports to endpoints beside messages and calls.
+
+NOTICE frames tell of pairs that do not fit, MATCHED frames count counterparts, and ASSERT frames, publishers'
+signs of liveliness, are forwarded to readers. They are combined until `Router.report`, once in a loop turn.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,15 @@ from broker.routing.deliveries import Send
 from proto import limits
 from proto.wire import frames
 from proto.wire.codes import NoticeKind
+from proto.wire.frames import Assert
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from broker.routing.deliveries import Delivery
-    from broker.routing.records import Endpoint
+    from broker.routing.records import Endpoint, Peer, PublisherRecord
+    from broker.routing.routes import Routes
+
 
 MAX_NOTICES: Final = 16
 """Mismatches and stalls reported one by one to one endpoint at a time; one more NOTICE of each kind counts
@@ -106,3 +113,34 @@ class Notices:
                 if endpoint.peer.endpoints.get(endpoint.id) is not endpoint:
                     continue
                 self._emit(Send(endpoint.peer.id, endpoint.matched_frame()))
+
+
+class Assertions:
+    """The ASSERTs that have not been forwarded yet.
+
+    Args:
+        emit: Takes each delivery.
+        routes: Knows the publishers.
+    """
+
+    def __init__(self, emit: Callable[[Delivery], None], routes: Routes) -> None:
+        self._emit = emit
+        self._routes = routes
+        self._asserted: dict[int, PublisherRecord] = {}
+
+    def add(self, peer: Peer, frame: Assert) -> None:
+        """Forward a publisher's ASSERT to its readers with the next `report`.
+
+        Raises:
+            ProtocolError: The publisher is not this peer's.
+        """
+        publisher = self._routes.publisher(peer, frame.publisher)
+        self._asserted[publisher.key] = publisher
+
+    def report(self) -> None:
+        """Forward the ASSERTs since the last call, one for each publisher, to its readers."""
+        if self._asserted:
+            asserted, self._asserted = self._asserted, {}
+            for publisher in asserted.values():
+                for route in publisher.routes.values():
+                    self._emit(Send(route.peer.id, Assert(publisher.key)))

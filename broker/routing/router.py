@@ -8,14 +8,12 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from broker.routing.assertions import Assertions
-from broker.routing.call_frames import CallFrames
-from broker.routing.calls import Calls
+from broker.routing.calls import CallFrames, Calls
 from broker.routing.declarations import Declarations
 from broker.routing.deliveries import Close, Delivery, Send
 from broker.routing.graph import Graph, WatchCount
 from broker.routing.mirrored import Forward, Mirror, Open
-from broker.routing.notices import Notices
+from broker.routing.notices import Assertions, Notices
 from broker.routing.records import Endpoint, NodeRecord, Peer
 from broker.routing.refusals import Refusals
 from broker.routing.router_limits import RouterLimits

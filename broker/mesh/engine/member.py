@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 
 from broker.mesh.engine.channel import MeshChannel
 from broker.mesh.engine.engine import Traffic
-from broker.mesh.engine.round_trips import RoundTrips
 from broker.mesh.mesh import Mesh
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import escape
@@ -26,6 +25,41 @@ if TYPE_CHECKING:
     from broker.routing.deliveries import Delivery
     from broker.routing.router import Router
     from broker.serving.dispatcher import Dispatcher
+
+
+PAUSE_US: Final = 100_000
+"""Between two measurements, however often somebody asks."""
+
+VALID_US: Final = 10_000_000
+"""How long a measurement is shown."""
+
+
+class RoundTrips:
+    """The round trips that have been measured last. Times are in microseconds.
+
+    Attributes:
+        by_broker: The round trips, by the numbers of brokers.
+    """
+
+    def __init__(self) -> None:
+        self.by_broker: dict[int, int] = {}
+        self._began_us = -PAUSE_US
+
+    def begin(self, now_us: int) -> bool:
+        """Return whether to measure again: send each broker a PING with this time as its token."""
+        since = now_us - self._began_us
+        if since < PAUSE_US:
+            return False
+        if since > VALID_US:
+            self.by_broker.clear()
+        self._began_us = now_us
+        return True
+
+    def take(self, broker: int, token: int, now_us: int) -> None:
+        """Take a broker's answer, unless it answers an earlier PING."""
+        if token == self._began_us:
+            self.by_broker[broker] = max(1, now_us - token)
+
 
 HEARTBEAT_SEC: Final = 1.0
 """A lost last message is noticed within about this time; a heartbeat costs each other broker one message."""

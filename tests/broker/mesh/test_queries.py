@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from broker.mesh.engine.round_trips import PAUSE_US, VALID_US, RoundTrips
+from broker.mesh.engine.member import PAUSE_US, VALID_US, RoundTrips
 from broker.mesh.messages import Direct
 from proto.wire import frames
 from proto.wire.identity import VERSION
