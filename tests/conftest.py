@@ -20,13 +20,17 @@ from actors.config import environment
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-hypothesis.settings.register_profile(
-    "shared machine", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+SHARED_MACHINE = hypothesis.settings(
+    hypothesis.settings.get_profile("default"),
+    deadline=None,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
 )
-hypothesis.settings.load_profile("shared machine")
+# The same examples in each run: a test fails because of a change, not by chance. `make nightly` has others.
+hypothesis.settings.register_profile("short", SHARED_MACHINE, max_examples=25, derandomize=True)
+hypothesis.settings.register_profile("nightly", SHARED_MACHINE, max_examples=1000, print_blob=True)
 
 MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors", "hostile"))
-"""Tests that run the code in this process: `make test` measures what they cover."""
+"""Tests that run the code in this process: `make coverage` measures what they cover."""
 
 
 @pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
@@ -53,14 +57,20 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         alone.cov.stop()
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that `make nightly` sets."""
+    parser.addoption("--nightly", action="store_true", help="more examples and histories: an hour, or more")
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Remove variables, contexts and logs of the developer, here and in child processes.
+    """Load the profile; remove variables, contexts and logs of the developer, here and in child processes.
 
     SIGINT works as in a terminal. A shell starts a job in the background with SIGINT ignored, and programs
     that tests start would inherit that.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    hypothesis.settings.load_profile("nightly" if config.getoption("--nightly") else "short")
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")

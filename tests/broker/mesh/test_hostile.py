@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Snapshot
@@ -210,7 +210,6 @@ def test_invalid_numbers_of_brokers_are_ignored() -> None:
     assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=400))
 def test_any_messages_leave_the_broker_consistent(data: bytes) -> None:
     """Other brokers send anything in any order: nothing is raised, and all tables agree."""

@@ -8,7 +8,7 @@ import threading
 from itertools import islice
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
@@ -56,7 +56,6 @@ SAMPLES: tuple[Frame, ...] = (
 )
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.lists(st.sampled_from(SAMPLES), max_size=12), st.data())
 def test_any_split_of_the_stream_gives_the_same_frames(sent: list[Frame], data: st.DataObject) -> None:
     """Hostile case 5: frames cut at any bytes, whole or in fragments, come back as they were."""
@@ -129,7 +128,6 @@ def test_frames_of_exactly_the_limit(state: State) -> None:
     assert bench.farewell().code == ErrorCode.TOO_LARGE
 
 
-@settings(deadline=None, max_examples=150)
 @given(
     st.lists(st.binary(min_size=1, max_size=40), max_size=6), st.sampled_from(State), st.sampled_from(Role)
 )

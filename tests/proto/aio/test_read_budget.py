@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.aio.budgeted_channel import BudgetedChannel
@@ -210,7 +210,6 @@ def test_a_bug_in_a_handler_ends_its_connection_only() -> None:
     assert not room.benches[1].transport.aborted
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.lists(st.integers(min_value=1, max_value=400_000), max_size=20), st.integers(1, 20))
 def test_any_split_and_any_share_give_the_same_frames(sizes: list[int], share: int) -> None:
     """Small frames, large ones and fragments come out once and in order, wherever reads and shares end."""

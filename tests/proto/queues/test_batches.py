@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
@@ -20,7 +20,6 @@ from proto.queues.batches import (
 from proto.wire.codec import decode, encode
 from proto.wire.frames import Batch, Replay
 
-MODEST = settings(deadline=None, max_examples=100)
 MESSAGES = st.lists(st.binary(min_size=1, max_size=30), min_size=1, max_size=12)
 
 
@@ -41,7 +40,6 @@ def parts_of(batch: Batch) -> list[bytes]:
     return [bytes(message) for message in split_messages(batch)]
 
 
-@MODEST
 @given(MESSAGES)
 def test_a_batch_has_the_added_messages(parts: list[bytes]) -> None:
     """§6: count, bytes and messages of a batch are those of the list it was built from."""
@@ -51,7 +49,6 @@ def test_a_batch_has_the_added_messages(parts: list[bytes]) -> None:
     assert message_bytes(batch) == sum(map(len, parts))
 
 
-@MODEST
 @given(MESSAGES, st.data())
 def test_a_slice_has_the_sliced_messages(parts: list[bytes], data: st.DataObject) -> None:
     """§6: a sliced batch has the messages of the slice under their numbers."""
@@ -63,7 +60,6 @@ def test_a_slice_has_the_sliced_messages(parts: list[bytes], data: st.DataObject
     assert (piece.publisher, piece.stamp_ns) == (7, 5)
 
 
-@MODEST
 @given(MESSAGES, st.data())
 def test_a_fitting_stop_is_the_first_message_beyond_the_limit(
     parts: list[bytes], data: st.DataObject
@@ -76,7 +72,6 @@ def test_a_fitting_stop_is_the_first_message_beyond_the_limit(
     assert stop == start + sum(begin < room for begin in begins)
 
 
-@MODEST
 @given(MESSAGES, st.integers(0, limits.MAX_U64))
 def test_with_publisher_changes_only_the_publisher(parts: list[bytes], publisher: int) -> None:
     """§6: a batch with a new id is otherwise equal; with its own id it is the same object."""

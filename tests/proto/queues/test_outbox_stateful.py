@@ -7,7 +7,6 @@ from typing import Any
 
 import msgpack
 import pytest
-from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
@@ -448,4 +447,3 @@ class OutboxMachine(RuleBasedStateMachine):
 
 
 TestOutboxMachine = OutboxMachine.TestCase
-TestOutboxMachine.settings = settings(deadline=None, max_examples=200, stateful_step_count=40)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import msgpack
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
@@ -26,7 +26,6 @@ from tests.allocations import peak_bytes
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-MODEST = settings(deadline=None, max_examples=60)
 
 U32 = st.integers(0, limits.MAX_U32)
 U64 = st.integers(0, limits.MAX_U64)
@@ -165,7 +164,6 @@ def refused(raw: bytes) -> ProtocolError:
     return caught.value
 
 
-@settings(deadline=None, max_examples=200)
 @given(FRAMES)
 def test_every_frame_survives_the_trip(frame: Frame) -> None:
     """§3.2: what is encoded is decoded to an equal frame of the same class, and encodes to the same bytes."""
@@ -197,7 +195,6 @@ def test_decoding_a_large_batch_allocates_little() -> None:
     assert peak_bytes(lambda: decode(raw)) < 256 * 1024
 
 
-@settings(deadline=None, max_examples=300)
 @given(st.binary(max_size=80))
 def test_random_bytes_end_in_a_protocol_error(data: bytes) -> None:
     """Arbitrary bytes, bare or under a right prefix, never raise anything but ProtocolError."""
@@ -206,7 +203,6 @@ def test_random_bytes_end_in_a_protocol_error(data: bytes) -> None:
             decode(raw)
 
 
-@settings(deadline=None, max_examples=200)
 @given(st.data())
 def test_damaged_frames_end_in_a_protocol_error(data: st.DataObject) -> None:
     """A valid frame with some bytes changed decodes to a frame or raises ProtocolError, and nothing else."""
@@ -426,7 +422,6 @@ def test_batches_that_could_not_be_split(op: int, count: int, ends: bytes | None
     decode(header_of(op, [*head, 1, 2, 3, count, ends, None], payload))
 
 
-@MODEST
 @given(st.lists(U32, max_size=20))
 def test_ends_survive_the_trip(offsets: list[int]) -> None:
     """End offsets travel as little-endian u32."""

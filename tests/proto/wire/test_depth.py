@@ -6,7 +6,7 @@ from typing import Any
 
 import msgpack
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.wire.depth import check_depth
@@ -30,7 +30,6 @@ def depth(value: object) -> int:
     return 1 + max(map(depth, value), default=0) if isinstance(value, list) else 0
 
 
-@settings(deadline=None, max_examples=100)
 @given(VALUES, st.binary(max_size=3))
 def test_a_value_passes_at_its_depth_and_not_below(value: object, rest: bytes) -> None:
     """The limit is exact, whatever the value consists of and whatever follows it."""

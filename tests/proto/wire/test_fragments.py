@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
@@ -37,7 +37,6 @@ def refused(reassembler: Reassembler, fragment: Fragment) -> ErrorCode:
     return caught.value.code
 
 
-@settings(deadline=None, max_examples=30)
 @given(st.lists(st.integers(1, 3 * limits.FRAGMENT_BYTES + 1), min_size=1, max_size=5), st.randoms())
 def test_interleaved_transfers_come_back_whole(sizes: list[int], random: object) -> None:
     """§6: pieces of several transfers may mix; each frame comes back as it was, with its last piece."""

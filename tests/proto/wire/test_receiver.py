@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto import limits
@@ -56,7 +56,6 @@ def stream() -> tuple[bytes, list[str]]:
     return data, ["Node", "Batch", "Ping", "Batch", "Pong"]
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.lists(st.integers(min_value=1, max_value=400_000), max_size=30))
 def test_any_split_gives_the_same_frames(sizes: list[int]) -> None:
     """Wherever the stream is cut, whole frames come out once, in order, fragments put together."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from proto.errors import InvalidUrlError
@@ -60,7 +60,6 @@ def test_urls_that_are_refused(text: str, reason: str) -> None:
         parse_url(text)
 
 
-@settings(deadline=None, max_examples=200)
 @given(st.text(max_size=30), st.sampled_from(["", "callboard://", "callboard+unix://", "callboard://["]))
 def test_any_text_is_read_or_refused(text: str, scheme: str) -> None:
     """Any text gives a URL or InvalidUrlError, and nothing else."""

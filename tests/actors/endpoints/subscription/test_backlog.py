@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.endpoints.subscription.backlog import Backlog, QueuedBatch
@@ -45,7 +45,6 @@ STEPS = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=200)
 @given(steps=st.lists(STEPS, max_size=40))
 def test_whatever_comes_and_goes_the_newest_stay(steps: list[tuple[str, int]]) -> None:
     """All that goes goes from the front; each message goes one way, each batch ends once."""

@@ -6,7 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import actors
@@ -116,7 +116,6 @@ STEPS = st.one_of(
 
 
 @pytest.mark.parametrize("kind", ["callback", "iterator"])
-@settings(deadline=None, max_examples=60)
 @given(depth=st.integers(1, 12), steps=st.lists(STEPS, max_size=25))
 def test_exactly_the_newest_that_could_not_be_taken_wait(kind: str, depth: int, steps: list[Step]) -> None:
     """What is handed over, waits and is dropped is what the model says, in order, after every step."""
@@ -166,7 +165,6 @@ async def flushed(reader: Reader) -> None:
     assert reader.subscription.queued == 0
 
 
-@settings(deadline=None, max_examples=60)
 @given(
     depth=st.integers(1, 12),
     steps=st.lists(st.one_of(st.integers(1, 30), st.just(0)), max_size=25),

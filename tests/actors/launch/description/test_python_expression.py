@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.launch.description.python_expression import (
@@ -75,7 +75,6 @@ TERMS = st.recursive(
 )
 
 
-@settings(deadline=None, max_examples=150)
 @given(TERMS)
 def test_numbers_are_counted_as_python_does(term: str) -> None:
     """Also where that is an error."""
@@ -222,7 +221,6 @@ WORDS = [
 
 
 @pytest.mark.filterwarnings("ignore::SyntaxWarning", "ignore::DeprecationWarning")
-@settings(deadline=None, max_examples=200)
 @given(st.lists(st.sampled_from(WORDS), max_size=30).map("".join) | st.text(max_size=30))
 def test_any_text_gives_a_value_or_an_error(expression: str) -> None:
     """A value is of a kind that is known, and small."""
@@ -238,7 +236,6 @@ def test_any_text_gives_a_value_or_an_error(expression: str) -> None:
 PLAIN = st.characters(exclude_categories=["C", "Z"], exclude_characters="'\\")
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.text(PLAIN | st.just(" "), max_size=20))
 def test_an_argument_in_quotes_stays_a_text(argument: str) -> None:
     """As long as it has no quotes, line ends or backslashes itself."""

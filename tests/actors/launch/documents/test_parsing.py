@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.launch.documents.errors import DocumentError, Spot
@@ -124,7 +124,6 @@ def test_what_is_no_such_toml_is_an_error(text: str, error: str) -> None:
         toml_data(text.encode())
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60) | st.text(alphabet="{}[]:-&*x1 \n<!|'\"#", max_size=60).map(str.encode))
 def test_any_bytes_are_read_or_refused(source: bytes) -> None:
     """Nothing else than a DocumentError comes of what is strange."""

@@ -37,9 +37,7 @@ if TYPE_CHECKING:
     from actors.launch.documents.kinds import Kind
 
 ROOT: Final = Path(__file__).resolve().parents[4]
-MODEST: Final = settings(
-    deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
-)
+DEEP: Final = settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 VALIDATOR: Final = jsonschema.Draft7Validator(schema())
 
 texts = st.sampled_from(["a", "true", "$(var x)", "x $(env HOME /)", 1, 2.5, True])
@@ -154,7 +152,7 @@ def elements(draw: st.DrawFn, depth: int = 0) -> list[dict[str, Any]]:
     return [{draw(st.sampled_from(each.names)): draw(bodies(each, depth))} for each in chosen]
 
 
-@MODEST
+@DEEP
 @given(elements())
 def test_all_that_the_table_allows_can_be_read(made: list[dict[str, Any]]) -> None:
     """Elements made at random of the table are read, and the schema allows them."""
@@ -192,7 +190,7 @@ odd = st.sampled_from(
 )
 
 
-@MODEST
+@DEEP
 @given(elements(), st.data())
 def test_reader_and_schema_refuse_the_same(made: list[dict[str, Any]], data: st.DataObject) -> None:
     """Elements with something odd put somewhere into them: both take them, or neither does."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.launch.description.substitutions import LaunchConfiguration, Substitution, resolve
@@ -138,7 +138,6 @@ def test_the_substitutions_are_known() -> None:
     assert {"var", "env", "dirname", "find-pkg-share", "command", "anon"} <= set(known_substitutions())
 
 
-@settings(deadline=None)
 @given(st.text(alphabet=st.sampled_from("$()'\"\\ av\n"), max_size=40))
 def test_any_text_is_read_or_refused(text: str) -> None:
     """Nothing else than a LaunchError comes of it; what has no $( keeps all but its backslashes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.tools.graph_drawing.channel import Net, routed
@@ -68,7 +68,6 @@ def channels(draw: st.DrawFn) -> list[Net]:
     return [each for each in nets if each.left and each.right]
 
 
-@settings(deadline=None)
 @given(channels())
 def test_nets_never_touch(nets: list[Net]) -> None:
     """Branches do not overlap, trunks do not overlap, and no branch ends on another net's trunk."""
@@ -91,7 +90,6 @@ def test_nets_never_touch(nets: list[Net]) -> None:
             assert one.track != two.track or one.bottom < two.top or two.bottom < one.top
 
 
-@settings(deadline=None)
 @given(channels())
 def test_nets_reach_their_rows(nets: list[Net]) -> None:
     """All on both sides, and the row of a trunk's end is one where a branch meets it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.tools.graph_drawing.layering import folded, folds, layers_of
@@ -76,7 +76,6 @@ def test_a_source_stands_near_its_targets() -> None:
     assert columns[4 + 2] == 3
 
 
-@settings(deadline=None)
 @given(wirings())
 def test_nodes_and_hubs_take_turns(wiring: Wiring) -> None:
     """A wire never has both its ends in one column, however it is folded."""
@@ -102,7 +101,6 @@ def test_only_folds_that_might_do_are_tried() -> None:
 
 
 @pytest.mark.parametrize("measure", [ROWS, PIXELS], ids=["rows", "pixels"])
-@settings(deadline=None)
 @given(wiring=wirings(), last=FOLDS)
 def test_nothing_overlaps(measure: Measure, wiring: Wiring, last: int | None) -> None:
     """Things of a column stand one below the other with the gap between; lines meet a node within its box."""
@@ -118,7 +116,6 @@ def test_nothing_overlaps(measure: Measure, wiring: Wiring, last: int | None) ->
     assert max(thing.top + thing.height for thing in layout.things) == layout.height
 
 
-@settings(deadline=None)
 @given(wiring=wirings(), last=FOLDS)
 def test_every_wire_is_there(wiring: Wiring, last: int | None) -> None:
     """From each node segments lead to its hub, with heads at the ends that data goes to."""
@@ -133,7 +130,6 @@ def test_every_wire_is_there(wiring: Wiring, last: int | None) -> None:
         assert hub in {layout.things[other].hub for other in _reached(layout, at, hub)}
 
 
-@settings(deadline=None)
 @given(wiring=wirings(), last=FOLDS)
 def test_a_hub_has_a_head_where_data_comes_in(wiring: Wiring, last: int | None) -> None:
     """A label has none: the line goes on under it."""
@@ -166,7 +162,6 @@ def _reached(layout: Layout, start: int, hub: int) -> set[int]:
 UP, RIGHT, DOWN, LEFT = 1, 2, 4, 8
 
 
-@settings(deadline=None)
 @given(wiring=wirings(), last=FOLDS)
 def test_lines_of_text_can_be_told_apart(wiring: Wiring, last: int | None) -> None:
     """On one spot two hubs' lines at most cross: one goes up and down, the other across."""
@@ -177,7 +172,6 @@ def test_lines_of_text_can_be_told_apart(wiring: Wiring, last: int | None) -> No
             assert sorted(hubs.values()) == [UP | DOWN, LEFT | RIGHT]
 
 
-@settings(deadline=None)
 @given(wiring=wirings(), last=FOLDS)
 def test_lines_of_text_join_each_hub_and_its_nodes(wiring: Wiring, last: int | None) -> None:
     """On either side of a label there is one connected line, and all segments of that side end on it."""

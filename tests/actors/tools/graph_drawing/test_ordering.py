@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.tools.graph_drawing.ordering import ordered
@@ -27,7 +27,6 @@ def test_lines_are_untangled() -> None:
     assert crossings(columns, lines) == 0
 
 
-@settings(deadline=None)
 @given(LINES)
 def test_it_never_becomes_worse(lines: list[tuple[int, int]]) -> None:
     """Each column keeps its items, and no more lines cross than before."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.tools.graph_drawing.placing import Wish, placed
@@ -27,7 +27,6 @@ def test_those_who_want_one_place_share_the_disappointment() -> None:
 
 
 @pytest.mark.parametrize("whole", [False, True])
-@settings(deadline=None)
 @given(wishes=WISHES)
 def test_nothing_overlaps(whole: bool, wishes: list[Wish]) -> None:
     """Each begins where the one above ends, or below; on whole rows if they are asked for."""
