@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
+.PHONY: demo test coverage quick nightly web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -22,12 +22,22 @@ $(READY): pyproject.toml
 demo: $(READY)
 	@$(BIN)/callboard demo
 
-# Simulations are apart, because measuring their coverage would take two thirds of the time.
-TEST := $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal
+# COVERAGE=1 measures the coverage of the tests that tests/conftest.py names; the others run unmeasured.
+TEST := $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(if $(COVERAGE),--cov --cov-report=)
 
 test: $(READY)
-	@$(TEST) --ignore=tests/simulation --cov --cov-report= $(PYTEST_FLAGS)
-	@$(TEST) tests/simulation $(PYTEST_FLAGS)
+	@$(TEST) $(PYTEST_FLAGS)
+
+coverage: $(READY)
+	@$(MAKE) --no-print-directory test COVERAGE=1
+
+# Without the tests that start processes or simulate histories.
+quick: $(READY)
+	@$(TEST) $(addprefix --ignore=tests/,integration hostile simulation) $(PYTEST_FLAGS)
+
+nightly: $(READY)
+	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)
+	@$(MAKE) --no-print-directory web-test
 
 lint: $(READY)
 	$(BIN)/ruff check .
