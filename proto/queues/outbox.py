@@ -86,8 +86,8 @@ class Outbox:
     """Frames of calls, those of requests with the share that counts them."""
     _ready: deque[PublisherQueue] = field(default_factory=deque[PublisherQueue], init=False)
     """The queues with something to send, in the order in which they are served."""
-    _touched: list[PublisherQueue] = field(default_factory=list[PublisherQueue], init=False)
-    """The queues that got batches since the last `trim`."""
+    _touched: dict[PublisherQueue, None] = field(default_factory=dict["PublisherQueue", None], init=False)
+    """The queues that got batches since the last `trim`, each once, however many batches these are."""
     large_calls: dict[tuple[int, int], LargeCall] = field(
         default_factory=dict[tuple[int, int], LargeCall], init=False
     )
@@ -204,7 +204,7 @@ class Outbox:
         put = queue.put_front if first else queue.put
         if isinstance(item, Batch):
             put(item)
-            self._touched.append(queue)
+            self._touched[queue] = None
         else:
             control, bulk = queue.control_bytes, queue.bulk_bytes
             put(item)
@@ -251,7 +251,7 @@ class Outbox:
             trim: Whether less may wait in it now.
         """
         if trim:
-            self._touched.append(queue)
+            self._touched[queue] = None
         if not queue.scheduled and queue.sendable:
             queue.scheduled = True
             self._ready.append(queue)
@@ -302,17 +302,17 @@ class Outbox:
                 self._ready.append(queue)
                 continue
             queue.scheduled = False
-            if not queue.sendable:
-                continue
             control, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
             size = queue.take_next(self.transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_budget -= size
-            if queue.counted_bytes:
+            if queue.counted_bytes:  # not if it was put in since the last `trim`
                 self._recount(queue)
             if queue.control_bytes != control:
                 self._count_sent_control(queue, control - queue.control_bytes, bulk - queue.bulk_bytes)
-            self.schedule(queue)
+            if queue.sendable:  # at the end of the round: every queue sends one frame at a time
+                queue.scheduled = True
+                self._ready.append(queue)
             if size:
                 return size
             if queue.blocked:
@@ -336,13 +336,15 @@ class Outbox:
         `max_held_bytes` afterwards, nothing is left that may be dropped, and the owner must end the link.
         """
         for queue in self._touched:
-            dropped = queue.dropped
-            queue.trim()
-            if queue.dropped != dropped:
-                self.dropped += queue.dropped - dropped
-                self.schedule(queue)  # a frame behind messages without credit may be the first one now
-            if queue.pending or queue.counted_bytes:
-                self._recount(queue)
+            if queue.pending:
+                dropped = queue.dropped
+                queue.trim()
+                if queue.dropped != dropped:
+                    self.dropped += queue.dropped - dropped
+                    self.schedule(queue)  # a frame behind messages without credit may be the first one now
+            elif not queue.counted_bytes:
+                continue  # all of it has been sent, as on any link that is fast enough
+            self._recount(queue)
         if self.held_bytes > self.max_held_bytes:
             # The margin makes the search over all queues rare, and each drop short.
             self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 32)
