@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_left
-from typing import Final
+from itertools import accumulate
+from typing import TYPE_CHECKING, Final
 
 from proto import limits
 from proto.wire.codec import ARRAY_HEAD_BYTES, array_head, batch_head, encode
 from proto.wire.ends import ends_from_bytes, ends_to_bytes
 from proto.wire.frames import Batch, Options, Replay, Scalar
 from proto.wire.references import SLOT_HEAD_BYTES, SharedBatch, Slot, shared_batch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 MAX_HEAD_BYTES: Final = 64
 """Maximum size of everything before the message in a batch of one: prefix, header and array head."""
@@ -23,53 +27,56 @@ MAX_HEAD_BYTES: Final = 64
 class BatchBuilder:
     """Collects a publisher's messages until they are sent as a batch.
 
+    The messages of a batch are either bytes, which are copied once, when the batch is taken, or lie in one
+    slot of shared memory.
+
     Args:
         next_sequence: The number of the first message.
 
     Attributes:
         next_sequence: The number of the first message of the next batch.
-        length: Messages collected.
-        slot: The slot in shared memory where they are, if they are there.
+        messages: The messages collected as bytes.
+        size: The bytes of these.
+        slot: The slot in shared memory where the messages are, if they are there.
     """
 
-    __slots__ = ("_buffer", "_ends", "length", "next_sequence", "slot")
+    __slots__ = ("_slot_ends", "messages", "next_sequence", "size", "slot")
 
     def __init__(self, next_sequence: int) -> None:
         self.next_sequence = next_sequence
-        self._buffer = bytearray(ARRAY_HEAD_BYTES)
-        self._ends = array("I")
-        self.length = 0
+        self.messages: list[bytes] = []
+        self.size = 0
         self.slot: Slot | None = None
+        self._slot_ends = array("I")
 
-    def add(self, message: bytes | memoryview) -> bool:
+    @property
+    def length(self) -> int:
+        """Messages collected."""
+        return len(self.messages) or len(self._slot_ends)
+
+    def add(self, message: bytes) -> bool:
         """Add an encoded message, if there is no `slot`; return whether the batch is to be sent now."""
-        buffer = self._buffer
-        buffer += message
-        end = len(buffer) - ARRAY_HEAD_BYTES
-        self._ends.append(end)
-        self.length += 1
-        return end >= limits.BATCH_FLUSH_BYTES or self.length >= limits.BATCH_FLUSH_COUNT
+        self.messages.append(message)
+        self.size += len(message)
+        return self.size >= limits.BATCH_FLUSH_BYTES or len(self.messages) >= limits.BATCH_FLUSH_COUNT
 
     def add_shared(self, slot: Slot) -> None:
         """Add the last message in a slot. The others in it must have been added, and nothing else."""
         self.slot = slot
-        self._ends.append(slot.size)
-        self.length += 1
+        self._slot_ends.append(slot.size)
 
     def take(self, publisher: int, stamp_ns: int) -> Batch:
         """Return the collected messages as one batch, encoded or in shared memory, and start the next one."""
-        payload, count, slot = self._buffer, self.length, self.slot
-        ends = ends_to_bytes(self._ends) if count > 1 else None
-        self._ends = array("I")
-        self.length = 0
-        fields = self._number(publisher, stamp_ns, count, ends)
+        slot = self.slot
         if slot is not None:
-            self.slot = None
+            ends, self._slot_ends, self.slot = self._slot_ends, array("I"), None
+            fields = self._number(publisher, stamp_ns, len(ends), ends)
             return shared_batch(slot, fields, SLOT_HEAD_BYTES, slot.size)
-        payload[:ARRAY_HEAD_BYTES] = array_head(count)
-        self._buffer = bytearray(ARRAY_HEAD_BYTES)
-        head = batch_head(fields, len(payload))
-        raw = head + payload
+        messages, size = self.messages, self.size
+        self.messages, self.size = [], 0
+        fields = self._number(publisher, stamp_ns, len(messages), accumulate(map(len, messages)))
+        head = batch_head(fields, size + ARRAY_HEAD_BYTES)
+        raw = b"".join((head, array_head(len(messages)), *messages))
         return Batch(*fields, memoryview(raw)[len(head) :], raw)
 
     def single(self, buffer: bytearray, publisher: int, stamp_ns: int) -> Batch:
@@ -78,7 +85,7 @@ class BatchBuilder:
         Needs `length` 0. The batch owns the buffer from now on.
         """
         assert not self.length
-        fields = self._number(publisher, stamp_ns, 1, None)
+        fields = self._number(publisher, stamp_ns, 1, ())
         payload_bytes = len(buffer) - MAX_HEAD_BYTES + ARRAY_HEAD_BYTES
         head = batch_head(fields, payload_bytes) + array_head(1)
         start = MAX_HEAD_BYTES - len(head)
@@ -87,11 +94,12 @@ class BatchBuilder:
         return Batch(*fields, raw[len(raw) - payload_bytes :], raw)
 
     def _number(
-        self, publisher: int, stamp_ns: int, count: int, ends: bytes | None
+        self, publisher: int, stamp_ns: int, count: int, ends: Iterable[int]
     ) -> tuple[int, int, int, int, bytes | None, None]:
+        """Return the first six fields of the next batch. One message alone needs no ends."""
         first = self.next_sequence
         self.next_sequence = first + count
-        return publisher, first, stamp_ns, count, ends, None
+        return publisher, first, stamp_ns, count, ends_to_bytes(array("I", ends)) if count > 1 else None, None
 
 
 def with_raw(batch: Batch) -> Batch:

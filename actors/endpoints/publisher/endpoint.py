@@ -118,24 +118,30 @@ class PublisherEndpoint(Endpoint):
                 f"'{self._topic}': {self.queued} messages wait for slow readers; await publisher.ready()"
             )
 
-    def collect(self, data: bytes | memoryview) -> None:
+    def collect(self, data: bytes) -> None:
         """Put an encoded message into the batch of this loop turn, if the last one was not `large`."""
-        if len(data) > self._batch_bytes:
+        size = len(data)
+        if size > self._batch_bytes:
             self.collect_large(data, 0)
             return
+        # As `BatchBuilder.add`, without the call: this runs for each message.
         batch = self._batch
-        if batch.add(data):
+        messages = batch.messages
+        messages.append(data)
+        batch.size = size = batch.size + size
+        count = len(messages)
+        if size >= limits.BATCH_FLUSH_BYTES or count >= limits.BATCH_FLUSH_COUNT:
             self.flush_turn()
             self.context.link.flush()
-        elif batch.length == 1:
+        elif count == 1:  # the link knows of the batch from its first message on
             self.context.link.flush_later(self)
 
     def collect_encoded(self, data: bytes | memoryview) -> None:
-        """Send a message of any size."""
-        if self.large:
+        """Send a message of any size. It is copied if it is not bytes."""
+        if self.large or len(data) > self._batch_bytes:
             self.collect_large(data, 0)
         else:
-            self.collect(data)
+            self.collect(bytes(data))
 
     def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
         """Send a large message, or one that follows a large one.
