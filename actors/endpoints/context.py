@@ -182,12 +182,14 @@ class NodeContext(LinkEndpoint):
 
     def require_loop(self) -> asyncio.AbstractEventLoop:
         """Return the loop that the node runs on; raise RuntimeError if it does not run."""
-        self.require_alive()
-        if self.link.loop is None:
+        loop = self.link.loop
+        if self.destroyed:
+            self.require_alive()
+        if loop is None:
             raise RuntimeError(
                 f"Node '{self.full_name}' is not running: use `async with node:` or actors.run()"
             )
-        return self.link.loop
+        return loop
 
     async def wait_until(self, condition: Callable[[], bool], what: str, timeout_sec: float | None) -> None:
         """Wait until `condition` holds; check it whenever the link changes.

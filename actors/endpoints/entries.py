@@ -34,12 +34,13 @@ class EntryBatch(Generic[E]):
         size = len(entry.body) + ENTRY_OVERHEAD_BYTES
         if self._bytes + size > limits.CALLS_FLUSH_BYTES:
             source.flush_turn()
-        self._entries.append(entry)
+        entries = self._entries  # not before: flush_turn replaces them
+        entries.append(entry)
         self._bytes += size
-        if len(self._entries) >= limits.CALLS_FLUSH_COUNT:
+        if len(entries) >= limits.CALLS_FLUSH_COUNT:
             source.flush_turn()
             link.flush()
-        else:
+        elif len(entries) == 1:  # the link knows of the others' frame already
             link.flush_later(source)
 
     def take_back(self, call: int) -> bool:

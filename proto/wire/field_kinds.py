@@ -59,7 +59,7 @@ def _is_request(value: Any) -> bool:
         type(body) is bytes
         and type(call) is int
         and call >= 0
-        and (remaining is None or _is_u32(remaining))
+        and (remaining is None or (type(remaining) is int and 0 <= remaining <= limits.MAX_U32))
         and (attributes is None or _is_attributes(attributes))
     )
 
@@ -72,7 +72,8 @@ def _is_reply(value: Any) -> bool:
         type(body) is bytes
         and type(call) is int
         and call >= 0
-        and _is_u32(status)
+        and type(status) is int
+        and 0 <= status <= limits.MAX_U32
         and more is False
         and (attributes is None or _is_attributes(attributes))
     )

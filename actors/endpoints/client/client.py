@@ -151,7 +151,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         if len(body) > context.link.largest:
             context.link.require_fits(f"A request of '{self.srv_name}'", len(body))
         limit = context.default_call_timeout_sec if timeout_sec is None else timeout_sec
-        if math.isnan(limit) or limit < 0:
+        if not limit >= 0:  # not a number, too
             raise ValueError(f"timeout_sec must be zero or more, got {timeout_sec}")
         return endpoint.call(request, body, limit)
 

@@ -61,8 +61,14 @@ class CallFuture(asyncio.Future[Any]):
     attributes: frames.Options | None = None
     """Those of the response."""
 
-    def __init__(self, client: ClientEndpoint, call: int, callback_task: CallbackTask | None) -> None:
-        super().__init__(loop=client.context.link.loop)
+    def __init__(
+        self,
+        client: ClientEndpoint,
+        call: int,
+        callback_task: CallbackTask | None,
+        loop: asyncio.AbstractEventLoop,
+    ) -> None:
+        super().__init__(loop=loop)
         self._client = client
         self._call = call
         self._callback_task = callback_task
@@ -116,34 +122,34 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def call(self, request: Message, body: bytes, limit: float) -> CallFuture:
         """Send an encoded request; return the future of the reply, due within `limit` seconds."""
-        context, link = self.context, self.context.link
+        context, pending = self.context, self.pending
         loop = context.require_loop()
         call = self._last_call = self._last_call + 1
         callback_task = current_callback_task.get()
-        future = CallFuture(self, call, callback_task)
+        future = CallFuture(self, call, callback_task, loop)
         if callback_task is not None:
             callback_task.call_started()
-        channel = link.channel
-        if channel is None and (link.connections or context.stopping):
+        channel = context.link.channel
+        if channel is not None:
+            most, unsent = MAX_PENDING, channel.outbox.urgent_bytes
+        elif context.link.connections or context.stopping:
             self._fail(future, self._no_broker())
             return future
-        if channel is None:
-            most, unsent = MAX_EARLY, sum(len(each) for _, each, _ in self._early.values())
         else:
-            most, unsent = MAX_PENDING, channel.outbox.urgent_bytes
-        if len(self.pending) >= most or unsent >= MAX_UNSENT_BYTES:
-            crowd = f"{len(self.pending)} calls of this client and {unsent} unsent bytes"
+            most, unsent = MAX_EARLY, sum(len(each) for _, each, _ in self._early.values())
+        if len(pending) >= most or unsent >= MAX_UNSENT_BYTES:
+            crowd = f"{len(pending)} calls of this client and {unsent} unsent bytes"
             self._fail(future, ServiceOverloaded(f"Service '{self.srv_name}': {crowd} wait already"))
             return future
-        self.pending[call] = future
+        pending[call] = future
         if limit != math.inf:
             self._deadlines.add(call, loop.time() + limit)
         if channel is None:
             self._early[call] = request, body, loop.time() + limit
-        else:
-            if self._early:  # the session is open, but the client not accepted yet
-                self._send_early()
-            self._send(future, call, request, body, limit)
+            return future
+        if self._early:  # the session is open, but the client not accepted yet
+            self._send_early()
+        self._send(future, call, request, body, limit)
         return future
 
     def _send(self, future: CallFuture, call: int, request: Message, body: bytes, limit: float) -> None:

@@ -160,7 +160,8 @@ class ServiceEndpoint(DeclaredService):
         except BaseException as error:  # noqa: BLE001 - the user's: logged, counted, sent to the caller
             self._raised(call, error)
             return None
-        coroutine = as_coroutine(result)
+        # Nearly every plain handler returns a response: whether that may be awaited need not be asked.
+        coroutine = None if type(result) is self._response_type else as_coroutine(result)
         if coroutine is None:
             self._reply(call, result, entry.attributes)
             return None

@@ -53,23 +53,25 @@ class Replies:
         body = self._codec.encode(response)
         if len(body) > self._link.largest:
             self._link.require_fits(f"A response of '{self._name}'", len(body))
-        self._send(call, Status.OK, body, attributes)
+        self.sent += 1
+        entry = ReplyEntry(call, Status.OK, more=False, attributes=attributes, body=body)
+        self._outgoing.send(entry, self, self._link)
 
     def send_error(self, call: int, status: Status, error: BaseException) -> None:
         """Send an exception's type and text."""
-        self.errors += 1
         body = msgpack.packb([type(error).__name__, error_text(error)[: limits.MAX_ERROR_TEXT]])
-        self._send(call, status, body)
+        self._refuse(call, status, body)
 
     def send_text(self, call: int, status: Status, text: str) -> None:
         """Send the reason why a request was not handled."""
-        self.errors += 1
-        self._send(call, status, text.encode())
+        self._refuse(call, status, text.encode())
 
-    def _send(self, call: int, status: Status, body: bytes, attributes: frames.Options | None = None) -> None:
+    def _refuse(self, call: int, status: Status, body: bytes) -> None:
         self.sent += 1
-        entry = ReplyEntry(call, status, more=False, attributes=attributes, body=body)
-        self._outgoing.send(entry, self, self._link)
+        self.errors += 1
+        self._outgoing.send(
+            ReplyEntry(call, status, more=False, attributes=None, body=body), self, self._link
+        )
 
     def flush_turn(self) -> None:
         """Put the replies of this loop turn into the outbox. Called by the link."""
