@@ -9,18 +9,52 @@ class Listener(actors.Node):
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
-    from actors.node.node import Node
     from actors.qos.profile import QoSProfile
 
 _MARKS: Final = "__callboard_declarations__"
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-Declaration = Callable[["Node", Callable[..., Any]], object]
+
+class Declaring(Protocol):
+    """What declarations need of a node, which imports this module."""
+
+    def create_subscription(
+        self,
+        msg_type: type[Message],
+        topic: str,
+        callback: Callable[..., Any],
+        qos: QoSProfile | int,
+        /,
+        *,
+        concurrent: bool,
+        raw: bool,
+    ) -> object:
+        """Create a subscription with the method as its callback."""
+        ...
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType[Any, Any]],
+        srv_name: str,
+        callback: Callable[..., Any],
+        /,
+        *,
+        concurrent: bool,
+    ) -> object:
+        """Create a service with the method as its callback."""
+        ...
+
+    def create_timer(self, period_sec: float, callback: Callable[..., Any], /) -> object:
+        """Create a timer with the method as its callback."""
+        ...
+
+
+Declaration = Callable[[Declaring, Callable[..., Any]], object]
 
 
 def _mark(declare: Declaration) -> Callable[[F], F]:

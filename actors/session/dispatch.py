@@ -5,7 +5,7 @@ A frame for an unknown id is ignored: it crossed the endpoint's UNDECLARE.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.session.endpoint import LinkEndpoint
 from proto.errors import ErrorCode, peer_text
@@ -14,8 +14,28 @@ from proto.wire import frames
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from actors.session.connection import BrokerConnection
     from actors.session.link import Link
+
+
+class Session(Protocol):
+    """What frames about the session itself do; the connection that received them has it."""
+
+    def welcomed(self, frame: frames.Welcome) -> None:
+        """Begin the session."""
+        ...
+
+    def turned_away(self, frame: frames.Error) -> None:
+        """Note the broker's reason, and close."""
+        ...
+
+    def name_taken(self, text: str) -> None:
+        """Close because another node has this node's name."""
+        ...
+
+    def close(self) -> None:
+        """End the session; what has been written is still sent."""
+        ...
+
 
 _UNKNOWN: Final = LinkEndpoint()
 
@@ -24,20 +44,20 @@ def _endpoint(link: Link, number: int) -> LinkEndpoint:
     return link.endpoints.get(number, _UNKNOWN)
 
 
-def _refused(connection: BrokerConnection, link: Link, frame: frames.Refused) -> None:
+def _refused(session: Session, link: Link, frame: frames.Refused) -> None:
     if frame.code == ErrorCode.NAME_TAKEN:
-        connection.name_taken(peer_text(frame.text))
+        session.name_taken(peer_text(frame.text))
     elif frame.id in link.endpoints:
         link.endpoints[frame.id].refused(frame.code, peer_text(frame.text))
     else:
         link.answer_received(frame.id, frame._replace(text=peer_text(frame.text)))
 
 
-def _notice(_: BrokerConnection, link: Link, frame: frames.Notice) -> None:
+def _notice(_: Session, link: Link, frame: frames.Notice) -> None:
     _endpoint(link, frame.id).notice(frame._replace(text=peer_text(frame.text)))
 
 
-def _matched(_: BrokerConnection, link: Link, frame: frames.Matched) -> None:
+def _matched(_: Session, link: Link, frame: frames.Matched) -> None:
     if frame.peers and frame.id in link.endpoints:
         link.matched.add(frame.id)
     else:
@@ -45,17 +65,17 @@ def _matched(_: BrokerConnection, link: Link, frame: frames.Matched) -> None:
     _endpoint(link, frame.id).matched(frame.peers, frame.total)
 
 
-def _referred(_: BrokerConnection, link: Link, frame: frames.Reference) -> None:
+def _referred(_: Session, link: Link, frame: frames.Reference) -> None:
     batch = link.shared_memory.receive(frame)
     if batch is not None:
         link.attachments.batch_received(batch)
 
 
-DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]]] = {
+DISPATCH: Final[Mapping[type[Any], Callable[[Session, Link, Any], None]]] = {
     # The session
-    frames.Welcome: lambda connection, _, frame: connection.welcomed(frame),
-    frames.Goodbye: lambda connection, _, __: connection.close(),
-    frames.Error: lambda connection, _, frame: connection.turned_away(frame),
+    frames.Welcome: lambda session, _, frame: session.welcomed(frame),
+    frames.Goodbye: lambda session, _, __: session.close(),
+    frames.Error: lambda session, _, frame: session.turned_away(frame),
     frames.Pong: lambda _, link, frame: link.pong_received(frame.token),
     # An endpoint, by its id
     frames.Accepted: lambda _, link, frame: link.endpoints.get(frame.id, _UNKNOWN).accepted(frame.number),
@@ -86,4 +106,4 @@ DISPATCH: Final[Mapping[type[Any], Callable[[BrokerConnection, Link, Any], None]
     frames.Definition: lambda _, link, frame: link.answer_received(frame.type_hash, frame),
     frames.Stats: lambda _, link, frame: link.answer_received(frame.id, frame),
 }
-"""By frame type, a function of the connection that received the frame, the node's link, and the frame."""
+"""By frame type, a function of the session, the node's link, and the frame."""
