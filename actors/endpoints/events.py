@@ -288,14 +288,15 @@ class EndpointEvents:
 
     def diagnostics(self) -> tuple[CallbackDiagnostics, ...]:
         """Return how long each callback takes."""
-        return tuple(event.diagnostics() for event in self._all() if event.is_wanted)
+        return tuple(event.diagnostics() for event in self.all() if event.is_wanted)
 
     def stop(self) -> None:
         """Call no callbacks any more: the endpoint has been destroyed."""
-        for event in self._all():
+        for event in self.all():
             event.stop()
 
-    def _all(self) -> list[Event]:
+    def all(self) -> list[Event]:
+        """Return all events, with and without a callback."""
         return [self.deadline, self.matched, self.incompatible_qos, self.incompatible_type]
 
 
@@ -307,8 +308,9 @@ class PublisherEvents(EndpointEvents):
         super().__init__(context, what, callbacks)
         self.liveliness = Event(context, what, LivelinessLostInfo, callbacks.liveliness)
 
-    def _all(self) -> list[Event]:
-        return [*super()._all(), self.liveliness]
+    def all(self) -> list[Event]:
+        """EndpointEvents: return all events."""
+        return [*super().all(), self.liveliness]
 
 
 class SubscriptionEvents(EndpointEvents):
@@ -320,8 +322,9 @@ class SubscriptionEvents(EndpointEvents):
         self.liveliness = Event(context, what, LivelinessChangedInfo, callbacks.liveliness, 2)
         self.message_lost = Event(context, what, MessageLostInfo, callbacks.message_lost)
 
-    def _all(self) -> list[Event]:
-        return [*super()._all(), self.liveliness, self.message_lost]
+    def all(self) -> list[Event]:
+        """EndpointEvents: return all events."""
+        return [*super().all(), self.liveliness, self.message_lost]
 
 
 def _policy_kind(number: int) -> QoSPolicyKind:

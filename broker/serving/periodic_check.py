@@ -62,7 +62,7 @@ class PeriodicCheck:
             if not stalled:
                 self._check(now)
                 self._dispatcher.flush()
-                self._return_memory(now)
+                self.return_memory(now)
                 self._dispatcher.report_omitted()
 
     def _check(self, now: float) -> None:
@@ -92,7 +92,12 @@ class PeriodicCheck:
                 logger.exception("Closing %s: its periodic check failed", link)
                 link.channel.abort()
 
-    def _return_memory(self, now: float) -> None:
+    def return_memory(self, now: float) -> None:
+        """Return freed memory to the system if a link that held much has ended, at most once in a while.
+
+        Args:
+            now: Loop time.
+        """
         memory = self._dispatcher.memory
         if memory.freed and now >= self._next_return:
             memory.freed = False

@@ -24,10 +24,10 @@ from proto.wire.session import Role, Session, State
 if TYPE_CHECKING:
     from proto.wire.frames import Frame
 
-_GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
+GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 """Frames are written together up to this size."""
 
-_TURN_BYTES: Final = 256 * 1024
+TURN_BYTES: Final = 256 * 1024
 """What one connection may read without a break, or write of large frames, before the other connections are
 served. A small message waits for at most this much of a large one."""
 
@@ -217,7 +217,7 @@ class Channel(asyncio.BufferedProtocol):
             self._handler.read_finished()
             if self._flush_due:
                 self.flush()
-            if self._in_a_row >= _TURN_BYTES and not self._reading_paused and self.connected:
+            if self._in_a_row >= TURN_BYTES and not self._reading_paused and self.connected:
                 # Let the event loop read from the other connections before this one.
                 assert self._transport is not None
                 self._reading_paused = True
@@ -260,9 +260,9 @@ class Channel(asyncio.BufferedProtocol):
         transport, outbox = self._transport, self.outbox
         if transport is None:
             return
-        outbox.large_budget = _TURN_BYTES
+        outbox.large_budget = TURN_BYTES
         while not self.busy and not transport.is_closing():
-            parts, size = outbox.take(_GATHER_BYTES)
+            parts, size = outbox.take(GATHER_BYTES)
             if not parts:
                 break
             self.bytes_sent += size
@@ -272,7 +272,7 @@ class Channel(asyncio.BufferedProtocol):
                 transport.write(b"".join(parts))
             else:
                 transport.writelines(parts)
-            if size < _GATHER_BYTES:
+            if size < GATHER_BYTES:
                 break
         outbox.trim()
         if outbox.has_more and not self.busy:

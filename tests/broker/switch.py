@@ -34,7 +34,7 @@ class Switch:
         self.closed: dict[int, int] = {}
         self._outboxes: dict[int, Outbox] = {}
         self._reassemblers: dict[int, Reassembler] = {}
-        self._hellos = 0
+        self.hellos = 0
 
     def join(
         self,
@@ -45,11 +45,11 @@ class Switch:
         principal: Principal | None = None,
     ) -> int:
         """Connect a peer; with a name, declare that node under id 0 and forget the answer."""
-        self._hellos += 1
-        identity = instance or self._hellos.to_bytes(limits.INSTANCE_BYTES, "big")
+        self.hellos += 1
+        identity = instance or self.hellos.to_bytes(limits.INSTANCE_BYTES, "big")
         peer, deliveries = self.router.connect(identity, token, principal)
         self.add(peer)
-        self._carry(deliveries)
+        self.carry(deliveries)
         self.report()
         if node is not None:
             self.send(peer, frames.Node(0, node))
@@ -69,14 +69,14 @@ class Switch:
     def send(self, peer: int, *sent: frames.Frame) -> None:
         """Let a peer send frames."""
         for frame in sent:
-            self._carry(self.router.handle(peer, frame))
+            self.carry(self.router.handle(peer, frame))
         self.report()
 
     def report(self) -> None:
         """Report what has changed, as the server does once in a loop turn."""
-        self._carry(self.router.report())
+        self.carry(self.router.report())
         while self.router.graph.asked:
-            self._carry(self.router.report())
+            self.carry(self.router.report())
 
     def publisher(self, peer: int, declaration: frames.Publisher) -> int:
         """Declare a publisher; return its broker-wide id."""
@@ -88,7 +88,7 @@ class Switch:
         """Check for stalled subscriptions at these times."""
         for now in times:
             _, deliveries = self.router.check_stalls(now)
-            self._carry(deliveries)
+            self.carry(deliveries)
 
     def cut(self, peer: int) -> None:
         """A peer's connection is ending, and the router does not know yet."""
@@ -97,27 +97,27 @@ class Switch:
     def leave(self, peer: int) -> None:
         """Break a peer's connection."""
         self.cut(peer)
-        self._carry(self.router.disconnect(peer))
+        self.carry(self.router.disconnect(peer))
         self.report()
 
     def suspend(self, peer: int) -> None:
         """A peer has been silent for too long."""
-        self._carry(self.router.suspend(peer))
+        self.carry(self.router.suspend(peer))
         self.report()
 
     def set_principal(self, peer: int, principal: Principal, gone: Principal | None = None) -> None:
         """The access rules have changed, for one peer and for all users that are gone."""
-        self._carry(self.router.set_principal(peer, principal))
-        self._carry(self.router.drop_denied(lambda before: gone or before))
+        self.carry(self.router.set_principal(peer, principal))
+        self.carry(self.router.drop_denied(lambda before: gone or before))
 
     def restore(self, peer: int) -> None:
         """A peer has been heard of again."""
-        self._carry(self.router.restore(peer))
+        self.carry(self.router.restore(peer))
         self.report()
 
     def hold(self) -> None:
         """The broker stops: publishers may send no more."""
-        self._carry(self.router.hold_publishers())
+        self.carry(self.router.hold_publishers())
         self.report()
 
     def congest(self, peer: int) -> None:
@@ -152,7 +152,7 @@ class Switch:
         """Return what waits for a peer, of one kind; the rest is forgotten."""
         return [frame for frame in self.read_all(peer) if isinstance(frame, kind)]
 
-    def _carry(self, deliveries: list[Delivery]) -> None:
+    def carry(self, deliveries: list[Delivery]) -> None:
         for delivery in deliveries:
             outbox = self._outboxes.get(delivery.peer)
             if outbox is None:
@@ -201,7 +201,7 @@ class ManualSwitch(Switch):
     def send(self, peer: int, *sent: frames.Frame) -> None:
         """Let a peer send frames in one loop turn."""
         for frame in sent:
-            self._carry(self.router.handle(peer, frame))
+            self.carry(self.router.handle(peer, frame))
 
     def publisher(self, peer: int, declaration: frames.Publisher) -> int:
         """Declare a publisher; return its broker-wide id."""

@@ -15,6 +15,7 @@ from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
 from tests.fuzz.router import VALUES, check_tables, number
 from tests.fuzz.source import Source
+from tests.seams.brokers import calls_between_brokers, endpoint_keys, imports_of, remote_endpoints
 
 DECODER = wire.MessageDecoder()
 
@@ -70,8 +71,8 @@ def check(data: bytes) -> None:
         broker.mesh.remove_broker(other)
     broker.forward()
     broker.mesh.take()
-    assert {key >> 32 for key in broker.router.graph._entries} == {1}
-    assert len(broker.mesh._imports._remotes) == len(broker.mesh._calls) == 0
+    assert {key >> 32 for key in endpoint_keys(broker.router)} == {1}
+    assert remote_endpoints(broker.mesh) == calls_between_brokers(broker.mesh) == 0
     check_tables(broker)
 
 
@@ -127,7 +128,7 @@ def _send(mesh: Mesh, other: int, source: Source) -> None:
     """Let a broker send one message."""
     action = source.below(3)
     if action == 0:
-        version = mesh._imports.version(other) + 1 if source.below(8) else number(source)
+        version = imports_of(mesh).version(other) + 1 if source.below(8) else number(source)
         kind = (_declaration, _declaration, _undeclare)[source.below(3)]
         mesh.receive(other, Change(version, kind(source)))
     elif action == 1:

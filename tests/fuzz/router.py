@@ -15,7 +15,7 @@ from proto.wire.session import FROM_CLIENT
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
 from tests.fuzz.source import Source
-from tests.simulation.structure import of_router
+from tests.seams.structure import of_router
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -57,7 +57,7 @@ def check(data: bytes) -> None:
     for peer in peers:
         switch.leave(peer)
     router = switch.router
-    assert not router.graph._entries
+    assert not len(router.graph)
     assert not router.topics.by_name.values()
     assert not router.routes.publishers.values()
     check_tables(switch)

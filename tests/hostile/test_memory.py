@@ -34,6 +34,8 @@ from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, read_frame, until
 from tests.broker.switch import Switch
 from tests.certificates import Authority
+from tests.seams.brokers import dispatcher_of
+from tests.seams.protocol import handler_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -153,9 +155,9 @@ async def _use_and_end(
         partner.send(make.request(3, 1))
         await partner.synchronise()
         await until(lambda: broker.stats().pending_calls == 2)
-        last = list(broker._dispatcher.links)[-1]
+        last = list(dispatcher_of(broker).links)[-1]
         channel = last.channel
-        held: dict[str, Any] = {"link": last, "connection": channel._handler}
+        held: dict[str, Any] = {"link": last, "connection": handler_of(channel)}
         if isinstance(ending, frames.Ping):
             guilty.channel.abort()
         else:

@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING
 
 import actors
+from tests.seams.nodes import context_of
 from tests.simulation.network import on_host
 from tests.simulation.stage import Stage, play
 
@@ -70,7 +71,7 @@ def test_a_node_that_lost_its_name_waits_for_it(caplog: pytest.LogCaptureFixture
                 await asyncio.sleep(30)
                 assert lines(caplog, "A node named '/same' is there already") == 1
                 assert lines(caplog, "trying again") == 1
-        await stage.until(lambda: holder.connected and holder._context.declared)
+        await stage.until(lambda: holder.connected and context_of(holder).declared)
         assert (await watcher.get_node_names()).count("same") == 1
 
     play(scene)

@@ -24,6 +24,7 @@ from proto.errors import ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.broker.rawclient import DEADLINE_SEC, read_frame
+from tests.seams.nodes import queries_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -131,6 +132,6 @@ async def test_a_nodes_query_without_an_end_ends_at_its_deadline() -> None:
         loop = asyncio.get_running_loop()
         began = loop.time()
         with pytest.raises(BrokerUnreachable, match="No answer from the broker"):
-            await node._broker.snapshot(0.2)
+            await queries_of(node).snapshot(0.2)
         assert loop.time() - began < DEADLINE_SEC
         assert node.connected

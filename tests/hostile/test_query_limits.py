@@ -35,7 +35,7 @@ def test_watches_of_a_large_graph_are_answered_over_many_turns() -> None:
     switch.send(watcher, *(frames.Watch(number, keep=False) for number in range(1, 8)))
     answered: list[list[int]] = []
     while switch.router.graph.asked:
-        switch._carry(switch.router.report())
+        switch.carry(switch.router.report())
         came = switch.read(watcher, frames.Graph)
         answered.append([frame.watch for frame in came if not frame.more])
         assert sum(len(frame.added) for frame in came) <= ENTRIES_PER_REPORT

@@ -17,6 +17,7 @@ from proto.wire.fragments import MAP_ABOVE_BYTES, Reassembler, ReassemblyTotal
 from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
+from tests.seams.nodes import link_of
 
 KIB = 1024
 
@@ -114,7 +115,7 @@ async def test_large_messages_wait_at_the_client_for_the_limit_of_the_broker() -
         port=0, max_message_bytes=2**21, max_reassembly_bytes=2**22, drain_timeout_sec=0.2
     )
     async with Broker(options) as broker, actors.Node("writer", url=broker.url) as node:
-        channel = node._context.link.channel
+        channel = link_of(node).channel
         assert channel is not None
         for index in range(8):
             publisher = node.create_publisher(String, f"t{index}", 10)

@@ -168,6 +168,6 @@ def test_texts_of_a_broker_are_escaped_where_they_arrive() -> None:
 def test_errors_of_servers_are_one_short_line() -> None:
     """Case 56: type and text of a RemoteError, also if a foreign server sends something else."""
     text = peer_text(HOSTILE)
-    assert client_endpoint._remote_error(msgpack.packb([HOSTILE, HOSTILE])) == (text, text)
+    assert client_endpoint.remote_error(msgpack.packb([HOSTILE, HOSTILE])) == (text, text)
     nested = b"\x91" * 400 + b"\x01"
-    assert len(client_endpoint._remote_error(b"\x92" + nested + nested)[1]) == limits.MAX_ERROR_TEXT
+    assert len(client_endpoint.remote_error(b"\x92" + nested + nested)[1]) == limits.MAX_ERROR_TEXT

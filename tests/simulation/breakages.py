@@ -5,7 +5,6 @@ Each is a context manager; `BREAKAGES` maps them to the kind of history in which
 
 from __future__ import annotations
 
-import sys
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -49,6 +48,7 @@ from proto.wire.codec import array_head
 from proto.wire.frames import Replay, ReplyEntry
 from proto.wire.references import References, Slot, shared_batch
 from tests.proto.outboxes import Replays
+from tests.seams import simulation as seams
 from tests.simulation import faults, shared_memory
 from tests.simulation.histories import History, live
 
@@ -76,7 +76,7 @@ def hides_counts(*kinds: type[Endpoint]) -> Callable[[], AbstractContextManager[
     def silent(notices: Notices, endpoint: Endpoint, count: int) -> None:
         set_count(notices, endpoint, count)
         if isinstance(endpoint, kinds):
-            notices._changed.pop(endpoint, None)
+            seams.forget_count(notices, endpoint)
 
     return lambda: mock.patch.object(Notices, "set_count", silent)
 
@@ -289,7 +289,7 @@ def has_no_ceiling() -> Iterator[None]:
 @contextmanager
 def relies_on_the_gone() -> Iterator[None]:
     """A broker goes on checking links that are gone."""
-    remove = Router._remove_peer
+    remove = seams.remove_peer
 
     def forgetful(router: Router, peer: Peer, reason: str) -> None:
         remove(router, peer, reason)
@@ -305,9 +305,9 @@ def remembers_suspensions() -> Iterator[None]:
     remove = Graph.remove
 
     def keeping(graph: Graph, endpoint: Endpoint, *, suspended: bool = False) -> None:
-        before = {key: entry for key, entry in graph._suspended.items() if key == endpoint.key}
+        before = {key: entry for key, entry in seams.suspended_entries(graph).items() if key == endpoint.key}
         remove(graph, endpoint, suspended=suspended)
-        graph._suspended |= before
+        seams.suspended_entries(graph).update(before)
 
     with mock.patch.object(Graph, "remove", keeping):
         yield
@@ -371,7 +371,7 @@ def forgets_its_own() -> Iterator[None]:
     connect = Router.connect
 
     def forgetful(router: Router, instance: bytes, token: bytes) -> Any:
-        router._instances.pop(instance, None)
+        seams.forget_instance(router, instance)
         return connect(router, instance, token)
 
     with mock.patch.object(Router, "connect", forgetful):
@@ -388,10 +388,10 @@ def matches_strict_pairs() -> Iterator[None]:
 @contextmanager
 def keeps_names_of_the_silent() -> Iterator[None]:
     """A broker keeps a name for a node that is suspended."""
-    make = Declarations._make_node
+    make = seams.make_node
 
     def loyal(declarations: Declarations, peer: Peer, frame: Any, key: int) -> Any:
-        holders = declarations._names.holders(frame.name)
+        holders = seams.name_holders(declarations, frame.name)
         if not holders:
             return make(declarations, peer, frame, key)
         with mock.patch.multiple(next(iter(holders.values())).peer, suspended=False, names_released=False):
@@ -438,11 +438,11 @@ def releases_while_it_is_read() -> Iterator[None]:
 
     def early(references: References, batch: SharedBatch) -> bytes:
         raw = refer(references, batch)
-        if references._max_held_bytes < sys.maxsize:  # the broker's
+        if seams.belongs_to_broker(references):
             slot = batch.slot
             other = Slot(slot.arena, slot.memory, slot.offset, slot.generation, lambda _: None)
-            references._held[references._count - 1] = shared_batch(
-                other, batch[:6], batch.start, message_bytes(batch)
+            seams.replace_newest(
+                references, shared_batch(other, batch[:6], batch.start, message_bytes(batch))
             )
         return raw
 
@@ -469,7 +469,7 @@ def loses_references() -> Iterator[None]:
 
     def lossy(memory: SharedMemory, frame: Reference) -> Batch | None:
         batch = receive(memory, frame)
-        return None if memory._number % 3 == 0 else batch
+        return None if seams.received_number(memory) % 3 == 0 else batch
 
     with mock.patch.object(SharedMemory, "receive", lossy):
         yield
@@ -481,10 +481,11 @@ def releases_late() -> Iterator[None]:
     read_finished = SharedMemory.read_finished
 
     def late(memory: SharedMemory) -> None:
-        if len(memory._released) > 1:
-            last = memory._released.pop()
+        released = seams.released_slots(memory)
+        if len(released) > 1:
+            last = released.pop()
             read_finished(memory)
-            memory._released.append(last)
+            released.append(last)
 
     with mock.patch.object(SharedMemory, "read_finished", late):
         yield

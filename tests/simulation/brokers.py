@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from broker.options import BrokerOptions
 from broker.server import Broker
+from tests.seams.brokers import dispatcher_of
 from tests.simulation.mesh_network import SimulatedEngine
 from tests.simulation.network import on_host
 
@@ -50,7 +51,7 @@ class BrokerProcess:
 
     def routers(self) -> list[Router]:
         """Return its graphs."""
-        return [] if self.broker is None else list(self.broker._dispatcher.joined)
+        return [] if self.broker is None else list(dispatcher_of(self.broker).joined)
 
     async def start(self) -> None:
         """Start a broker and wait until it listens."""

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Final
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from broker.mesh.engine.channel import MeshChannel
+from tests.seams import simulation as seams
+from tests.seams.brokers import dispatcher_of, remote_endpoints
+from tests.seams.nodes import context_of, link_of
 from tests.simulation.records import Ask, keep_all, match
 from tests.simulation.shared_memory import check_slots
 
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.service.service import Service
     from actors.endpoints.subscription.subscription import Subscription
+    from broker.mesh.mesh import Mesh
     from broker.server import Broker
     from tests.simulation.member import Member
     from tests.simulation.records import Note, PublisherHistory, SubscriptionHistory
@@ -99,7 +103,7 @@ def _not_idle(world: World) -> Iterator[str]:
             if waiting:
                 yield f"{name} still has {waiting} waiting"
     for broker in (each.broker for each in world.brokers if each.alive and each.broker is not None):
-        for link in broker._dispatcher.links:
+        for link in dispatcher_of(broker).links:
             if link.channel.outbox.has_more or link.channel.outbox.blocked:
                 yield f"{link} still has messages that may be sent"
 
@@ -107,7 +111,7 @@ def _not_idle(world: World) -> Iterator[str]:
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
     for pub in member.publishers:
         yield pub.name, pub.publisher.queued
-    for queue in member.node._context.departing:
+    for queue in context_of(member.node).departing:
         yield f"{member.host}: a destroyed publisher", queue.pending
     for sub in member.subscriptions:
         yield sub.name, sub.subscription.queued
@@ -287,10 +291,10 @@ def _check_sums(world: World, sub: SubscriptionHistory) -> None:
 
 def _check_event_counts(world: World, name: str, subscription: Subscription[Note]) -> None:
     """Check that the events match the facts: who is matched, and whether each of them is alive."""
-    matched = endpoint_of(subscription)._events.matched.counts
+    matched = seams.subscription_events(subscription).matched.counts
     if matched[1] != subscription.peers or matched[0] < matched[1]:
         world.complain(f"{name} got events of {matched} matches, and has {subscription.peers}")
-    alive, silent = endpoint_of(subscription)._events.liveliness.counts
+    alive, silent = seams.subscription_events(subscription).liveliness.counts
     if alive + silent != subscription.peers or min(alive, silent) < 0:
         world.complain(f"{name}: {alive} publishers alive, {silent} not, of {subscription.peers}")
 
@@ -305,9 +309,9 @@ def _check_error_counts(world: World) -> None:
 def _check_outboxes_empty(world: World) -> None:
     """At rest every outbox is empty, in fact and by its own counters."""
     brokers = [each.broker for each in world.brokers if each.alive and each.broker is not None]
-    channels = [link.channel for broker in brokers for link in broker._dispatcher.links]
-    to_mesh = [each for broker in brokers for each in broker._dispatcher.mesh_channels.values()]
-    for channel in (*to_mesh, *channels, *(member.node._context.link.channel for member in world.members)):
+    channels = [link.channel for broker in brokers for link in dispatcher_of(broker).links]
+    to_mesh = [each for broker in brokers for each in dispatcher_of(broker).mesh_channels.values()]
+    for channel in (*to_mesh, *channels, *(link_of(member.node).channel for member in world.members)):
         assert channel is not None
         outbox = channel.outbox
         held = (
@@ -316,7 +320,7 @@ def _check_outboxes_empty(world: World) -> None:
             outbox.bulk_bytes,
             outbox.replay_bytes,
             len(outbox.large_calls),
-            len(outbox.transfers._open),
+            seams.open_transfers(outbox),
         )
         if any(held):
             world.complain(f"an outbox at rest holds {held}")
@@ -327,33 +331,38 @@ def _check_broker_empty(world: World, broker: Broker) -> None:
     stats = broker.stats()
     if stats.connections or stats.endpoints or stats.queued or stats.pending_calls:
         world.complain(f"without nodes the broker has {stats}")
-    _check_empty(world, broker._dispatcher, "links", "handshaking", "_unflushed")
-    _check_empty(world, broker._dispatcher.shared_memory, "arenas")
-    for router, joined in broker._dispatcher.joined.items():
+    _check_empty(world, dispatcher_of(broker), "links", "handshaking", "_unflushed")
+    _check_empty(world, dispatcher_of(broker).shared_memory, "arenas")
+    for router, joined in dispatcher_of(broker).joined.items():
         if joined:
             world.complain(f"without nodes {len(joined)} links are joined")
         waiting = sum(not peer_queue.queue.empty for peer_queue in router.routes.peer_queues())
         if waiting:
             world.complain(f"without nodes messages wait in {waiting} publisher queues")
         departed = router.routes.departed
-        departed._forget_empty()  # it may wait with that for more of them
+        seams.forget_empty(departed)  # it may wait with that for more of them
         parts: list[object] = [router.declarations, router.routes, router.topics, router.services]
         parts += [router.graph, departed]
-        mesh = broker._dispatcher.mesh_channels.get(router)
+        mesh = dispatcher_of(broker).mesh_channels.get(router)
         if mesh is None:
             parts.append(router)
         else:  # it is a peer of the router, and has sessions with other brokers
             assert isinstance(mesh, MeshChannel)
-            imports, exports = mesh.mesh._imports, mesh.mesh._exports
-            parts += [exports, mesh.mesh._calls, mesh.mesh.wanted]
-            _check_empty(world, imports, "_remotes")
-            for number, known in imports._brokers.items():
-                if known.ids:
-                    world.complain(f"without nodes the broker {number} has {known.ids}")
-            if mesh.mesh.rejected or mesh.mesh.counts()["refused"]:
-                world.complain(f"brokers that keep the rules are rejected or refused: {mesh.mesh.counts()}")
+            parts += seams.parts_of(mesh.mesh)
+            _check_mesh_empty(world, mesh.mesh)
         for part in parts:
             _check_empty(world, part, *(name for name in vars(part) if name != "_handlers"))
+
+
+def _check_mesh_empty(world: World, mesh: Mesh) -> None:
+    """Nothing is known of other brokers' endpoints, and none has broken a rule."""
+    if remote_endpoints(mesh):
+        world.complain("without nodes endpoints of other brokers are known")
+    for number, ids in seams.ids_by_broker(mesh).items():
+        if ids:
+            world.complain(f"without nodes the broker {number} has {ids}")
+    if mesh.rejected or mesh.counts()["refused"]:
+        world.complain(f"brokers that keep the rules are rejected or refused: {mesh.counts()}")
 
 
 def _check_empty(world: World, part: object, *names: str) -> None:

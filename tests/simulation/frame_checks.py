@@ -24,6 +24,9 @@ from proto.wire import frames
 from proto.wire.codec import decode
 from proto.wire.codes import DetachReason, Op
 from proto.wire.session import State
+from tests.seams import simulation as seams
+from tests.seams.brokers import dispatcher_of
+from tests.seams.nodes import context_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -112,7 +115,13 @@ class FrameChecks:
             mesh: bool = False,
         ) -> tuple[int, list[Delivery]]:
             peer, out = connect(router, instance, token, principal, mesh=mesh)
-            if sum((each.instance, each.token) == (instance, token) for each in router._peers.values()) > 1:
+            if (
+                sum(
+                    (each.instance, each.token) == (instance, token)
+                    for each in seams.peers_of(router).values()
+                )
+                > 1
+            ):
                 self._world.complain(f"link {peer} does not take over from its node's earlier one")
             self._check_detach_reasons(router, out)
             return peer, out
@@ -127,10 +136,10 @@ class FrameChecks:
 
     @contextmanager
     def _drain_hooks(self) -> Iterator[None]:
-        run, hold, caught_up = Drain.run, Drain._hold, Dispatcher.caught_up
+        run, hold, caught_up = Drain.run, seams.hold, Dispatcher.caught_up
 
         def recording_hold(drain: Drain) -> None:
-            for router in drain._dispatcher.joined:
+            for router in seams.graphs_of(drain):
                 self._held[router] = {publisher.key for publisher in router.routes.publishers.values()}
             hold(drain)
 
@@ -139,7 +148,7 @@ class FrameChecks:
             caught_up(dispatcher, link)
 
         async def recording_run(drain: Drain, timeout_sec: float) -> None:
-            links = _whole(drain._dispatcher.links)
+            links = _whole(seams.links_of(drain))
             await run(drain, timeout_sec)
             self._check_goodbye_sent(links)
 
@@ -168,7 +177,7 @@ class FrameChecks:
         for member in self._world.members:
             if not member.alive:
                 continue
-            context = member.node._context
+            context = context_of(member.node)
             channel = context.link.channel
             if not context.stopping or channel is None or channel.session.state is not State.OPEN:
                 continue
@@ -181,7 +190,7 @@ class FrameChecks:
                     self._world.complain(f"{member.host}!{service.srv_name} stops, and does not send RETIRE")
 
     def _record_retired(self, router: Router, peer: int, frame: frames.Retire) -> None:
-        record = router._peers.get(peer)
+        record = seams.peers_of(router).get(peer)
         server = None if record is None else record.endpoints.get(frame.id)
         if isinstance(server, ServiceRecord):
             self._retired.add(server)
@@ -198,7 +207,7 @@ class FrameChecks:
             self._urls[router] = next(
                 process.url
                 for process in self._world.brokers
-                if process.broker is not None and router in process.broker._dispatcher.joined
+                if process.broker is not None and router in dispatcher_of(process.broker).joined
             )
         return self._urls[router]
 
@@ -210,7 +219,7 @@ class FrameChecks:
                 continue
             publisher = router.routes.publishers.get(frame.publisher)
             silent = publisher is not None and publisher.peer.suspended
-            reader = router._peers.get(delivery.peer)
+            reader = seams.peers_of(router).get(delivery.peer)
             if frame.reason == DetachReason.SUSPENDED and not silent:
                 self._world.complain(
                     f"readers are to wait for the publisher {frame.publisher}, which is gone"
@@ -246,7 +255,7 @@ def _whole(links: Iterable[Link]) -> list[Link]:
 
 def _is_suspended(router: Router, name: str) -> bool:
     """Tell whether a holder of a name is suspended."""
-    return any(each.peer.suspended for each in router.declarations._names.holders(name).values())
+    return any(each.peer.suspended for each in seams.holders_of(router, name).values())
 
 
 def _is_refused(delivery: Any) -> bool:

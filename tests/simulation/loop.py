@@ -15,6 +15,7 @@ from unittest.mock import patch
 
 from actors.callbacks.budget import CallbackBudget
 from proto.aio import local_socket
+from tests.seams.loops import context_in, run_handle
 from tests.simulation.network import Network, host_in
 
 if TYPE_CHECKING:
@@ -89,12 +90,12 @@ class SimulatedLoop(BaseEventLoop):
             ready.append(heapq.heappop(timers)[2])
         for _ in range(len(ready)):
             handle = ready.popleft()
-            if handle._cancelled:
+            if handle.cancelled():
                 continue
-            if self._frozen and (held := self._frozen.get(host_in(handle._context))) is not None:  # type: ignore[attr-defined]
+            if self._frozen and (held := self._frozen.get(host_in(context_in(handle)))) is not None:
                 held.append(handle)
             else:
-                handle._run()
+                run_handle(handle)
         self.turns += 1
         if self.turns > MAX_TURNS:
             raise Stuck(f"{MAX_TURNS} turns of the loop, now at {self._now:.6f} s")

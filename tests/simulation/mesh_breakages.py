@@ -10,6 +10,7 @@ from broker.mesh.imports import MeshImports
 from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
 from broker.routing.mirrored import wants_latched
+from tests.seams.simulation import set_version
 from tests.simulation.breakages import does_nothing
 
 if TYPE_CHECKING:
@@ -26,9 +27,7 @@ def ignores_versions() -> Iterator[None]:
     take = MeshImports.take_change
 
     def take_any(imports: MeshImports, broker: int, change: Change) -> bool:
-        known = imports._brokers.get(broker)
-        if known is not None:
-            known.version = change.version - 1
+        set_version(imports, broker, change.version - 1)
         return take(imports, broker, change)
 
     with mock.patch.object(MeshImports, "take_change", take_any):

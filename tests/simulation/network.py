@@ -441,7 +441,7 @@ class Network:
         self.choose_link_faults: Callable[[Random], LinkFaults] = lambda _: LinkFaults()
         self._random = Random(f"{seed} network")
         self._listeners: dict[str, MemoryServer] = {}
-        self._pipes: list[Pipe] = []
+        self.pipes: list[Pipe] = []
         self._holes: set[tuple[str, str]] = set()
         self._dead: set[str] = set()
         self._next_port = 40_000
@@ -512,7 +512,7 @@ class Network:
         self.connections += 1
         up = Pipe(self, f"{number} {here}>{there}", self.choose_link_faults(self._random))
         down = Pipe(self, f"{number} {there}>{here}", self.choose_link_faults(self._random))
-        self._pipes += [up, down]
+        self.pipes += [up, down]
         client = MemoryTransport(self, up, down, there, copy_context())
         accepted = MemoryTransport(self, down, up, here, server.context.copy())
         accepted.server = server
@@ -550,7 +550,7 @@ class Network:
 
     def partition(self, host: str) -> None:
         """Hold the bytes between a host and all others, including new connections."""
-        others = {pipe.source.host for pipe in self._pipes} | {BROKER}
+        others = {pipe.source.host for pipe in self.pipes} | {BROKER}
         for other in sorted(others - {host}):
             self.block(host, other)
             self.block(other, host)
@@ -577,7 +577,7 @@ class Network:
     def slow_down(self, host: str, *, read: int, pause: float) -> None:
         """Limit the size and rate of a host's reads."""
         self.record("slow", host)
-        for pipe in self._pipes:
+        for pipe in self.pipes:
             if pipe.target.host == host:
                 pipe.link_faults.read, pipe.link_faults.read_pause = read, pause
 
@@ -585,7 +585,7 @@ class Network:
         """Remove all black holes and slow readers."""
         self.record("heal")
         self._holes.clear()
-        for pipe in self._pipes:
+        for pipe in self.pipes:
             pipe.link_faults.read, pipe.link_faults.read_pause = LinkFaults.read, 0.0
             pipe.arrive()
         self._changed()

@@ -5,6 +5,9 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Final
 
+from tests.seams import simulation as seams
+from tests.seams.brokers import dispatcher_of
+from tests.seams.nodes import link_of
 from tests.simulation.network import BROKER
 
 if TYPE_CHECKING:
@@ -45,8 +48,8 @@ def _relied_on(world: World, member: Member) -> Link | None:
     """Return the broker's end of a member's link, if somebody is matched with the member."""
     broker = world.home.broker
     assert broker is not None
-    for router, joined in broker._dispatcher.joined.items():
-        holders = router.declarations._names.holders(member.node.get_fully_qualified_name())
+    for router, joined in dispatcher_of(broker).joined.items():
+        holders = seams.holders_of(router, member.node.get_fully_qualified_name())
         record = next(iter(holders.values()), None)
         connection = None if record is None else joined.get(record.peer.id)
         if record is not None and connection is not None and connection.channel.connected:
@@ -56,8 +59,8 @@ def _relied_on(world: World, member: Member) -> Link | None:
 
 def _relying(member: Member) -> Channel | None:
     """Return a member's end of its link to the first broker, if it is matched with somebody."""
-    link = member.node._context.link
+    link = link_of(member.node)
     channel = link.channel
-    if channel is None or not link.matched or channel._transport is None:
+    if channel is None or not link.matched:
         return None
-    return channel if channel._transport.get_extra_info("peername")[0] == BROKER else None
+    return channel if seams.peer_address(channel) == BROKER else None

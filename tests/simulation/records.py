@@ -11,6 +11,7 @@ import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.qos.compatibility import disagreements
 from proto.wire.frames import Replay
+from tests.seams import simulation as seams
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,7 +46,7 @@ class Ask(actors.Service, type_name="simulation/srv/Ask"):
 
 def match(pub: PublisherHistory, sub: SubscriptionHistory) -> bool:
     """Return whether a publisher and a subscription of one topic match: strict ones need compatible QoS."""
-    strict = endpoint_of(pub.publisher)._strict_qos or endpoint_of(sub.subscription)._strict_qos
+    strict = seams.is_strict(pub.publisher, sub.subscription)
     return not (strict and disagreements(pub.publisher.qos_profile, sub.subscription.qos_profile))
 
 
@@ -66,15 +67,17 @@ class PublisherHistory:
     """Messages queued a second time, for a broker that may not have them."""
 
     def __post_init__(self) -> None:
-        publisher = self.publisher
-        resend, queue = endpoint_of(publisher)._resend_retained, endpoint_of(publisher).queue
+        queue = endpoint_of(self.publisher).queue
 
-        def recording_resend() -> None:
-            before = queue.pending
-            resend()
-            self.resent += queue.pending - before
+        def recording(resend: Callable[[], None]) -> Callable[[], None]:
+            def recording_resend() -> None:
+                before = queue.pending
+                resend()
+                self.resent += queue.pending - before
 
-        endpoint_of(publisher)._resend_retained = recording_resend  # type: ignore[method-assign]
+            return recording_resend
+
+        seams.wrap_resend(self.publisher, recording)
 
     @property
     def published(self) -> int:

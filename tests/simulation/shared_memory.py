@@ -12,6 +12,9 @@ import actors.session.shared_memory
 import broker.serving.shared_memory
 from proto.aio.arena import Arena
 from proto.wire.references import copy_payload
+from tests.seams.brokers import dispatcher_of
+from tests.seams.nodes import link_of
+from tests.seams.simulation import arena_of, number_generations, shared_bytes_held
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +52,7 @@ def simulated_arenas(seed: int) -> Iterator[None]:
     def determined(arena: Arena, size: int) -> None:
         make(arena, size)
         number = next(numbers)
-        arena._generation = number << 40  # its length in frames must not depend on chance
+        number_generations(arena, number)
         arena.announcement = arena.announcement._replace(id=number, process=1, descriptor=number)
 
     arena_bytes, ahead_bytes = random.choice(ARENA_BYTES), random.choice(AHEAD_BYTES)
@@ -69,17 +72,17 @@ def check_slots(world: World) -> None:
     Where no links end early, no slot has been used again before it was read.
     """
     for member in world.members:
-        shared = member.node._context.link.shared_memory
+        shared = link_of(member.node).shared_memory
         if world.calm and shared.stale:
             world.complain(f"{member.host}: the slots of {shared.stale} messages were used again")
-        if shared._references is not None and shared._references.held_bytes:
-            world.complain(f"{member.host}: the broker holds {shared._references.held_bytes} shared bytes")
-        arena = shared._arena
+        if held := shared_bytes_held(shared):
+            world.complain(f"{member.host}: the broker holds {held} shared bytes")
+        arena = arena_of(shared)
         if arena is not None and arena.used_bytes:
             world.complain(f"{member.host}: {arena.used_bytes} bytes of its arena are in use at rest")
     for each in world.brokers:
         if each.alive and each.broker is not None:
-            _check_broker(world, each.broker._dispatcher)
+            _check_broker(world, dispatcher_of(each.broker))
 
 
 def _check_broker(world: World, dispatcher: Dispatcher) -> None:

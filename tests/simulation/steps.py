@@ -3,7 +3,7 @@
 Counters account for each copy that a broker has routed, each message that a publisher has published and each
 message that is due to a subscription, at any moment and under any fault. Checking everything in every turn
 would take most of the time, so only the changed parts are checked, and the structure behind the sums
-(`structure.py`) in every `DEEP`th such turn. Single frames are checked when they are sent or received
+(`seams/structure.py`) in every `DEEP`th such turn. Single frames are checked when they are sent or received
 (`frame_checks.py`).
 """
 
@@ -19,7 +19,9 @@ from broker.server import Broker
 from broker.serving.dispatcher import Dispatcher
 from proto.aio.channel import Channel
 from proto.wire.session import Role
-from tests.simulation import structure
+from tests.seams import simulation as seams
+from tests.seams import structure
+from tests.seams.brokers import dispatcher_of
 from tests.simulation.frame_checks import FrameChecks
 
 if TYPE_CHECKING:
@@ -111,9 +113,9 @@ class Steps:
         if self._brokers_moved:
             self._brokers_moved = False
             for host, broker in self._brokers():
-                for router in broker._dispatcher.joined:
+                for router in dispatcher_of(broker).joined:
                     self._check_routed(host, router)
-                for link in broker._dispatcher.links:
+                for link in dispatcher_of(broker).links:
                     self._check_ceilings(host, link.channel, broker.options)
                 self._complain(host, structure.of_suspensions(broker))
         if self._nodes_moved:
@@ -129,7 +131,7 @@ class Steps:
         """Check the routers of one host, between two messages that it handles in one turn."""
         for host, broker in self._brokers():
             if host == place:
-                for router in broker._dispatcher.joined:
+                for router in dispatcher_of(broker).joined:
                     self._check_routed(host, router)
 
     def check_all(self) -> None:
@@ -222,7 +224,7 @@ class Steps:
             counts = {name: getattr(subscription, name) for name in SUBSCRIPTION_COUNTS}
             self._world.complain(f"{sub.name}: {due} messages were due, and there are {counts}")
         # What latched messages may still make good is not reported yet.
-        reported = endpoint_of(subscription)._events.message_lost.counts[0]
+        reported = seams.subscription_events(subscription).message_lost.counts[0]
         tracker = endpoint_of(subscription).tracker
         away = (known.missed for gid, known in tracker.known.items() if gid not in tracker.attachments)
         open_ = sum(attachment.missed for attachment in tracker.attachments.values()) + sum(away)

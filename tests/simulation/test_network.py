@@ -263,7 +263,7 @@ def test_bytes_may_be_cut_anywhere() -> None:
     """The simulated link decides the size of segments."""
 
     async def body(loop: SimulatedLoop, client: Recorder, server: Recorder) -> None:
-        for pipe in loop.network._pipes:
+        for pipe in loop.network.pipes:
             pipe.link_faults = LinkFaults(segment=3, read=2)
         client.transport.write(b"x" * 1000)
         await asyncio.sleep(5)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from tests.seams import simulation as seams
+from tests.seams.nodes import link_of
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Ask, Note
 from tests.simulation.stage import Stage, play
@@ -464,7 +466,7 @@ def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
 
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
-        sessions = talker._context.link.connections
+        sessions = link_of(talker).connections
         for step in range(30):
             publisher = talker.create_publisher(Note, "red", KEEP_ALL)
             await asyncio.sleep(0.1)
@@ -472,8 +474,8 @@ def test_a_publisher_that_leaves_as_credit_comes_costs_no_link() -> None:
             await asyncio.sleep(step * 0.0002)
             talker.destroy_publisher(publisher)
             await asyncio.sleep(0.1)
-        assert talker._context.link.connections == sessions
-        assert not talker._context.link.publishers
+        assert link_of(talker).connections == sessions
+        assert not link_of(talker).publishers
 
     play(scene)
 
@@ -523,7 +525,7 @@ def test_a_frozen_reader_forgets_a_publisher_that_left_meanwhile() -> None:
         talker.destroy_publisher(publisher)
         stage.network.heal()
         await asyncio.sleep(1)
-        assert not any(listener._context.link.attachments._attachments.values())
+        assert not seams.attached_publishers(link_of(listener).attachments)
 
     play(scene)
 

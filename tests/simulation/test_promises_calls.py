@@ -13,6 +13,8 @@ import pytest
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from proto import limits
+from tests.seams import simulation as seams
+from tests.seams.nodes import context_of, link_of
 from tests.simulation.network import BROKER, on_host
 from tests.simulation.records import Ask
 from tests.simulation.stage import Stage, play
@@ -61,7 +63,7 @@ async def desk_and_client(stage: Stage, *, concurrent: bool = True) -> tuple[Des
 
 def nothing_pends(stage: Stage, desk: Desk, client: actors.Client[Any, Any]) -> bool:
     """Whether client, broker and server have forgotten every call."""
-    here = client.pending + len(endpoint_of(client)._deadlines._live)
+    here = client.pending + seams.pending_deadlines(client)
     return not here + stage.broker.stats().pending_calls + desk.service.pending
 
 
@@ -158,7 +160,7 @@ def test_a_large_request_is_taken_back_half_way(where: str) -> None:
         stage.network.slow_down(BROKER if where == "caller" else "server", read=20_000, pause=0.05)
         call = client.call_async(Ask.Request(number=1, weight=bytes(10_000_000)), 60)
         await asyncio.sleep(3)
-        channel = (endpoint_of(client).context if where == "caller" else desk.node._context).link.channel
+        channel = (endpoint_of(client).context if where == "caller" else context_of(desk.node)).link.channel
         assert channel is not None
         assert 500_000 < max(channel.bytes_sent, channel.bytes_received) < 5_000_000
         call.cancel()
@@ -168,7 +170,7 @@ def test_a_large_request_is_taken_back_half_way(where: str) -> None:
         reply = await client.call(Ask.Request(number=2, weight=bytes(1_000_000)), 60)
         assert reply.number == 4
         assert set(desk.begun) == {2}
-        assert endpoint_of(client).context.link.connections == desk.node._context.link.connections == 1
+        assert endpoint_of(client).context.link.connections == link_of(desk.node).connections == 1
 
     play(scene)
 
@@ -281,7 +283,7 @@ def test_a_hundred_thousand_calls_wait_and_end() -> None:
                 assert (await call).number == 2 * number
         assert nothing_pends(stage, desk, client)
         assert desk.begun.total() == len(desk.begun) == count
-        assert len(endpoint_of(client)._deadlines._heap) < 3000
+        assert seams.kept_deadlines(client) < 3000
 
     play(scene)
 

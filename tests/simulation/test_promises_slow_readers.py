@@ -11,6 +11,8 @@ import pytest
 from actors.endpoints.endpoint import endpoint_of
 from broker.options import BrokerOptions
 from proto import limits
+from tests.seams.brokers import dispatcher_of
+from tests.seams.nodes import context_of, link_of
 from tests.simulation.network import LinkFaults
 from tests.simulation.records import Ask, Note
 from tests.simulation.stage import Stage, play
@@ -53,7 +55,7 @@ class Meter:
 
     def leads_to(self, node: actors.Node) -> bool:
         """Whether it takes callbacks of a node."""
-        return endpoint_of(self._reader).context is node._context
+        return endpoint_of(self._reader).context is context_of(node)
 
     async def ready(self) -> None:
         """Return when both ends have met."""
@@ -98,14 +100,14 @@ def watch_links(stage: Stage) -> Callable[[], int]:
 
     def measure() -> None:
         nonlocal most
-        most = max(most, *(each.channel.outbox.held_bytes for each in stage.broker._dispatcher.links), 0)
+        most = max(most, *(each.channel.outbox.held_bytes for each in dispatcher_of(stage.broker).links), 0)
 
     stage.loop.after_turn = measure
     return lambda: most
 
 
 def all_links_hold(*nodes: actors.Node) -> bool:
-    return all(node.connected and node._context.link.connections == 1 for node in nodes)
+    return all(node.connected and link_of(node).connections == 1 for node in nodes)
 
 
 async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
@@ -143,7 +145,7 @@ async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
             for _ in range(20):
                 publisher.publish(Note(number=number, weight=bytes(8 * KIB)))
             began = stage.loop.time()
-            await listener._context.link.round_trip()
+            await link_of(listener).round_trip()
             pings.append(stage.loop.time() - began)
             await asyncio.sleep(began + 0.3 - stage.loop.time())
 

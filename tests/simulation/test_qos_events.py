@@ -9,6 +9,7 @@ import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
+from tests.seams import simulation as seams
 from tests.simulation.network import BROKER
 from tests.simulation.records import Note
 from tests.simulation.stage import Stage, play
@@ -106,7 +107,7 @@ def test_nobody_is_late_while_there_is_no_broker() -> None:
         await matched(stage, publisher)
         await stage.crash_broker()
         await stage.until(lambda: not listener.connected)
-        missed = endpoint_of(subscription)._events.deadline.counts
+        missed = seams.subscription_events(subscription).deadline.counts
         assert missed == [0]
         await asyncio.sleep(10)
         assert missed == [0]
@@ -137,13 +138,13 @@ def test_what_is_destroyed_counts_no_lease_and_no_deadline(*, whole_node: bool) 
         else:
             both.destroy_subscription(subscription)
             both.destroy_publisher(publisher)
-        subscription_events = endpoint_of(subscription)._events
+        subscription_events = seams.subscription_events(subscription)
         publisher_events = endpoint_of(publisher).events
         assert publisher_events is not None
-        before = [list(event.counts) for event in (*subscription_events._all(), *publisher_events._all())]
+        before = [list(event.counts) for event in (*subscription_events.all(), *publisher_events.all())]
         await asyncio.sleep(10)
         assert [
-            list(event.counts) for event in (*subscription_events._all(), *publisher_events._all())
+            list(event.counts) for event in (*subscription_events.all(), *publisher_events.all())
         ] == before
         assert (
             subscription_events.liveliness.counts[1],

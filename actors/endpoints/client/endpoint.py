@@ -235,7 +235,7 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def _failure(self, entry: ReplyEntry) -> CallFailed:
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
-            return RemoteError(*_remote_error(entry.body))
+            return RemoteError(*remote_error(entry.body))
         text = self.refusal or peer_text(entry.body.decode("utf-8", "replace"))
         failure = _UNSERVED.get(entry.status)
         if failure is None:
@@ -336,7 +336,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         )
 
 
-def _remote_error(body: bytes) -> tuple[str, str]:
+def remote_error(body: bytes) -> tuple[str, str]:
     """Return type and text of a remote error; a server in another language may send something else."""
     try:
         kind, text = msgpack.unpackb(body)

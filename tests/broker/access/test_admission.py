@@ -16,6 +16,7 @@ from broker.access.origin import LOCAL, UNKNOWN, Origin
 from broker.access.parse import parse_rules
 from broker.access.transport import is_same_user, origin_of
 from proto.aio.local_socket import local_name
+from tests.seams.brokers import kept_addresses, kept_failures
 
 RULES = parse_rules(f"[users.a]\ntokens = ['{hash_token('t')}']", "rules.toml")
 
@@ -48,7 +49,7 @@ def test_the_table_of_failures_is_limited(monkeypatch: pytest.MonkeyPatch) -> No
     gate = Admission(RULES, max_per_address=1, plain_tokens=False)
     for number in range(20):
         fail(gate, origin(f"192.0.2.{number}"), 0)
-    assert len(gate._failures) == 5
+    assert kept_failures(gate) == 5
 
 
 def test_ended_connections_are_forgotten() -> None:
@@ -59,7 +60,7 @@ def test_ended_connections_are_forgotten() -> None:
     assert "1 connections from one address" in gate.enter(where)
     gate.leave(where)
     gate.leave(where)
-    assert not gate._connections
+    assert kept_addresses(gate) == 0
     assert gate.enter(where) == ""
 
 

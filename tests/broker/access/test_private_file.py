@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import stat
 import subprocess
 import sys
-import tempfile
 from typing import TYPE_CHECKING
 
 import pytest
 
 from broker.access.private_file import write_private
 from proto.errors import CallboardError
+from tests.system import fill_disk
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,12 +42,7 @@ def test_a_failed_write_leaves_the_file(tmp_path: Path) -> None:
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 42: no partial file, of the URL or of rules."""
-    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def refuse(*_: object) -> None:
-        raise full
-
-    monkeypatch.setattr(tempfile._TemporaryFileWrapper, "write", refuse, raising=False)
+    fill_disk(monkeypatch)
     with pytest.raises(CallboardError, match="No space left"):
         write_private(tmp_path / "url", "callboard://x")
     assert list(tmp_path.iterdir()) == []

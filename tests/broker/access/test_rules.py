@@ -15,6 +15,7 @@ from broker.access.parse import MAX_FILE_BYTES, parse_rules
 from broker.access.rules import MAX_DECISIONS, AccessRules, Action, Principal, Role, User
 from proto.limits import MAX_TOKEN_CHARACTERS
 from proto.wire.addresses import parse_address
+from tests.seams.brokers import kept_decisions, kept_rights
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -178,7 +179,7 @@ def test_kept_decisions_are_limited() -> None:
     rights = principal("robot").rights
     for number in range(MAX_DECISIONS + 10):
         rights.may(Action.PUBLISH, f"/robot1/t{number}")
-    assert len(rights._decisions) <= MAX_DECISIONS
+    assert kept_decisions(rights) <= MAX_DECISIONS
 
 
 def test_kept_rights_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,7 +190,7 @@ def test_kept_rights_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in roles:
         found = many.principal(name, FAR)
         assert found is not None
-        assert len(many._rights) <= 2
+        assert kept_rights(many) <= 2
 
 
 # The text

@@ -18,6 +18,7 @@ from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.daemon.test_command import end, first_line, started
 from tests.broker.rawclient import link, until
+from tests.seams.brokers import dispatcher_of
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -121,11 +122,11 @@ async def test_new_limits_hold_for_links_that_exist() -> None:
         broker.reconfigure(BrokerOptions(port=1, max_link_bytes=65_536, drain_timeout_sec=0.2))
         assert (broker.options.port, broker.options.max_link_bytes) == (0, 65_536)
         assert parse_url(broker.url).port == port
-        (held,) = broker._dispatcher.links
+        (held,) = dispatcher_of(broker).links
         assert held.channel.outbox.max_held_bytes == 65_536
         async with link(broker, "/new"):
-            await until(lambda: len(broker._dispatcher.links) == 2)
-            assert {each.channel.outbox.max_held_bytes for each in broker._dispatcher.links} == {65_536}
+            await until(lambda: len(dispatcher_of(broker).links) == 2)
+            assert {each.channel.outbox.max_held_bytes for each in dispatcher_of(broker).links} == {65_536}
 
 
 def test_what_a_router_keeps_needs_a_restart() -> None:

@@ -8,7 +8,8 @@ from broker.mesh.messages import Change, Direct, Snapshot
 from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
-from tests.simulation.structure import of_router
+from tests.seams.brokers import endpoint_keys
+from tests.seams.structure import of_router
 
 HERE, THERE, OTHER = 1, 2, 3
 NODE = frames.Node(1, "/remote")
@@ -87,7 +88,7 @@ class Attack:
         assert [broker for what, broker, _ in self.warnings if what == "rejected"] == [THERE]
         assert self.mesh.rejected == 1
         assert tuple(self.mesh.sessions.names()) == (OTHER,)
-        keys = {endpoint.key >> 32 for endpoint in self.broker.router.graph._entries.values()}
+        keys = {key >> 32 for key in endpoint_keys(self.broker.router)}
         assert keys == {HERE, OTHER}
         self.settle()
         self.calls += 1

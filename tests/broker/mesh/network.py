@@ -33,7 +33,7 @@ class MeshBroker(Switch):
         self.mesh = Mesh(
             number,
             self.router,
-            self._carry,
+            self.carry,
             lambda what, broker, text: self.warnings.append((what, broker, text)),
             max_endpoints=max_endpoints,
             name=f"broker{number}",

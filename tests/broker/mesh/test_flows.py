@@ -14,7 +14,8 @@ from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import THERE, Attack
 from tests.broker.mesh.network import Network
 from tests.fuzz.router import check_tables
-from tests.simulation.structure import of_router
+from tests.seams.brokers import endpoint_keys, latched_bytes
+from tests.seams.structure import of_router
 
 if TYPE_CHECKING:
     from tests.broker.mesh.network import MeshBroker
@@ -114,7 +115,7 @@ def test_nobody_gets_latched_messages_of_a_node_that_has_left() -> None:
     b.send(late, make.subscription(1, qos=make.LATCHED))
     network.settle()
     assert _numbers(b, late) == []
-    assert [each.router._latched.bytes for each in network] == [0, 0]
+    assert [latched_bytes(each.router) for each in network] == [0, 0]
 
 
 def test_a_node_that_connects_again_goes_on_at_other_brokers() -> None:
@@ -133,7 +134,7 @@ def test_a_node_that_connects_again_goes_on_at_other_brokers() -> None:
     network.settle()
     assert _numbers(b, listener) == [0, 1, 2, 2, 3, 4]  # as at one broker: the node drops the second 2
     assert b.mesh.rejected == 0
-    assert len([key for key in b.router.graph._entries if key >> 32 == 1]) == 2
+    assert len([key for key in endpoint_keys(b.router) if key >> 32 == 1]) == 2
 
 
 def test_the_deadline_of_a_call_reaches_the_server() -> None:

@@ -16,7 +16,8 @@ from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import HERE, NODE, OTHER, THERE, Attack
 from tests.broker.mesh.network import Network
 from tests.fuzz.mesh import check
-from tests.simulation.structure import of_router
+from tests.seams.brokers import endpoint_keys
+from tests.seams.structure import of_router
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,7 +110,7 @@ def test_a_rejected_broker_notices_that_it_is_ignored() -> None:
         network.beat()
     (reply,) = a.read(caller, frames.Reply)
     assert reply.entries[0].status == Status.UNAVAILABLE
-    assert {key >> 32 for key in a.router.graph._entries} == {1}
+    assert {key >> 32 for key in endpoint_keys(a.router)} == {1}
     assert a.mesh.resets == 1
 
 
@@ -135,9 +136,9 @@ HARMLESS: dict[str, Callable[[Attack], None]] = {
 def test_what_can_be_ignored_changes_nothing(attack: Callable[[Attack], None]) -> None:
     """Unknown endpoints and numbers are no reason to reject a broker."""
     under = Attack()
-    before = set(under.broker.router.graph._entries)
+    before = endpoint_keys(under.broker.router)
     attack(under)
-    assert set(under.broker.router.graph._entries) == before
+    assert endpoint_keys(under.broker.router) == before
     assert tuple(under.mesh.sessions.names()) == (THERE, OTHER)
     assert list(of_router(under.broker.router)) == []
     under.mesh.receive(THERE, _batch(PUBLISHER))
@@ -193,13 +194,13 @@ def test_endpoints_of_one_broker_have_a_limit() -> None:
         frames.Node(8, "/more"), make.publisher(9, node=8), frames.Undeclare(9), frames.Undeclare(8)
     )
     attack.change(frames.Node(3, "/fourth"), broker=OTHER)
-    keys = {key for key in attack.broker.router.graph._entries if key >> 32 == THERE}
+    keys = {key for key in endpoint_keys(attack.broker.router) if key >> 32 == THERE}
     assert {key & 0xFFFF for key in keys} == {1, 2, 3, 4, 5, 6}
     assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
     assert {what for what, *_ in attack.warnings} == {"refused an endpoint of"}
     assert attack.broker.router.refusals.count == 3
     attack.change(frames.Undeclare(6), make.publisher(10, node=1))
-    assert THERE << 32 | 10 in attack.broker.router.graph._entries
+    assert THERE << 32 | 10 in endpoint_keys(attack.broker.router)
 
 
 def test_invalid_numbers_of_brokers_are_ignored() -> None:

@@ -11,6 +11,7 @@ from proto.wire import frames
 from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import Network
+from tests.seams.brokers import calls_between_brokers, endpoint_keys
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def _entries(broker: MeshBroker, other: int) -> set[int]:
-    return {key & 0xFF for key in broker.router.graph._entries if key >> 32 == other}
+    return {key & 0xFF for key in endpoint_keys(broker.router) if key >> 32 == other}
 
 
 def _changes(broker: MeshBroker) -> list[frames.Frame]:
@@ -151,7 +152,7 @@ def test_calls_that_are_cancelled_before_they_are_sent_leave_nothing() -> None:
     network.settle()
     got = [each for each in b.read_all(server) if isinstance(each, (frames.Request, frames.Cancel))]
     assert [len(each.entries) for each in got if isinstance(each, frames.Request)] == [1]
-    assert len(got) == len(a.mesh._calls) == 1
+    assert len(got) == calls_between_brokers(a.mesh) == 1
 
 
 def test_no_call_is_remembered_after_its_end() -> None:
@@ -166,7 +167,7 @@ def test_no_call_is_remembered_after_its_end() -> None:
         a.send(caller, make.request(1, 5))
         network.settle()
         (request,) = b.read(server, frames.Request)
-        assert len(a.mesh._calls) == 1
+        assert calls_between_brokers(a.mesh) == 1
         if end == "reply":
             b.send(server, make.reply(7, request.entries[0].call))
         elif end == "cancel":
@@ -178,7 +179,7 @@ def test_no_call_is_remembered_after_its_end() -> None:
         else:
             network.partition(2)
         network.settle()
-        assert len(a.mesh._calls) == a.router.calls.pending == b.router.calls.pending == 0, end
+        assert calls_between_brokers(a.mesh) == a.router.calls.pending == b.router.calls.pending == 0, end
 
 
 def test_a_publisher_whose_last_messages_are_discarded_is_forgotten() -> None:

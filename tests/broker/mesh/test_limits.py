@@ -8,6 +8,7 @@ from broker.routing import latched
 from proto.wire.codes import Status
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import NODE, OTHER, THERE, Attack
+from tests.seams.brokers import endpoint_keys
 
 if TYPE_CHECKING:
     import pytest
@@ -18,7 +19,7 @@ def test_matches_of_one_broker_have_a_limit() -> None:
     attack = Attack(max_mesh_matches=4)  # broker 2 has used 3
     attack.change(make.publisher(5, node=1), make.publisher(6, node=1))
     attack.change(make.publisher(5, node=1), make.subscription(6, node=1), broker=OTHER)
-    keys = set(attack.broker.router.graph._entries)
+    keys = endpoint_keys(attack.broker.router)
     assert THERE << 32 | 5 in keys
     assert THERE << 32 | 6 not in keys
     assert {OTHER << 32 | 5, OTHER << 32 | 6} <= keys

@@ -357,7 +357,7 @@ def test_a_grant_after_a_stall_attaches_the_reader_at_once() -> None:
     switch.check_stalls(0.0, 61.0)
     switch.send(talker, make.batch(number, 1))
     assert spans(switch, reader) == [(0, 1)]
-    switch._carry(switch.router.handle(reader, frames.Grant(1, number, 1, 0)))
+    switch.carry(switch.router.handle(reader, frames.Grant(1, number, 1, 0)))
     (attached,) = switch.read(reader, frames.Attached)
     assert (attached.publisher, attached.first_sequence) == (number, 2)
     switch.send(talker, make.batch(number, 2))
@@ -392,7 +392,7 @@ def test_many_stalls_are_few_notices_and_one_credit() -> None:
     switch.read_all(talker)
     for now in (0.0, 61.0):
         lines, deliveries = switch.router.check_stalls(now)
-        switch._carry(deliveries)
+        switch.carry(deliveries)
     assert len(lines) == 100
     answers = switch.read_all(talker)
     notices = [frame for frame in answers if isinstance(frame, frames.Notice)]

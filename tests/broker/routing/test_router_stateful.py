@@ -14,7 +14,7 @@ from proto.wire.codes import Status
 from proto.wire.frames import ReplyEntry, RequestEntry
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
-from tests.simulation.structure import of_router
+from tests.seams.structure import of_router
 
 TOPICS = ("/red", "/green")
 SERVICES = ("/add", "/sub")
@@ -96,7 +96,7 @@ class Routing(RuleBasedStateMachine):
     @rule()
     def join(self) -> None:
         if len(self.all) < MAX_PEERS:
-            self.all.append(PeerModel(self.switch.join(f"/node{self.switch._hellos}")))
+            self.all.append(PeerModel(self.switch.join(f"/node{self.switch.hellos}")))
 
     @rule(pick=PICK)
     def leave(self, pick: int) -> None:

@@ -13,6 +13,7 @@ from proto.errors import ErrorCode
 from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link, until
+from tests.seams.brokers import dispatcher_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -45,7 +46,7 @@ async def writers(stack: AsyncExitStack, broker: Broker, count: int) -> list[tup
 
 def held(broker: Broker) -> int:
     """Return the most that waits for one link."""
-    return max(connection.channel.outbox.held_bytes for connection in broker._dispatcher.links)
+    return max(connection.channel.outbox.held_bytes for connection in dispatcher_of(broker).links)
 
 
 @pytest.mark.parametrize("late", [False, True])

@@ -95,7 +95,7 @@ async def test_memory_is_returned_after_a_link_that_held_much(
     dispatcher.leave(link)
     check = PeriodicCheck(dispatcher, LoopLag())
     for second in range(3):
-        check._return_memory(100.0 + second)
+        check.return_memory(100.0 + second)
     assert len(returned) == times
 
 

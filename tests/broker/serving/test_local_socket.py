@@ -19,6 +19,7 @@ from proto.wire import frames
 from proto.wire.url import parse_url
 from tests.broker.rawclient import RawClient, hello
 from tests.certificates import Authority
+from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,7 +29,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has 
 
 def family(node: Node) -> Any:
     """Return what connects a node with its broker."""
-    channel = node._context.link.channel
+    channel = link_of(node).channel
     assert channel is not None
     return channel.extra_info("socket").family
 
@@ -40,7 +41,7 @@ async def test_a_node_on_the_brokers_machine_uses_it(host: str) -> None:
         port = parse_url(broker.url).port
         async with Node("talker", url=f"callboard://{host}:{port}") as node:
             assert family(node) == socket.AF_UNIX
-            assert node._context.link.url == f"callboard://{host}:{port}"
+            assert link_of(node).url == f"callboard://{host}:{port}"
 
 
 async def test_a_node_goes_on_by_tcp_and_comes_back() -> None:
@@ -54,10 +55,10 @@ async def test_a_node_goes_on_by_tcp_and_comes_back() -> None:
                     node = await stack.enter_async_context(Node("talker", url=broker.url))
                     port = parse_url(broker.url).port
                 while not node.connected:
-                    await node._context.link.changed()
+                    await link_of(node).changed()
                 found.append(family(node))
             while node.connected:
-                await node._context.link.changed()
+                await link_of(node).changed()
     assert found == [socket.AF_UNIX, socket.AF_INET, socket.AF_UNIX]
 
 

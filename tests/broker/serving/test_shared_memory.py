@@ -21,6 +21,7 @@ from proto.wire.codes import Capability
 from proto.wire.references import AHEAD_BYTES, SLOT_HEAD_BYTES, Slot
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
+from tests.seams.brokers import dispatcher_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -392,7 +393,7 @@ async def test_a_broker_that_holds_too_much_discards_references(
     """As it discards other large messages; their slots are released."""
     async with reader(broker) as client, sender(broker) as source:
         await open_arena(source, client)
-        reassembly = broker._dispatcher.reassembly
+        reassembly = dispatcher_of(broker).reassembly
         monkeypatch.setattr(type(reassembly), "refusing", True)
         source.client.send(source.reference())
         await source.release(1)

@@ -19,8 +19,9 @@ from proto.wire.stats import MAX_NODE_NAMES, BrokerStats, LinkStats, MeshBrokerS
 from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
+from tests.seams.brokers import dispatcher_of
+from tests.seams.structure import memory
 from tests.simulation.stage import play
-from tests.simulation.structure import memory
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -291,7 +292,7 @@ async def test_a_peer_that_does_not_read_its_statistics_is_closed() -> None:
 async def test_waiting_bytes_are_all_that_is_not_a_batch(broker: Broker) -> None:
     """Also large calls and latched messages; totals and links agree."""
     async with link(broker, "/reader"):
-        (connection,) = broker._dispatcher.links
+        (connection,) = dispatcher_of(broker).links
         outbox = connection.channel.outbox
         frames_waiting = [encode(make.request(1, 1)), encode(make.request(1, 2, body=bytes(300_000)))]
         for raw in frames_waiting:

@@ -18,6 +18,7 @@ from proto.errors import TlsFileError
 from proto.wire.url import BrokerUrl, parse_url
 from tests.broker.rawclient import until
 from tests.certificates import Authority
+from tests.seams.brokers import dispatcher_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -142,12 +143,12 @@ async def test_a_reload_takes_all_files_or_none(authority: Authority, tmp_path: 
     rules.write_text(RULES)
     pair = authority.issue("127.0.0.1")
     async with Broker(authority.options(pair, auth=rules)) as broker:
-        before = broker._dispatcher.admission.rules
+        before = dispatcher_of(broker).admission.rules
         rules.write_text(RULES.replace("camera", "lidar"))
         pair.key.write_text("")
         with pytest.raises(TlsFileError):
             broker.reload()
-        assert broker._dispatcher.admission.rules is before
+        assert dispatcher_of(broker).admission.rules is before
 
 
 RULES = """

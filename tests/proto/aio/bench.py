@@ -12,6 +12,7 @@ from proto.wire import frames
 from proto.wire.codec import decode
 from proto.wire.fragments import Reassembler
 from proto.wire.session import Role, State
+from tests.seams.protocol import enter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -158,7 +159,7 @@ class Bench:
         self.transport = FakeTransport(space)
         self.transport.channel = self.channel
         self.channel.connection_made(self.transport)
-        self.channel.session._enter(state)
+        enter(self.channel.session, state)
 
     def feed(self, data: bytes) -> None:
         """Let the channel read these bytes, as a loop would."""

@@ -25,6 +25,7 @@ from proto.wire.receiver import SCRATCH_BYTES
 from proto.wire.session import Role, State
 from tests.allocations import TRIES, peak_bytes
 from tests.proto.aio.bench import Bench, Recorder
+from tests.seams.protocol import is_lingering
 
 CHUNKS = st.lists(st.binary(min_size=1, max_size=40), max_size=6)
 
@@ -315,7 +316,7 @@ def test_half_closed_means_closed() -> None:
     bench = Bench()
     assert bench.channel.eof_received() is False
     assert not bench.channel.connected
-    assert bench.channel._linger is not None  # a peer that does not read is not waited for
+    assert is_lingering(bench.channel)  # a peer that does not read is not waited for
 
 
 def test_one_flush_is_scheduled_per_turn() -> None:
@@ -358,7 +359,7 @@ def test_frames_that_are_large_together_are_written_without_a_copy() -> None:
     lists = bench.transport.lists
     assert [part for parts in lists for part in parts] == [batch.raw for batch in batches]
     assert all(part is batch.raw for part, batch in zip(lists[0], batches, strict=False))
-    assert all(sum(map(len, parts)) >= aio._GATHER_BYTES for parts in lists[:-1])
+    assert all(sum(map(len, parts)) >= aio.GATHER_BYTES for parts in lists[:-1])
 
 
 def test_a_full_transport_holds_the_rest_and_trims_it() -> None:
@@ -382,7 +383,7 @@ def test_writable_is_not_called_while_the_transport_is_full_again() -> None:
     """`writable` means that the outbox is flushed and the transport takes more."""
     bench = Bench(space=100)
     for first in (0, 1):
-        bench.channel.outbox.enqueue(PublisherQueue(1, None), batch_of(bytes(aio._GATHER_BYTES), first=first))
+        bench.channel.outbox.enqueue(PublisherQueue(1, None), batch_of(bytes(aio.GATHER_BYTES), first=first))
     bench.channel.flush()
     bench.transport.space = 100
     bench.channel.resume_writing()
@@ -411,7 +412,7 @@ def test_large_messages_are_sent_in_parts_and_small_ones_at_once() -> None:
     bench.channel.outbox.enqueue(large, batch_of(bytes(20 * limits.FRAGMENT_BYTES)))
     bench.channel.flush()
     first = sum(map(len, bench.transport.written))
-    assert aio._TURN_BYTES <= first <= aio._TURN_BYTES + limits.FRAGMENT_BYTES + 100
+    assert aio.TURN_BYTES <= first <= aio.TURN_BYTES + limits.FRAGMENT_BYTES + 100
     bench.transport.sent()
     for sequence in range(10):
         bench.channel.outbox.enqueue(small, batch_of(b"x", first=sequence))
@@ -515,7 +516,7 @@ async def test_a_reader_that_does_not_read_makes_the_transport_full() -> None:
     channel.flush()
     assert channel.busy
     assert queue.pending > 100
-    assert transport.get_write_buffer_size() < 2 * aio._GATHER_BYTES
+    assert transport.get_write_buffer_size() < 2 * aio.GATHER_BYTES
     transport.abort()
     theirs.close()
     await asyncio.sleep(0)

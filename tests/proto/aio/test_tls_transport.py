@@ -16,6 +16,7 @@ from proto.aio.tls import client_context, server_context
 from proto.aio.tls_cipher import SHARE_RECORDS
 from proto.aio.tls_transport import TlsTransport
 from tests.certificates import Authority
+from tests.seams.protocol import encrypt_apart, raw_transport
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -35,16 +36,16 @@ class End(asyncio.BufferedProtocol):
         self.lost: asyncio.Future[Exception | None] = asyncio.get_running_loop().create_future()
         self.changed = asyncio.Event()
         self.transport: Any = None
-        self._buffer = bytearray(buffer_bytes)
+        self.buffer = bytearray(buffer_bytes)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self.transport = transport
 
     def get_buffer(self, sizehint: int) -> memoryview:
-        return memoryview(self._buffer)
+        return memoryview(self.buffer)
 
     def buffer_updated(self, nbytes: int) -> None:
-        self.received += self._buffer[:nbytes]
+        self.received += self.buffer[:nbytes]
         self.sizes.append(nbytes)
         self.changed.set()
 
@@ -139,7 +140,7 @@ def test_a_pause_holds_decrypted_bytes_back(run: Callable[..., None]) -> None:
             far.transport.pause_reading()
             original(nbytes)
 
-        far._buffer = bytearray(1000)
+        far.buffer = bytearray(1000)
         far.buffer_updated = pause_once  # type: ignore[method-assign]
         near.transport.write(bytes(300_000))
         await far.until(lambda: far.sizes)
@@ -179,7 +180,7 @@ def test_an_error_of_the_channel_ends_the_connection(run: Callable[..., None]) -
 
     async def test(near: End, far: End) -> None:
         asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
-        far._buffer = bytearray(1)
+        far.buffer = bytearray(1)
 
         def pause_and_break_down(nbytes: int) -> None:
             assert nbytes == 1
@@ -239,12 +240,9 @@ def test_tiny_records_wait_for_later_turns(run: Callable[..., None]) -> None:
 
         far.buffer_updated = count_and_update  # type: ignore[method-assign]
         text = os.urandom(5 * SHARE_RECORDS)
-        records: list[bytes] = []
-        for byte in text:
-            near.transport._cipher.encrypt(bytes((byte,)))
-            records.append(near.transport._cipher.take())
+        records = encrypt_apart(near.transport, text)
         turn()
-        near.transport._raw.write(b"".join(records))
+        raw_transport(near.transport).write(records)
         await far.until(lambda: len(far.received) == 5 + len(text))
         assert far.received == b"hello" + text
         assert max(turns) < 2 * SHARE_RECORDS  # a loop may read twice in a turn
@@ -288,7 +286,7 @@ def test_corrupted_records_end_the_connection(run: Callable[..., None]) -> None:
     async def test(near: End, far: End) -> None:
         near.transport.write(b"hello")
         await far.until(lambda: far.received)
-        near.transport._raw.write(b"\x17\x03\x03\x00\x20" + bytes(32))
+        raw_transport(near.transport).write(b"\x17\x03\x03\x00\x20" + bytes(32))
         assert isinstance(await far.lost, ssl.SSLError)
         assert isinstance(await near.lost, ssl.SSLError)  # the alert says so
         assert far.received == b"hello"

@@ -29,6 +29,7 @@ from proto.wire.frames import (
     Undeclare,
 )
 from tests.proto.outboxes import Replays, drain, make_batch, request, take_one
+from tests.seams.protocol import replace_items
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -522,8 +523,7 @@ def test_a_drop_does_not_move_the_frames_before_it_again() -> None:
         outbox.enqueue(queue, raw)
     outbox.enqueue(queue, make_batch(0, [b"x"] * 2))
     outbox.trim()
-    moved = _CountingDeque(queue._queue)
-    queue._queue = moved
+    moved = replace_items(queue, _CountingDeque)
     behind = encode(Detached(1, (99,), 0))
     for first in range(2, 20):
         outbox.enqueue(queue, make_batch(first, [b"x"]))

@@ -19,7 +19,8 @@ from proto.wire.codes import Op
 from proto.wire.fragments import Reassembler, is_large
 from proto.wire.frames import Abort, Batch, Detached, Fragment, Ping, Replay, Undeclare
 from tests.proto.outboxes import make_batch, request, take_one
-from tests.simulation.structure import memory, of_queue
+from tests.seams.protocol import waiting_items
+from tests.seams.structure import memory, of_queue
 
 SIZES = st.lists(st.one_of(st.integers(1, 20), st.integers(100, 250)), min_size=1, max_size=5)
 """Sizes of the messages of a batch."""
@@ -118,7 +119,7 @@ class ModelQueue:
     def drop_larger(self, most: int) -> None:
         """Drop the larger batches. Only the queue knows how it has split a partly sent one."""
         gone: set[int] = set()
-        for batch in self.queue._queue:
+        for batch in waiting_items(self.queue):
             if isinstance(batch, Batch):
                 numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
                 left = {message.sequence: len(message.body) for message in self.messages}

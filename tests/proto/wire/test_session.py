@@ -10,6 +10,7 @@ from proto.errors import ErrorCode, ProtocolError
 from proto.wire import frames
 from proto.wire.frames import Frame
 from proto.wire.session import FROM_BROKER, FROM_CLIENT, SENT, TABLE, FrameType, Role, Session, State, diagram
+from tests.seams.protocol import session_in
 
 ALL: tuple[FrameType, ...] = get_args(Frame)
 OTHER = {Role.CLIENT: Role.BROKER, Role.BROKER: Role.CLIENT}
@@ -23,19 +24,12 @@ def sample(frame: FrameType) -> Frame:
     return cast("Frame", cast("Any", frame)._make([None] * len(fields)))
 
 
-def at(role: Role, state: State) -> Session:
-    """Make a session in this state."""
-    session = Session(role)
-    session._enter(state)
-    return session
-
-
 @pytest.mark.parametrize("state", State)
 @pytest.mark.parametrize("role", Role)
 def test_every_frame_in_every_state(role: Role, state: State) -> None:
     """§4: a frame in the table moves the session to the state it names; any other is UNEXPECTED."""
     for frame in ALL:
-        session = at(role, state)
+        session = session_in(role, state)
         target = TABLE[role][state].get(frame)
         if target is not None:
             session.received(sample(frame))
@@ -109,7 +103,7 @@ def test_both_ends_agree_on_the_end(sender: Role) -> None:
 
 def test_goodbyes_may_cross() -> None:
     """§4: a GOODBYE that crosses the other's is taken."""
-    ends = [at(role, State.OPEN) for role in Role]
+    ends = [session_in(role, State.OPEN) for role in Role]
     for end in ends:
         end.sent(frames.Goodbye(""))
     for end in ends:
@@ -122,14 +116,14 @@ def test_other_frames_do_not_move_their_sender() -> None:
     for role in Role:
         for state in State:
             for frame in set(ALL) - SESSION_FRAMES:
-                session = at(role, state)
+                session = session_in(role, state)
                 session.sent(sample(frame))
                 assert session.state is state
 
 
 def test_open_means_after_the_handshake_and_before_the_end() -> None:
     """`is_open` holds in OPEN and CLOSING only."""
-    assert {state for state in State if at(Role.CLIENT, state).is_open} == {State.OPEN, State.CLOSING}
+    assert {state for state in State if session_in(Role.CLIENT, state).is_open} == {State.OPEN, State.CLOSING}
 
 
 def test_the_diagram_shows_every_move() -> None:

@@ -13,6 +13,9 @@ from proto.queues.batches import held_bytes, message_bytes
 from proto.queues.publisher_queue import ReplaySource
 from proto.wire.fragments import is_large
 from proto.wire.frames import Batch, Replay
+from tests.seams.brokers import dispatcher_of, endpoint_keys
+from tests.seams.nodes import link_of
+from tests.seams.simulation import peers_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -30,9 +33,9 @@ Wrongs: TypeAlias = "Iterator[str]"
 
 def of_broker(broker: Broker) -> Wrongs:
     """Check a broker: its graphs, and what waits for its links."""
-    for router in broker._dispatcher.joined:
+    for router in dispatcher_of(broker).joined:
         yield from of_router(router)
-    for link in broker._dispatcher.links:
+    for link in dispatcher_of(broker).links:
         outbox = link.channel.outbox
         joined = link.router if link.channel.connected else None
         if link.router is not joined:
@@ -51,7 +54,7 @@ def of_broker(broker: Broker) -> Wrongs:
 
 def of_suspensions(broker: Broker) -> Wrongs:
     """Check the suspended peers: in the graph as on its link."""
-    for router, joined in broker._dispatcher.joined.items():
+    for router, joined in dispatcher_of(broker).joined.items():
         for number, link in joined.items():
             peer = router.peer(number)
             if peer is not None and peer.suspended != (link.suspended_at is not None):
@@ -60,17 +63,17 @@ def of_suspensions(broker: Broker) -> Wrongs:
 
 def of_node(node: actors.Node) -> Wrongs:
     """Check a node: what waits on its link."""
-    channel = node._context.link.channel
+    channel = link_of(node).channel
     if channel is not None:
         yield from of_outbox(channel.outbox)
 
 
 def of_router(router: Router) -> Wrongs:
     """Check a graph."""
-    peers = list(router._peers.values())
+    peers = list(peers_of(router).values())
     endpoints = [endpoint for peer in peers for endpoint in peer.endpoints.values()]
     there = [each for each in endpoints if not each.peer.suspended and not getattr(each, "retired", False)]
-    if {endpoint.key for endpoint in there} != set(router.graph._entries):
+    if {endpoint.key for endpoint in there} != endpoint_keys(router):
         yield f"{len(there)} endpoints are there, and the graph has {len(router.graph)}"
     for endpoint in endpoints:
         yield from _of_endpoint(endpoint)
