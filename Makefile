@@ -8,7 +8,7 @@ FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
 NPM := build/npm
 
-.PHONY: demo test coverage quick nightly web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
+.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
 .DEFAULT_GOAL := check
 
 $(READY): pyproject.toml
@@ -38,6 +38,13 @@ quick: $(READY)
 nightly: $(READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)
 	@$(MAKE) --no-print-directory web-test
+
+# Run the tests RUNS times beside LOAD busy processes, and list which failed how often. Output: build/flakes.
+RUNS ?= 20
+LOAD ?= 0
+
+flakes: $(READY)
+	@$(BIN)/python -m tests.flakes --runs $(RUNS) --load $(LOAD) -- $(TEST) $(PYTEST_FLAGS)
 
 lint: $(READY)
 	$(BIN)/ruff check .
