@@ -15,8 +15,8 @@ from pkgutil import resolve_name
 import pytest
 
 from actors.cli.reference import reference
+from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
-from actors.launch.documents.table import ELEMENTS
 from actors.launch.documents.templates import known_substitutions
 from tests.actors.site_packages import Site
 

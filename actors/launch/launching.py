@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from actors.config.contexts import BrokerTarget
     from actors.launch.description.description import LaunchDescription
     from actors.launch.description.description_source import LaunchLibrary
+    from actors.launch.description.process_actions import OutputMode
     from actors.launch.planning.events import Event, Listener
     from actors.launch.planning.presence import Presence
-    from actors.launch.planning.process_spec import OutputMode
     from actors.launch.planning.steps import Step
 
 FIND_TRIES: Final = 5

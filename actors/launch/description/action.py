@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+from actors.launch.description.options import option
 from actors.launch.description.validation import Part
 
 if TYPE_CHECKING:
@@ -29,7 +30,9 @@ class Action(Part):
 
     noun: ClassVar[str] = "action"
 
-    condition: Condition | None = None
+    condition: Condition | None = field(
+        default=None, metadata=option("When to carry it out; by default always.", keys="")
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,16 +47,15 @@ class EventHandler(Part):
     A class derived from it has `matcher`, which is called with each event and returns whether it is meant,
     and `entities`, the reaction.
 
-    Attributes:
-        handle_once: Whether only the first time.
-
     Raises:
         LaunchError: An argument cannot be what it is meant to be.
     """
 
     noun: ClassVar[str] = "event handler"
 
-    handle_once: bool = False
+    handle_once: bool = field(
+        default=False, metadata=option("Whether to react only the first time.", keys="once")
+    )
 
     @property
     def actions(self) -> Sequence[Action]:

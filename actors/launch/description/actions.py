@@ -9,6 +9,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.description.action import Action, Setting
+from actors.launch.description.options import option
 from actors.launch.description.substitutions import Text
 
 if TYPE_CHECKING:
@@ -21,53 +22,42 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DeclareLaunchArgument(Action):
-    """An argument of the launch file, given as `name:=value`.
+    """An argument of the launch file, given as `name:=value`."""
 
-    Attributes:
-        name: Its name.
-        default_value: Its value when it is not given; None: it is required.
-        description: One line for people.
-        choices: The values it can have; None: any.
-        condition: When to carry it out; None: always.
-    """
-
-    name: str
+    name: str = field(metadata=option("The name of the argument."))
     _: KW_ONLY
-    default_value: Text | None = None
-    description: str = ""
-    choices: Sequence[str] | None = None
+    default_value: Text | None = field(
+        default=None,
+        metadata=option("Its value when it is not given; without a default it is required.", keys="default"),
+    )
+    description: str = field(default="", metadata=option("One line of help."))
+    choices: Sequence[str] | None = field(
+        default=None, metadata=option("The values that it can have; by default any.", keys="choice choices")
+    )
 
 
 @dataclass(frozen=True)
 class LogInfo(Action):
-    """A line to show.
-
-    Attributes:
-        msg: The text.
-        condition: When to carry it out; None: always.
-    """
+    """A line to show."""
 
     _: KW_ONLY
-    msg: Text
+    msg: Text = field(metadata=option("The text.", keys="message msg"))
 
 
 @dataclass(frozen=True)
 class GroupAction(Action):
-    """Actions in a scope of their own: what they push, set and declare applies to them only.
+    """Actions in a scope of their own: what they push, set and declare applies to them only."""
 
-    Attributes:
-        actions: The actions.
-        scoped: False: what they set applies after the group, too.
-        forwarding: Whether they see the arguments that are set outside.
-        launch_configurations: Values to set first, by name.
-        condition: When to carry it out; None: always.
-    """
-
-    actions: Sequence[Action]
+    actions: Sequence[Action] = field(metadata=option("The actions.", keys="children actions"))
     _: KW_ONLY
-    scoped: bool = True
-    forwarding: bool = True
-    launch_configurations: Mapping[str, Text] = field(default_factory=dict[str, Text])
+    scoped: bool = field(default=True, metadata=option("Whether what they set ends with the group."))
+    forwarding: bool = field(
+        default=True, metadata=option("Whether they see the arguments that are set outside.")
+    )
+    launch_configurations: Mapping[str, Text] = field(
+        default_factory=dict[str, Text],
+        metadata=option("Arguments to set first.", keys="launch_configurations keep"),
+    )
 
 
 @dataclass(frozen=True)
@@ -75,13 +65,9 @@ class PushNamespace(Setting):
     """Put nodes into this namespace, within the one that has been pushed before.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        namespace: The namespace.
-        condition: When to carry it out; None: always.
     """
 
-    namespace: Text
+    namespace: Text = field(metadata=option("The namespace."))
 
 
 PushRosNamespace = PushNamespace
@@ -92,15 +78,10 @@ class SetLaunchConfiguration(Setting):
     """Set the value of `LaunchConfiguration(name)`.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        name: The name.
-        value: The value.
-        condition: When to carry it out; None: always.
     """
 
-    name: Text
-    value: Text
+    name: Text = field(metadata=option("The argument."))
+    value: Text = field(metadata=option("Its value."))
 
 
 @dataclass(frozen=True)
@@ -108,15 +89,10 @@ class SetEnvironmentVariable(Setting):
     """Set an environment variable for programs.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        name: The variable.
-        value: Its value.
-        condition: When to carry it out; None: always.
     """
 
-    name: Text
-    value: Text
+    name: Text = field(metadata=option("The variable."))
+    value: Text = field(metadata=option("Its value."))
 
 
 @dataclass(frozen=True)
@@ -124,13 +100,9 @@ class UnsetEnvironmentVariable(Setting):
     """Remove an environment variable for programs.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        name: The variable.
-        condition: When to carry it out; None: always.
     """
 
-    name: Text
+    name: Text = field(metadata=option("The variable."))
 
 
 @dataclass(frozen=True)
@@ -138,20 +110,13 @@ class AppendEnvironmentVariable(Setting):
     """Add to an environment variable for programs.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        name: The variable. If it is not set, or empty, it becomes `value`.
-        value: What to add.
-        prepend: Whether to add it at the beginning.
-        separator: The text in between.
-        condition: When to carry it out; None: always.
     """
 
-    name: Text
-    value: Text
+    name: Text = field(metadata=option("The variable. If it is not set, or empty, it becomes the value."))
+    value: Text = field(metadata=option("What to add."))
     _: KW_ONLY
-    prepend: bool | Text = False
-    separator: Text = ":"
+    prepend: bool | Text = field(default=False, metadata=option("Whether to add it at the beginning."))
+    separator: Text = field(default=":", metadata=option("The text in between."))
 
 
 @dataclass(frozen=True)
@@ -159,15 +124,10 @@ class SetParameter(Setting):
     """Set a parameter of nodes that do not set it themselves.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        name: The parameter.
-        value: Its value.
-        condition: When to carry it out; None: always.
     """
 
-    name: Text
-    value: ParameterEntry
+    name: Text = field(metadata=option("The parameter."))
+    value: ParameterEntry = field(metadata=option("Its value."))
 
 
 @dataclass(frozen=True)
@@ -175,45 +135,33 @@ class SetRemap(Setting):
     """Make nodes use another name.
 
     Of two rules that match the first one counts, and a node's own rules come later, as in ROS 2.
-
-    Attributes:
-        src: The name.
-        dst: The one to use instead.
-        condition: When to carry it out; None: always.
     """
 
-    src: Text
-    dst: Text
+    src: Text = field(metadata=option("The name.", keys="from"))
+    dst: Text = field(metadata=option("The one to use instead.", keys="to"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class PushLaunchConfigurations(Setting):
-    """Save the arguments and their values, until `PopLaunchConfigurations`.
-
-    Attributes:
-        condition: When to carry it out; None: always.
-    """
+    """Save the arguments and their values, until `PopLaunchConfigurations`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PopLaunchConfigurations(Setting):
-    """Restore the arguments that were saved last in this group or file.
-
-    Attributes:
-        condition: When to carry it out; None: always.
-    """
+    """Restore the arguments that were saved last in this group or file."""
 
 
 @dataclass(frozen=True)
 class ResetLaunchConfigurations(Setting):
-    """Forget all arguments, except for these.
+    """Forget all arguments, except for these."""
 
-    Attributes:
-        launch_configurations: Arguments and their values. They are evaluated before the others are forgotten.
-        condition: When to carry it out; None: always.
-    """
-
-    launch_configurations: Mapping[str, Text] = field(default_factory=dict[str, Text])
+    launch_configurations: Mapping[str, Text] = field(
+        default_factory=dict[str, Text],
+        metadata=option(
+            "Arguments to keep, and their values, which are evaluated before the others are forgotten.",
+            keys="keep",
+        ),
+    )
 
 
 @dataclass(frozen=True)
@@ -222,7 +170,6 @@ class UnsetLaunchConfiguration(Setting):
 
     Attributes:
         name: The argument.
-        condition: When to carry it out; None: always.
     """
 
     name: Text
@@ -230,29 +177,17 @@ class UnsetLaunchConfiguration(Setting):
 
 @dataclass(frozen=True, kw_only=True)
 class PushEnvironment(Setting):
-    """Save the environment of programs, until `PopEnvironment`.
-
-    Attributes:
-        condition: When to carry it out; None: always.
-    """
+    """Save the environment of programs, until `PopEnvironment`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PopEnvironment(Setting):
-    """Restore the environment that was saved last in this group or file.
-
-    Attributes:
-        condition: When to carry it out; None: always.
-    """
+    """Restore the environment that was saved last in this group or file."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResetEnvironment(Setting):
-    """Give programs the environment that they had at the beginning of the launch.
-
-    Attributes:
-        condition: When to carry it out; None: always.
-    """
+    """Give programs the environment that they had at the beginning of the launch."""
 
 
 @dataclass(frozen=True)
@@ -260,13 +195,11 @@ class SetParametersFromFile(Setting):
     """Set the parameters of a YAML file for nodes; `SetParameter` and a node's own have precedence.
 
     Applies from here to the end of the group or file.
-
-    Attributes:
-        filename: The file; a relative path starts at the folder of the launch file.
-        condition: When to carry it out; None: always.
     """
 
-    filename: Text
+    filename: Text = field(
+        metadata=option("A YAML file of parameters; a relative path starts at the folder of the launch file.")
+    )
 
 
 @dataclass(frozen=True)
@@ -274,19 +207,16 @@ class IncludeLaunchDescription(Action):
     """Another launch file, in a scope of its own.
 
     It gets the arguments and variables that are set here.
-
-    Attributes:
-        launch_description_source: The file, or a `PythonLaunchDescriptionSource` of it; a relative path
-            starts at the folder of this launch file.
-        launch_arguments: Arguments for it, as a mapping or as pairs.
-        scoped: False: what it sets, and its arguments, apply after it, too.
-        condition: When to carry it out; None: always.
     """
 
-    launch_description_source: Text
+    launch_description_source: Text = field(
+        metadata=option("The file; a relative path starts at the folder of this launch file.", keys="file")
+    )
     _: KW_ONLY
-    launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = ()
-    scoped: bool = True
+    launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = field(
+        default=(), metadata=option("Arguments for the file.", keys="arg let arguments")
+    )
+    scoped: bool = field(default=True, metadata=option("Whether what the file sets ends with it."))
 
     @property
     def given(self) -> Iterable[tuple[str, Text]]:
@@ -296,30 +226,21 @@ class IncludeLaunchDescription(Action):
 
 @dataclass(frozen=True)
 class TimerAction(Action):
-    """Actions for later.
-
-    Attributes:
-        period: Seconds until then.
-        actions: The actions.
-        condition: When to carry it out; None: always.
-    """
+    """Actions for later."""
 
     _: KW_ONLY
-    period: float | Text
-    actions: Sequence[Action]
+    period: float | Text = field(metadata=option("Seconds to wait.", unit="s"))
+    actions: Sequence[Action] = field(
+        metadata=option("The actions to carry out then.", keys="children actions")
+    )
 
 
 @dataclass(frozen=True)
 class Shutdown(Action):
-    """End the launch.
-
-    Attributes:
-        reason: A text for people.
-        condition: When to carry it out; None: always.
-    """
+    """End the launch."""
 
     _: KW_ONLY
-    reason: Text = "the launch file says so"
+    reason: Text = field(default="the launch file says so", metadata=option("The reason to show."))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -328,7 +249,6 @@ class EmitEvent(Action):
 
     Attributes:
         event: The ChangeState or Shutdown.
-        condition: When to carry it out; None: always.
     """
 
     event: Shutdown | ChangeState
@@ -344,7 +264,6 @@ class OpaqueFunction(Action):
         function: Called with the `LaunchContext` and the arguments below; returns actions, or None.
         args: Further arguments.
         kwargs: Further arguments by name.
-        condition: When to carry it out; None: always.
     """
 
     _: KW_ONLY
@@ -359,7 +278,6 @@ class RegisterEventHandler(Action):
 
     Attributes:
         event_handler: What to react to, and how.
-        condition: When to carry it out; None: always.
     """
 
     event_handler: EventHandler

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 from actors.launch.description.action import Action
+from actors.launch.description.options import option
 from actors.launch.description.process_actions import Node, ProcessAction
 from actors.launch.description.validation import Part
 
@@ -22,52 +23,21 @@ TRANSITION_TIMEOUT_SEC: Final = 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class LifecycleNode(Node):
-    """A program with a lifecycle node in it: its transitions can be requested, and cause events.
+    """A program with a lifecycle node in it: its transitions can be requested, and cause events."""
 
-    Attributes:
-        name: The node's name; required.
-        autostart: Whether to configure and activate it each time that it has been started.
-        transition_timeout: Seconds within which each transition must be done, including the time until the
-            node is there.
-        package: The package, with `executable`.
-        executable: One of its console scripts; without a package, a program by its path or along PATH.
-        script: A Python file instead; a relative path starts at the folder of the launch file.
-        node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
-            launch's own process, so it must not block, and shares its working folder.
-        exec_name: For the label of its lines; None: the node's name.
-        namespace: The node's namespace, within the one that has been pushed.
-        parameters: Mappings of parameters, and paths of YAML files, relative to the folder of the launch
-            file. The last value of a parameter counts.
-        remappings: Pairs of a name and the one to use instead.
-        arguments: Arguments for the program itself.
-        ros_arguments: Further arguments after `--ros-args`.
-        condition: When to carry it out; None: always.
-        cwd: The working folder of the process; None: the one of `callboard launch`.
-        env: Its whole environment; None: the one that is set at this place of the description.
-        additional_env: Variables to add to that.
-        prefix: A command to start it with, such as "gdb -ex run --args".
-        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
-        emulate_tty: Whether its stdout and stderr are a terminal.
-        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
-            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
-            namespace.
-        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
-        respawn: Whether to start it again when it ends, whatever its exit code.
-        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
-        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
-            twice `respawn_max_delay`.
-        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
-        respawn_max_retries: How often to start it again; -1: without limit.
-        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
-        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
-        required: Whether the launch ends when it ends. The launch fails if it died.
-        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
-            the first end counts, also with `respawn=True`.
-    """
-
-    name: Text = field()
-    autostart: bool | Text = False
-    transition_timeout: float | Text = TRANSITION_TIMEOUT_SEC
+    name: Text = field(metadata=option("The node's name."))
+    autostart: bool | Text = field(
+        default=False,
+        metadata=option("Whether to configure and activate the node each time that it has been started."),
+    )
+    transition_timeout: float | Text = field(
+        default=TRANSITION_TIMEOUT_SEC,
+        metadata=option(
+            "Seconds within which each transition must be done, including the time until the node is there.",
+            unit="s",
+            unlimited=True,
+        ),
+    )
 
 
 @dataclass(frozen=True)
@@ -129,13 +99,11 @@ class ChangeState(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class LifecycleTransition(Action):
-    """Request transitions of lifecycle nodes one after the other, as far as they succeed.
+    """Request transitions of lifecycle nodes one after the other, as far as they succeed."""
 
-    Attributes:
-        lifecycle_node_names: The nodes, relative to the current namespace; the launch must have started them.
-        transition_ids: The transitions in their order, as `ChangeState` has them.
-        condition: When to carry it out; None: always.
-    """
-
-    lifecycle_node_names: Sequence[Text]
-    transition_ids: Sequence[int | Text]
+    lifecycle_node_names: Sequence[Text] = field(
+        metadata=option("The nodes, relative to the current namespace; the launch must have started them.")
+    )
+    transition_ids: Sequence[int | Text] = field(
+        metadata=option("The numbers of the transitions, or labels such as configure, in their order.")
+    )

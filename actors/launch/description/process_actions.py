@@ -1,11 +1,13 @@
-"""The actions that start a process, and their options."""
+"""The actions that start a process, and the table of their options."""
 
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
+from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.launch.description.action import Action
+from actors.launch.description.options import option
 from actors.launch.description.substitutions import Substitution, Text
 
 if TYPE_CHECKING:
@@ -25,7 +27,25 @@ Parameters: TypeAlias = "Text | Mapping[str, ParameterEntry]"
 """Parameters by name, or the path of a YAML file of them."""
 
 DEPENDS_TIMEOUT_SEC: Final = 60.0
-"""Seconds within which the dependencies of a process must appear."""
+"""Long enough for a node that loads a model or waits for hardware."""
+
+
+class OutputMode(Enum):
+    """Where the lines of a process go; the words are ROS 2's."""
+
+    SCREEN = "screen"
+    LOG = "log"
+    """To the launch's log file; stderr to the screen, too."""
+    BOTH = "both"
+    OWN_LOG = "own_log"
+    """To log files of its own: all of it, stdout alone, and stderr alone."""
+    FULL = "full"
+    """All of these."""
+
+    @property
+    def splits(self) -> bool:
+        """Whether stdout and stderr go different ways."""
+        return self not in {OutputMode.SCREEN, OutputMode.BOTH}
 
 
 @dataclass(frozen=True)
@@ -47,141 +67,168 @@ class ParameterValue:
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessAction(Action):
-    """The options that all actions have that start a process.
+    """An action that starts a process."""
 
-    Attributes:
-        condition: When to carry it out; None: always.
-        cwd: The working folder of the process; None: the one of `callboard launch`.
-        env: Its whole environment; None: the one that is set at this place of the description.
-        additional_env: Variables to add to that.
-        prefix: A command to start it with, such as "gdb -ex run --args".
-        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
-        emulate_tty: Whether its stdout and stderr are a terminal.
-        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
-            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
-            namespace.
-        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
-        respawn: Whether to start it again when it ends, whatever its exit code.
-        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
-        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
-            twice `respawn_max_delay`.
-        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
-        respawn_max_retries: How often to start it again; -1: without limit.
-        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
-        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
-        required: Whether the launch ends when it ends. The launch fails if it died.
-        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
-            the first end counts, also with `respawn=True`.
-    """
-
-    cwd: Text | None = None
-    env: Mapping[str, Text] | None = None
-    additional_env: Mapping[str, Text] = field(default_factory=dict[str, Text])
-    prefix: Text = ""
-    output: Text = "screen"
-    emulate_tty: bool | Text = False
-    depends_on: Node | Text | Sequence[Node | Text] = ()
-    depends_timeout: float | Text = DEPENDS_TIMEOUT_SEC
-    respawn: bool | Text = False
-    respawn_delay: float | Text = 0.0
-    respawn_backoff: float | Text = 2.0
-    respawn_max_delay: float | Text = 5.0
-    respawn_max_retries: int | Text = -1
-    sigterm_timeout: float | Text | None = None
-    sigkill_timeout: float | Text | None = None
-    required: bool | Text = False
-    on_exit: Reaction | None = None
+    cwd: Text | None = field(
+        default=None,
+        metadata=option("The working folder of the process; by default that of `callboard launch`."),
+    )
+    env: Mapping[str, Text] | None = field(
+        default=None,
+        # In documents `env` adds variables, as in ROS 2's.
+        metadata=option(
+            "The whole environment of the process; by default the one set so far in the description.", keys=""
+        ),
+    )
+    additional_env: Mapping[str, Text] = field(
+        default_factory=dict[str, Text],
+        metadata=option("Variables to add to the environment.", keys="env additional_env"),
+    )
+    prefix: Text = field(
+        default="",
+        metadata=option(
+            "A command to start the process with, such as `gdb -ex run --args`.", keys="launch-prefix prefix"
+        ),
+    )
+    output: Text = field(
+        default="screen",
+        metadata=option(
+            "Where the lines of the process go: screen, log, both, own_log or full.",
+            choices=[each.value for each in OutputMode],
+        ),
+    )
+    emulate_tty: bool | Text = field(
+        default=False, metadata=option("Whether stdout and stderr of the process are a terminal.")
+    )
+    depends_on: Node | Text | Sequence[Node | Text] = field(
+        default=(),
+        metadata=option(
+            "What must be in the graph before the process is started: node NAME, topic NAME or service NAME,"
+            " in Python also a `Node` with a name; one of these, or a list. Names are relative to the current"
+            " namespace."
+        ),
+    )
+    depends_timeout: float | Text = field(
+        default=DEPENDS_TIMEOUT_SEC,
+        metadata=option(
+            "Seconds to wait for the dependencies. If they do not appear, the process counts as failed.",
+            unit="s",
+            unlimited=True,
+        ),
+    )
+    respawn: bool | Text = field(
+        default=False,
+        metadata=option("Whether to start the process again when it ends, whatever its exit code."),
+    )
+    respawn_delay: float | Text = field(
+        default=0.0,
+        metadata=option("Seconds between the end of the process and its restart, at least 0.1.", unit="s"),
+    )
+    respawn_backoff: float | Text = field(
+        default=2.0,
+        metadata=option(
+            "Factor by which the delay grows with each restart. It is reset when the process has run for"
+            " twice `respawn_max_delay`.",
+            least=1,
+        ),
+    )
+    respawn_max_delay: float | Text = field(
+        default=5.0,
+        metadata=option("The longest delay in seconds. A longer `respawn_delay` overrides it.", unit="s"),
+    )
+    respawn_max_retries: int | Text = field(
+        default=-1, metadata=option("How often to restart the process; -1: without limit.", least=-1)
+    )
+    sigterm_timeout: float | Text | None = field(
+        default=None,
+        metadata=option("Seconds between SIGINT and SIGTERM; by default those of the launch.", unit="s"),
+    )
+    sigkill_timeout: float | Text | None = field(
+        default=None,
+        metadata=option("Seconds between SIGTERM and SIGKILL; by default those of the launch.", unit="s"),
+    )
+    required: bool | Text = field(
+        default=False,
+        metadata=option("Whether the launch ends when the process ends. It fails if the process died."),
+    )
+    on_exit: Reaction | None = field(
+        default=None,
+        metadata=option(
+            "What to do whenever the process ends. A Shutdown alone is the same as `required`, except that"
+            " the first end counts, also with `respawn`."
+        ),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Node(ProcessAction):
-    """A program with a node in it: of an installed package, a Python file, or a class.
+    """A program with a node in it: of an installed package, a Python file, or a class."""
 
-    Attributes:
-        package: The package, with `executable`.
-        executable: One of its console scripts; without a package, a program by its path or along PATH.
-        script: A Python file instead; a relative path starts at the folder of the launch file.
-        node: A node class instead, or a function that returns a new node, or "module:Class". It runs in the
-            launch's own process, so it must not block, and shares its working folder.
-        exec_name: For the label of its lines; None: the node's name, or else the program's.
-        name: The node's name; None: as the program sets it.
-        namespace: The node's namespace, within the one that has been pushed.
-        parameters: Mappings of parameters, and paths of YAML files, relative to the folder of the launch
-            file. The last value of a parameter counts.
-        remappings: Pairs of a name and the one to use instead.
-        arguments: Arguments for the program itself.
-        ros_arguments: Further arguments after `--ros-args`.
-        shell: Whether `/bin/sh` reads the texts of `arguments`, which are not quoted for it.
-        condition: When to carry it out; None: always.
-        cwd: The working folder of the process; None: the one of `callboard launch`.
-        env: Its whole environment; None: the one that is set at this place of the description.
-        additional_env: Variables to add to that.
-        prefix: A command to start it with, such as "gdb -ex run --args".
-        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
-        emulate_tty: Whether its stdout and stderr are a terminal.
-        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
-            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
-            namespace.
-        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
-        respawn: Whether to start it again when it ends, whatever its exit code.
-        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
-        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
-            twice `respawn_max_delay`.
-        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
-        respawn_max_retries: How often to start it again; -1: without limit.
-        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
-        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
-        required: Whether the launch ends when it ends. The launch fails if it died.
-        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
-            the first end counts, also with `respawn=True`.
-    """
-
-    package: Text | None = None
-    executable: Text | None = None
-    script: Text | None = None
-    node: Factory | str | None = None
-    exec_name: Text | None = None
-    name: Text | None = None
-    namespace: Text | None = None
-    parameters: Sequence[Parameters] = ()
-    remappings: Iterable[tuple[Text, Text]] = ()
-    arguments: Sequence[Text] = ()
-    ros_arguments: Sequence[Text] = ()
-    shell: bool | Text = False
+    package: Text | None = field(
+        default=None, metadata=option("The package of `executable`.", keys="pkg package")
+    )
+    executable: Text | None = field(
+        default=None,
+        metadata=option(
+            "A program of the package; without a package, a path or a program along PATH.",
+            keys="exec executable",
+        ),
+    )
+    script: Text | None = field(
+        default=None,
+        metadata=option("A Python file instead; a relative path starts at the folder of the launch file."),
+    )
+    node: Factory | str | None = field(
+        default=None,
+        metadata=option(
+            "A node class instead, as module:Class; in Python also the class, or a function that returns a"
+            " new node. It runs in the launch's own process, so it must not block, and shares its working"
+            " folder.",
+            keys="class",
+        ),
+    )
+    exec_name: Text | None = field(
+        default=None,
+        metadata=option("The label of its lines; by default the node's name, or else the program's."),
+    )
+    name: Text | None = field(
+        default=None, metadata=option("The node's name; by default the one that the program sets.")
+    )
+    namespace: Text | None = field(
+        default=None, metadata=option("The node's namespace, within the one that has been pushed.")
+    )
+    parameters: Sequence[Parameters] = field(
+        default=(),
+        metadata=option(
+            "Parameters by name, and paths of YAML files, relative to the folder of the launch file. The last"
+            " value of a parameter counts."
+        ),
+    )
+    remappings: Iterable[tuple[Text, Text]] = field(
+        default=(), metadata=option("Pairs of a name and the one to use instead.", keys="remap remappings")
+    )
+    arguments: Sequence[Text] = field(
+        default=(), metadata=option("Arguments for the program itself.", keys="args arguments")
+    )
+    ros_arguments: Sequence[Text] = field(
+        default=(),
+        metadata=option("Further arguments after `--ros-args`.", keys="ros_args ros_arguments"),
+    )
+    shell: bool | Text = field(
+        default=False,
+        metadata=option("Whether /bin/sh reads the arguments, which are not quoted for it."),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExecuteProcess(ProcessAction):
-    """Any program.
+    """Any program."""
 
-    Attributes:
-        cmd: The program and its arguments.
-        name: For the label of its lines; None: the program's name.
-        shell: Whether `/bin/sh` reads the texts of `cmd`, joined by spaces, as one line.
-        condition: When to carry it out; None: always.
-        cwd: The working folder of the process; None: the one of `callboard launch`.
-        env: Its whole environment; None: the one that is set at this place of the description.
-        additional_env: Variables to add to that.
-        prefix: A command to start it with, such as "gdb -ex run --args".
-        output: Where its lines go: "screen", "log", "both", "own_log" or "full".
-        emulate_tty: Whether its stdout and stderr are a terminal.
-        depends_on: What must be in the graph before it is started: a `Node` with a name, or "node NAME",
-            "topic NAME" or "service NAME"; one of these, or a list of them. Names are relative to the current
-            namespace.
-        depends_timeout: Seconds to wait for these. If they do not appear, the process counts as failed.
-        respawn: Whether to start it again when it ends, whatever its exit code.
-        respawn_delay: Seconds until then, at least `actors.launch.planning.steps.LEAST_RESPAWN_DELAY_SEC`.
-        respawn_backoff: Factor by which the delay grows each time. It is reset when the process has run for
-            twice `respawn_max_delay`.
-        respawn_max_delay: The longest delay, in seconds. A longer `respawn_delay` overrides it.
-        respawn_max_retries: How often to start it again; -1: without limit.
-        sigterm_timeout: Seconds between SIGINT and SIGTERM; None: as the launch has it.
-        sigkill_timeout: Seconds between SIGTERM and SIGKILL; None: as the launch has it.
-        required: Whether the launch ends when it ends. The launch fails if it died.
-        on_exit: What to do whenever it ends. `Shutdown()` alone is the same as `required=True`, except that
-            the first end counts, also with `respawn=True`.
-    """
-
-    cmd: Sequence[Text]
-    name: Text | None = None
-    shell: bool | Text = False
+    cmd: Sequence[Text] = field(metadata=option("The program and its arguments."))
+    name: Text | None = field(
+        default=None, metadata=option("The label of its lines; by default the program's name.")
+    )
+    shell: bool | Text = field(
+        default=False,
+        metadata=option("Whether /bin/sh reads the command, joined by spaces, as one line."),
+    )

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.launch.description.options import default_of
 from actors.launch.description.substitutions import TextSubstitution
 from actors.launch.description.validation import Part
 
@@ -87,9 +88,8 @@ def changed(value: object) -> dict[str, object]:
     """Return what a dataclass has that is not as it would be if nothing were said."""
     found: dict[str, object] = {}
     for field in fields(cast("Any", value)):
-        default = field.default if field.default_factory is MISSING else field.default_factory()
         each: object = getattr(value, field.name)
-        if default is MISSING or each != default:
+        if each != default_of(field):
             found[field.name] = each
     return found
 

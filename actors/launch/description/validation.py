@@ -8,10 +8,11 @@ its fields say what to check: `ARGUMENT_TYPES` has a check for each, and a text 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import PurePath
 from typing import Any, ClassVar, Final, cast
 
+from actors.launch.description.options import REQUIRED, default_of, document_options
 from actors.launch.errors import LaunchError
 from proto.errors import escape
 
@@ -32,6 +33,10 @@ class Part:
     noun: ClassVar[str]
     place: Callable[[], str] | None = None
 
+    def __init_subclass__(cls) -> None:
+        """Add the options of a class to its docstring."""
+        document_options(cls)
+
     def __post_init__(self) -> None:
         """Check the arguments. None for one that has a default is the default, as in ROS 2's launch files.
 
@@ -46,7 +51,7 @@ class Part:
                 object.__setattr__(self, each.name, value)
             expected = ARGUMENT_TYPES.get(str(each.type))
             if value is None and expected is not None and not expected.fits(value):
-                value = _default(each)
+                value = None if (default := default_of(each)) is REQUIRED else default
                 object.__setattr__(self, each.name, value)
             if expected is not None and not expected.fits(value):
                 raise LaunchError(
@@ -65,13 +70,6 @@ class ArgumentType:
 
     wanted: str
     fits: Callable[[Any], bool]
-
-
-def _default(argument: Field[Any]) -> object:
-    """Return the value of an argument that is not given; None if it must be."""
-    if argument.default_factory is not MISSING:
-        return argument.default_factory()
-    return None if argument.default is MISSING else argument.default
 
 
 def excerpt(value: object) -> str:

@@ -6,10 +6,10 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, cast
 
 from actors.launch.description.description import LaunchDescription
+from actors.launch.documents.elements import Elements
 from actors.launch.documents.errors import DocumentError, Spot
 from actors.launch.documents.kinds import read_fields
 from actors.launch.documents.parsing import toml_data, yaml_data, yaml_line
-from actors.launch.documents.table import Elements
 from actors.launch.documents.xml_parsing import XmlDocument
 from actors.launch.errors import LaunchFileError
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any, Final, cast
 
+from actors.launch.documents.elements import ELEMENTS, Elements
 from actors.launch.documents.kinds import NAME, SCALAR, Schema
 from actors.launch.documents.parameters import definitions
-from actors.launch.documents.table import ELEMENTS, Elements
 
 _DRAFT: Final = "http://json-schema.org/draft-07/schema#"
 """The one that editors know best."""

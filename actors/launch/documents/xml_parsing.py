@@ -17,11 +17,11 @@ from dataclasses import dataclass, field
 from typing import Final, cast
 from xml.parsers import expat
 
+from actors.launch.documents.elements import BY_NAME
 from actors.launch.documents.errors import DocumentError, Spot
 from actors.launch.documents.kinds import SWITCH
 from actors.launch.documents.parameters import ParameterKind
 from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
-from actors.launch.documents.table import BY_NAME
 from proto.errors import escape
 
 _ROOT_ATTRIBUTES: Final = {"version", "deprecated"}

@@ -12,12 +12,12 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.output.sanitize import has_controls, plain_line
 from actors.launch.output.wording import message_of
 from actors.launch.output.writer import WriteQueue
 from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
-from actors.launch.planning.process_spec import OutputMode
 from actors.logging.terminal_text import escape_controls
 
 if TYPE_CHECKING:

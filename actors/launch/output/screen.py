@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.sanitize import has_controls, sanitize_line
 from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, ProcessIO, Stream
-from actors.launch.planning.process_spec import OutputMode
 from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
 
 if TYPE_CHECKING:

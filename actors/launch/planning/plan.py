@@ -35,7 +35,8 @@ from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
 from actors.launch.planning.lifecycle import change_state, lifecycle_transition
 from actors.launch.planning.mistakes import placed
-from actors.launch.planning.process_resolution import ending, make_spec, seconds
+from actors.launch.planning.option_values import option_value
+from actors.launch.planning.process_resolution import ending, make_spec
 from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
@@ -48,8 +49,8 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import EventHandler, Reaction
     from actors.launch.description.description_source import LaunchLibrary
+    from actors.launch.description.process_actions import OutputMode
     from actors.launch.planning.events import Event
-    from actors.launch.planning.process_spec import OutputMode
     from actors.launch.planning.steps import Step
 
 
@@ -185,7 +186,7 @@ class _Planner:
             case IncludeLaunchDescription():
                 return self._include(action, scope)
             case TimerAction():
-                later = seconds("period", action.period, scope)
+                later = option_value(action, "period", scope)
                 steps = self._deferring(action.actions, scope.inner())
                 return [replace(step, after_sec=later + step.after_sec) for step in steps]
             case OpaqueFunction():

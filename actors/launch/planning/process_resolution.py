@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import shlex
-import sys
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -12,18 +10,14 @@ from actors.launch.description.action import Action
 from actors.launch.description.actions import EmitEvent, Shutdown
 from actors.launch.description.conditions import truth
 from actors.launch.description.lifecycle import LifecycleNode
-from actors.launch.description.process_actions import ExecuteProcess, Node, ProcessAction
+from actors.launch.description.process_actions import ExecuteProcess, Node, OutputMode, ProcessAction
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import dependencies
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import full_name, ros_arguments
-from actors.launch.planning.process_spec import (
-    LEAST_RESPAWN_DELAY_SEC,
-    LifecycleSpec,
-    OutputMode,
-    ProcessSpec,
-)
+from actors.launch.planning.option_values import option_value, option_values
+from actors.launch.planning.process_spec import LEAST_RESPAWN_DELAY_SEC, LifecycleSpec, ProcessSpec
 from actors.launch.planning.settings import variables
 from proto.errors import escape
 
@@ -37,8 +31,6 @@ if TYPE_CHECKING:
 
 MAX_NAME_CHARACTERS: Final = 200
 """Of a process's name; with its number behind it it is the label."""
-
-_WHOLE: Final = "a whole number"
 
 
 class _Program(NamedTuple):
@@ -72,10 +64,20 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     else:
         program = _process(action, scope)
     name = _name(action, program, scope)
-    prefix = _words(resolve(action.prefix, scope))
+    options = option_values(action, ProcessAction, scope)
+    prefix = _words(options.pop("prefix"))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
     end = ending(action.on_exit)
+    delay = max(options["respawn_delay_sec"], LEAST_RESPAWN_DELAY_SEC)
+    options |= {
+        "output": OutputMode(options["output"]),
+        # As in ROS 2, whose Shutdown comes before the next start.
+        "respawn": options["respawn"] and end is None,
+        "respawn_delay_sec": delay,
+        "respawn_max_delay_sec": max(options["respawn_max_delay_sec"], delay),
+        "required": options["required"] or end is not None,
+    }
     return ProcessSpec(
         label=f"{name}-{number}",
         name=name,
@@ -83,23 +85,14 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
         command=(*prefix, *program.command),
         program=program.factory,
         shown=shlex.join((*prefix, *program.typed)),
-        cwd=None if action.cwd is None else resolve(action.cwd, scope),
         environment={**base, **extra},
         own_environment=extra if action.env is None else {**base, **extra},
         origin=action,
-        output=_output(action, scope),
-        emulate_tty=truth(action.emulate_tty, scope),
         depends_on=dependencies(action.depends_on, nodes, scope, namespace),
-        depends_timeout_sec=seconds("depends_timeout", action.depends_timeout, scope, forever=True),
-        # As in ROS 2, whose Shutdown comes before the next start.
-        respawn=truth(action.respawn, scope) and end is None,
         lifecycle=_lifecycle(action, scope) if isinstance(action, LifecycleNode) else None,
-        **_respawn_options(action, scope),
-        sigterm_timeout_sec=_timeout("sigterm_timeout", action.sigterm_timeout, scope),
-        sigkill_timeout_sec=_timeout("sigkill_timeout", action.sigkill_timeout, scope),
-        required=truth(action.required, scope) or end is not None,
         end_reason="" if end is None or end.reason == Shutdown().reason else resolve(end.reason, scope),
         sources=tuple(program.sources),
+        **options,
     )
 
 
@@ -114,32 +107,10 @@ def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str
     return name
 
 
-def _respawn_options(action: ProcessAction, scope: Scope) -> dict[str, Any]:
-    delay = max(seconds("respawn_delay", action.respawn_delay, scope), LEAST_RESPAWN_DELAY_SEC)
-    retries = _number("respawn_max_retries", _WHOLE, action.respawn_max_retries, scope, least=-1)
-    return {
-        "respawn_delay_sec": delay,
-        "respawn_backoff": _number("respawn_backoff", "a number", action.respawn_backoff, scope, least=1),
-        "respawn_max_delay_sec": max(seconds("respawn_max_delay", action.respawn_max_delay, scope), delay),
-        "respawn_max_retries": int(retries),
-    }
-
-
 def _lifecycle(action: LifecycleNode, scope: Scope) -> LifecycleSpec:
     return LifecycleSpec(
-        autostart=("configure", "activate") if truth(action.autostart, scope) else (),
-        timeout_sec=seconds("transition_timeout", action.transition_timeout, scope, forever=True),
-    )
-
-
-def seconds(what: str, value: Any, scope: Scope, *, forever: bool = False) -> float:
-    """Return a time; infinity only where something can be for ever.
-
-    Raises:
-        LaunchError: It is none.
-    """
-    return _number(
-        what, "a number of seconds", value, scope, most=math.inf if forever else sys.float_info.max
+        autostart=("configure", "activate") if option_value(action, "autostart", scope) else (),
+        timeout_sec=option_value(action, "transition_timeout", scope),
     )
 
 
@@ -201,37 +172,11 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     return _Program(name, scope.library.python_program(command), command)
 
 
-def _output(action: ProcessAction, scope: Scope) -> OutputMode:
-    word = resolve(action.output, scope)
-    try:
-        return OutputMode(word)
-    except ValueError:
-        words = ", ".join(each.value for each in OutputMode)
-        raise LaunchError(f"output must be one of {words}, not '{escape(word)}'") from None
-
-
 def _words(prefix: str) -> list[str]:
     try:
         return shlex.split(prefix)
     except ValueError as error:
         raise LaunchError(f"prefix '{escape(prefix)}' is no command: {error}") from None
-
-
-def _number(
-    what: str, noun: str, value: Any, scope: Scope, *, least: float = 0, most: float = sys.float_info.max
-) -> float:
-    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not least <= number <= most or (noun == _WHOLE and number % 1):
-        raise LaunchError(f"{what} must be {noun}, {least} or more, not '{escape(text)}'")
-    return number
-
-
-def _timeout(what: str, value: Any, scope: Scope) -> float | None:
-    return None if value is None else seconds(what, value, scope)
 
 
 def ending(reaction: object) -> Shutdown | None:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.description.process_actions import DEPENDS_TIMEOUT_SEC
+from actors.launch.description.process_actions import DEPENDS_TIMEOUT_SEC, OutputMode
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,24 +20,6 @@ LEAST_RESPAWN_DELAY_SEC: Final = 0.1
 """So that a program that dies at once does not keep a machine busy."""
 STOP_TIMEOUT_SEC: Final = 5.0
 """As in ROS 2, before each stronger signal."""
-
-
-class OutputMode(Enum):
-    """Where the lines of a process go; the words are ROS 2's."""
-
-    SCREEN = "screen"
-    LOG = "log"
-    """To the launch's log file; stderr to the screen, too."""
-    BOTH = "both"
-    OWN_LOG = "own_log"
-    """To log files of its own: all of it, stdout alone, and stderr alone."""
-    FULL = "full"
-    """All of these."""
-
-    @property
-    def splits(self) -> bool:
-        """Whether stdout and stderr go different ways."""
-        return self not in {OutputMode.SCREEN, OutputMode.BOTH}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,31 +39,21 @@ class LifecycleSpec:
 class ProcessSpec:
     """A process to start; or, with `program`, a node in this process.
 
+    Fields that are named like an option of `ProcessAction` have its value. Without a value of its own a
+    process is stopped with the timeouts of the launch, and gets the working folder of the launch.
+
     Attributes:
-        label: What its lines begin with; unique in the launch.
+        label: What its lines begin with, such as "talker-1"; unique in the launch.
         name: The label without its number.
-        node: The full name of its node, where the description says it; None: as the program has it.
+        node: The full name of its node; None: the program chooses it.
         lifecycle: What is requested of its lifecycle node; None if its node has no states.
         command: The program and its arguments. Of a node in this process: the arguments.
         program: Makes the node that runs in this process; None for a process of its own.
-        shown: The command as people would type it.
-        cwd: Where it runs; None: where the launch does.
+        shown: The command as users would type it.
         environment: All of it.
-        own_environment: What the description adds for this process alone, for people.
+        own_environment: What the description adds for this process alone, to be shown.
         origin: The action that it comes from.
-        output: Where its lines go.
-        emulate_tty: Whether its output looks like a terminal to it.
-        depends_on: What must be there before it is started.
-        depends_timeout_sec: What that gets to come; infinite: for ever.
-        respawn: Whether it is started again.
-        respawn_delay_sec: When.
-        respawn_backoff: By what that grows with each time, while it lives shortly only.
-        respawn_max_delay_sec: Up to what.
-        respawn_max_retries: How often; -1: without end.
-        sigterm_timeout_sec: What it gets after SIGINT before it gets SIGTERM; None: as the launch has it.
-        sigkill_timeout_sec: What it gets after that before it gets SIGKILL; None: the same.
-        required: Whether its end is the end of the launch.
-        end_reason: Why that is so, for people; empty: because it is required.
+        end_reason: Why the launch ends with it, to be shown; empty: because it is required.
         made_later: Whether a function has made it while the launch ran.
         sources: Folders and files that it is made of.
     """

@@ -21,7 +21,7 @@ from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.config.context_errors import UnknownContextError
 from actors.launch.description.description import described
-from actors.launch.description.process_actions import ExecuteProcess
+from actors.launch.description.process_actions import ExecuteProcess, OutputMode
 from actors.launch.description.substitutions import Scope
 from actors.launch.description.summaries import plain_text, written
 from actors.launch.engine.captured_output import captured_logs, captured_streams, own_logs
@@ -29,7 +29,7 @@ from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
 from actors.launch.planning.lifecycle import transition_label
-from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC, OutputMode
+from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from actors.launch.planning.steps import Call, ChangeStates, End, LogText, React, Start
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean

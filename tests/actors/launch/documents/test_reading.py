@@ -43,8 +43,8 @@ from actors.launch.description.event_handlers import (
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
 from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
+from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
-from actors.launch.documents.table import ELEMENTS
 from actors.launch.errors import LaunchFileError
 from actors.launch.planning.plan import make_plan
 from tests.actors.launch.shelf import Shelf

@@ -12,6 +12,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from actors.launch.documents.elements import ELEMENTS, Elements, OnExit
 from actors.launch.documents.kinds import (
     FLAG,
     NUMBER,
@@ -28,12 +29,11 @@ from actors.launch.documents.kinds import (
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
 from actors.launch.documents.reading import read_document
 from actors.launch.documents.schema import schema, schema_text
-from actors.launch.documents.table import ELEMENTS, Elements, OnExit
 from actors.launch.errors import LaunchFileError
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES, ERROR_CASES
 
 if TYPE_CHECKING:
-    from actors.launch.documents.element import Element, Key
+    from actors.launch.documents.elements import Element, Key
     from actors.launch.documents.kinds import Kind
 
 ROOT: Final = Path(__file__).resolve().parents[4]

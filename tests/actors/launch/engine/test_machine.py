@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import (
     ABANDONED,
@@ -37,7 +38,7 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.process_spec import MAX_PROCESSES, OutputMode, ProcessSpec
+from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
 from actors.launch.planning.steps import Call, End, LogText, React, Start, awaits_graph
 from actors.processes.outcome import Outcome, outcome_of_exit
 

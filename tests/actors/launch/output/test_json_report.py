@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.json_report import JsonReport
 from actors.launch.planning.events import (
     Appeared,
@@ -19,7 +20,6 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 TALKER = spec(node="/ns1/talker", output=OutputMode.LOG)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.output import writer
 from actors.launch.output.log_files import LogFiles
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.events import Event, Level, Message, ShuttingDown, Stream
-from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 if TYPE_CHECKING:

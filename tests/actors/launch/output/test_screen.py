@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.screen import Screen
 from actors.launch.planning.events import Event, Level, Message, Stream
-from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import spec, started, wrote
 
 

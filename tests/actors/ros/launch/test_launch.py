@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch import LaunchError
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.planning.events import ShuttingDown
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.process_spec import OutputMode
 from actors.launch.planning.steps import LogText, React, Start, Step
 from actors.ros.finder import LIBRARIES, RosFinder
 from actors.ros.launch import (

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.errors import LaunchError
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.process_spec import OutputMode
 from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import ChangeStates, React, Start, Step
 from actors.ros import launch_ros

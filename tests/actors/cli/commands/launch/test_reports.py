@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli.commands.launch.reports import Reports
+from actors.launch.description.process_actions import OutputMode
 from actors.launch.planning.events import ShuttingDown, Stream
-from actors.launch.planning.process_spec import OutputMode
 from tests.actors.launch.happenings import exited, spec, started, wrote
 
 if TYPE_CHECKING:

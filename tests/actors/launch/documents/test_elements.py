@@ -1,4 +1,4 @@
-"""Tests of actors.launch.documents.table: nothing that launches can do is forgotten in it."""
+"""Tests of actors.launch.documents.elements: nothing that launches can do is forgotten in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from actors.launch.description import action, actions, event_handlers, process_actions
 from actors.launch.description.action import Action, EventHandler
 from actors.launch.description.actions import RegisterEventHandler
-from actors.launch.documents.table import BY_NAME, ELEMENTS
+from actors.launch.documents.elements import BY_NAME, ELEMENTS
 from tests.actors.launch.documents.test_reading import ELEMENT_CASES
 
 PYTHON_ONLY = {

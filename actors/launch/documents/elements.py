@@ -1,0 +1,353 @@
+"""Elements of launch documents: actions and event handlers, with their options as keys.
+
+Keys, their kinds and their help follow from the options of the classes in `description/`, and the schema
+follows from the keys: what can be read, what editors propose and what Python accepts cannot differ. Only what
+a document says differently from Python is written down here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.launch.description.action import EventHandler
+from actors.launch.description.actions import (
+    AppendEnvironmentVariable,
+    DeclareLaunchArgument,
+    GroupAction,
+    IncludeLaunchDescription,
+    LogInfo,
+    PushNamespace,
+    RegisterEventHandler,
+    ResetEnvironment,
+    ResetLaunchConfigurations,
+    SetEnvironmentVariable,
+    SetLaunchConfiguration,
+    SetParameter,
+    SetParametersFromFile,
+    SetRemap,
+    Shutdown,
+    TimerAction,
+    UnsetEnvironmentVariable,
+)
+from actors.launch.description.conditions import IfCondition, UnlessCondition
+from actors.launch.description.event_handlers import (
+    OnNodeUp,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+    OnServiceAvailable,
+    OnShutdown,
+    OnStateTransition,
+    OnTopicPublished,
+)
+from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
+from actors.launch.description.options import options_of
+from actors.launch.description.process_actions import ExecuteProcess, Node
+from actors.launch.documents.kinds import (
+    FLAG,
+    NUMBER,
+    PLAIN,
+    PLAIN_NAME,
+    SWITCH,
+    TEXT,
+    BoundedNumber,
+    Choices,
+    Kind,
+    Named,
+    OneOf,
+    Pairs,
+    Schema,
+    Texts,
+    read_list,
+    read_mapping,
+)
+from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
+from actors.tools.suggestions import did_you_mean
+from proto.errors import escape
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from actors.launch.description.action import Action
+    from actors.launch.description.options import Option
+    from actors.launch.documents.errors import Spot
+
+
+class Elements(Kind):
+    """A list of elements, each a mapping of one name to its value."""
+
+    def read(self, value: object, spot: Spot) -> tuple[Action, ...]:
+        """Return their actions."""
+        return tuple(_read_element(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"$ref": "#/definitions/elements"}
+
+
+class OnExit(Kind):
+    """A list of elements, or the word shutdown."""
+
+    def read(self, value: object, spot: Spot) -> Action | tuple[Action, ...]:
+        """Return the actions."""
+        return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, spot)
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        return {"anyOf": [{"enum": ["shutdown"]}, _ELEMENTS.schema()]}
+
+
+_ELEMENTS: Final = Elements()
+_NAMED: Final = Named("name", "value")
+
+_KINDS: Final[dict[str, Kind]] = {
+    "str": PLAIN_NAME,
+    "bool": SWITCH,
+    "Text": TEXT,
+    "Text | None": TEXT,
+    "Text | Node": TEXT,
+    "bool | Text": FLAG,
+    "float | Text": NUMBER,
+    "float | Text | None": NUMBER,
+    "Sequence[Text]": Texts(split=True),
+    "Sequence[str] | None": Choices(),
+    "Sequence[int | Text]": Texts(least=1),
+    "Node | Text | Sequence[Node | Text]": Texts(),
+    "Mapping[str, Text]": _NAMED,
+    "Mapping[str, Text] | Iterable[tuple[str, Text]]": _NAMED,
+    "Iterable[tuple[Text, Text]]": Pairs("from", "to"),
+    "Sequence[Parameters]": ParametersKind(),
+    "ParameterEntry": ParameterKind(),
+    "Factory | str | None": PLAIN_NAME,
+    "Target": PLAIN_NAME,
+    "LifecycleNode | str | None": PLAIN_NAME,
+    "Sequence[Action]": _ELEMENTS,
+    "Reaction": _ELEMENTS,
+    "Reaction | None": _ELEMENTS,
+}
+"""The kind of value of each annotation."""
+_EXCEPTIONS: Final[dict[tuple[type, str], Kind]] = {
+    (DeclareLaunchArgument, "description"): PLAIN,
+    (ExecuteProcess, "cmd"): Texts(split=True, least=1),
+    (LifecycleTransition, "lifecycle_node_names"): Texts(least=1),
+    **{(each, "on_exit"): OnExit() for each in (Node, LifecycleNode, ExecuteProcess)},
+}
+"""Options whose values are written differently in documents."""
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of an element.
+
+    Attributes:
+        names: The name, and its aliases.
+        kind: The kind of its value.
+        about: One sentence for users.
+        target: The option that it sets. At most one of several keys for an option can be given.
+        required: Whether it must be given, under one of its names.
+    """
+
+    names: tuple[str, ...]
+    kind: Kind
+    about: str
+    target: str
+    required: bool = False
+
+
+_CONDITIONS: Final = (
+    Key(("if",), FLAG, "Only if this is true.", "condition"),
+    Key(("unless",), FLAG, "Only if this is false.", "condition"),
+)
+_ROS_PARAMETERS: Final = Key(("param",), RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters")
+
+
+@dataclass(frozen=True)
+class Element:
+    """A kind of element.
+
+    Attributes:
+        names: The name, and its aliases.
+        made: The class of the action or event handler.
+        alternatives: Sets of options of which exactly one must be given, completely; empty: no such rule.
+        listed: The key that gets the value if that is a list; empty: it cannot be a list.
+    """
+
+    names: tuple[str, ...]
+    made: type[Action | EventHandler]
+    alternatives: tuple[tuple[str, ...], ...] = ()
+    listed: str = ""
+
+    @property
+    def about(self) -> str:
+        """The first line of the docstring of the class, for users."""
+        return (self.made.__doc__ or "").partition("\n")[0]
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """All keys."""
+        own = [_key(self.made, each) for each in options_of(self.made) if each.keys]
+        extra = [_ROS_PARAMETERS] if issubclass(self.made, Node) else []
+        return (*own, *extra, *_CONDITIONS)
+
+    def read(self, value: object, spot: Spot) -> Action:
+        """Return the action of an element.
+
+        Raises:
+            DocumentError: It is malformed.
+        """
+        if self.listed and isinstance(value, list):
+            alone = next(key for key in self.keys if self.listed in key.names)
+            return self._make({alone.target: alone.kind.read(cast("object", value), spot)}, spot)
+        body = read_mapping({} if value is None else value, spot)
+        by_name = {name: key for key in self.keys for name in key.names}
+        values: dict[str, Any] = {}
+        given: dict[str, str] = {}
+        for name, each in body.items():
+            key = by_name.get(name)
+            if key is None:
+                hint = did_you_mean(name, by_name) or f"; there is {', '.join(sorted(by_name))}"
+                raise spot.inner(name).error(f"no such key{hint}")
+            if key.target in given:
+                raise spot.error(f"'{given[key.target]}' and '{name}' cannot both be there")
+            given[key.target] = name
+            found = key.kind.read(each, spot.inner(name))
+            values[key.target] = _condition(name, found) if key in _CONDITIONS else found
+        self._check(values, spot)
+        return self._make(values, spot)
+
+    def _make(self, values: dict[str, Any], spot: Spot) -> Action:
+        condition = {"condition": values.pop("condition")} if "condition" in values else {}
+        made: Any = self.made
+        if issubclass(self.made, EventHandler):
+            action: Action = RegisterEventHandler(made(**values), **condition)
+        else:
+            action = made(**values, **condition)
+        # Errors that are found later, when the action is planned, can name its line then.
+        object.__setattr__(action, "place", spot.place)
+        return action
+
+    def _check(self, values: Mapping[str, Any], spot: Spot) -> None:
+        for key in self.keys:
+            if key.required and key.target not in values:
+                raise spot.error(f"'{key.names[0]}' is missing")
+        if not self.alternatives:
+            return
+        begun = [targets for targets in self.alternatives if not values.keys().isdisjoint(targets)]
+        if len(begun) != 1 or not values.keys() >= set(begun[0]):
+            first = {key.target: key.names[0] for key in reversed(self.keys)}
+            texts = [" and ".join(first[each] for each in targets) for targets in self.alternatives]
+            raise spot.error(f"one of these should be there: {'; '.join(texts)}")
+
+    def schema(self) -> Schema:
+        """Return its JSON schema."""
+        properties = {
+            name: {**key.kind.schema(), "description": key.about} for key in self.keys for name in key.names
+        }
+        made: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+        rules = list(self._rules())
+        if rules:
+            made["allOf"] = rules
+        needed = any(key.required for key in self.keys) or self.alternatives
+        shapes = [made]
+        if self.listed:
+            shapes.append(properties[self.listed])
+        if not needed:
+            shapes.append({"type": "null"})
+        whole = made if len(shapes) == 1 else {"anyOf": shapes}
+        return {"description": self.about, **whole}
+
+    def _rules(self) -> Iterator[Schema]:
+        """Yield the rules beyond single keys: what must be given, and what excludes each other."""
+        names: dict[str, list[str]] = {}
+        for key in self.keys:
+            names.setdefault(key.target, []).extend(key.names)
+        for key in self.keys:
+            if key.required:
+                yield _given(names[key.target])
+        for each in names.values():
+            for at, name in enumerate(each):
+                yield from ({"not": {"required": [name, other]}} for other in each[at + 1 :])
+        if self.alternatives:
+            given = [[_given(names[target]) for target in targets] for targets in self.alternatives]
+            yield {"oneOf": [{"anyOf": each} for each in given]}
+            yield {"anyOf": [{"allOf": each} for each in given]}
+
+
+def _key(cls: type, option: Option) -> Key:
+    kind = _EXCEPTIONS.get((cls, option.name))
+    if kind is None and option.choices:
+        kind = OneOf(option.choices)
+    elif kind is None and option.least:
+        kind = BoundedNumber(option.least, whole=option.type.startswith("int"))
+    return Key(option.keys, kind or _KINDS[option.type], option.about, option.name, option.required)
+
+
+def _given(names: list[str]) -> Schema:
+    """Return the schema of a mapping that has one of these keys."""
+    return {"required": names} if len(names) == 1 else {"anyOf": [{"required": [name]} for name in names]}
+
+
+def _condition(word: str, value: Any) -> IfCondition | UnlessCondition:
+    predicate = str(value).lower() if isinstance(value, bool) else value
+    return IfCondition(predicate) if word == "if" else UnlessCondition(predicate)
+
+
+def _element(
+    names: str,
+    made: type[Action | EventHandler],
+    *,
+    alternatives: tuple[tuple[str, ...], ...] = (),
+    listed: str = "",
+) -> Element:
+    return Element(tuple(names.split()), made, alternatives, listed)
+
+
+_PROGRAMS: Final = (("package", "executable"), ("script",), ("node",))
+
+ELEMENTS: Final = (
+    _element("arg", DeclareLaunchArgument),
+    _element("node", Node, alternatives=_PROGRAMS),
+    _element("lifecycle_node", LifecycleNode, alternatives=_PROGRAMS),
+    _element("lifecycle_transition", LifecycleTransition),
+    _element("executable execute_process", ExecuteProcess),
+    _element("group", GroupAction, listed="children"),
+    _element("include", IncludeLaunchDescription),
+    _element("push_ros_namespace push-ros-namespace push_namespace", PushNamespace),
+    _element("set_env", SetEnvironmentVariable),
+    _element("unset_env", UnsetEnvironmentVariable),
+    _element("append_env", AppendEnvironmentVariable),
+    _element("let", SetLaunchConfiguration),
+    _element("set_parameter", SetParameter),
+    _element("set_parameters_from_file", SetParametersFromFile),
+    _element("reset", ResetLaunchConfigurations),
+    _element("reset_env", ResetEnvironment),
+    _element("set_remap", SetRemap),
+    _element("log log_info", LogInfo),
+    _element("timer", TimerAction),
+    _element("shutdown", Shutdown),
+    _element("on_process_start", OnProcessStart),
+    _element("on_process_exit", OnProcessExit),
+    _element("on_process_io", OnProcessIO),
+    _element("on_state_transition", OnStateTransition),
+    _element("on_shutdown", OnShutdown),
+    _element("on_node_up", OnNodeUp),
+    _element("on_service_available", OnServiceAvailable),
+    _element("on_topic_published", OnTopicPublished),
+)
+BY_NAME: Final = {name: element for element in ELEMENTS for name in element.names}
+
+
+def _read_element(value: object, spot: Spot) -> Action:
+    found = read_mapping(value, spot)
+    if len(found) != 1:
+        listed = (
+            f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""
+        )
+        raise spot.error(f"one element should be here, such as 'node', not {len(found)}{listed}")
+    ((name, body),) = found.items()
+    element = BY_NAME.get(name)
+    if element is None:
+        hint = did_you_mean(name, BY_NAME) or f"; there is {', '.join(sorted(BY_NAME))}"
+        raise spot.inner(name).error(f"no such element{hint}")
+    return element.read(body, spot.inner(name))
