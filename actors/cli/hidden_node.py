@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import secrets
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -15,14 +13,16 @@ from actors.errors import BrokerUnreachable
 from actors.logging.output import configure_logging
 from actors.logging.severity import LoggingSeverity
 from actors.node.node import Node
+from actors.tools.hidden_node import hidden_name, make_hidden_node
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import AsyncGenerator
 
-    from actors.config.contexts import BrokerTarget
     from actors.graph.snapshot import GraphSnapshot
 
+NAME: Final = "callboard_cli"
+"""What the names of hidden nodes of the command line begin with."""
 STOP_TIMEOUT_SEC: Final = 1.0
 
 
@@ -43,9 +43,24 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
     if options.own_process:
         _set_up_log()
     target = target_of(options)
-    node = make_hidden_node(
-        target, name=name, connect_timeout_sec=CONNECT_TIMEOUT_SEC, stop_timeout_sec=STOP_TIMEOUT_SEC
-    )
+    if name is None:
+        node = make_hidden_node(
+            hidden_name(NAME),
+            url=target.url,
+            domain=target.domain,
+            connect_timeout_sec=CONNECT_TIMEOUT_SEC,
+            stop_timeout_sec=STOP_TIMEOUT_SEC,
+        )
+    else:
+        node = Node(
+            name,
+            url=target.url,
+            domain=target.domain,
+            use_global_arguments=False,
+            connect_timeout_sec=CONNECT_TIMEOUT_SEC,
+            stop_timeout_sec=STOP_TIMEOUT_SEC,
+            slow_callback_sec=None,  # a terminal may be slow
+        )
     log = node.get_logger()
     log.set_level(LoggingSeverity.FATAL)  # the error below has all details
     try:
@@ -56,34 +71,6 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
     log.set_level(LoggingSeverity.UNSET)
     async with _leaving(node):
         yield node
-
-
-def make_hidden_node(
-    target: BrokerTarget, *, name: str | None = None, connect_timeout_sec: float, stop_timeout_sec: float
-) -> Node:
-    """Return a node for a command, without the endpoints that other nodes have.
-
-    Args:
-        target: The broker.
-        name: The node's name, which has all endpoints then; None for a hidden one.
-        connect_timeout_sec: As for `Node`.
-        stop_timeout_sec: As for `Node`.
-    """
-    # A process id alone is not unique: in a container it is 1.
-    hidden = f"_callboard_cli_{os.getpid()}_{secrets.token_hex(3)}"
-    return Node(
-        hidden if name is None else name,
-        url=target.url,
-        domain=target.domain,
-        use_global_arguments=False,
-        parameter_overrides={"start_type_description_service": name is not None},
-        start_parameter_services=name is not None,
-        enable_rosout=name is not None,
-        start_diagnostics_service=name is not None,
-        connect_timeout_sec=connect_timeout_sec,
-        stop_timeout_sec=stop_timeout_sec,
-        slow_callback_sec=None,  # a terminal may be slow
-    )
 
 
 def _set_up_log() -> None:

@@ -51,12 +51,19 @@ def names_to_complete(target: BrokerTarget, name: str, timeout_sec: float) -> li
     Raises:
         CallboardError: The broker or the node cannot be reached.
     """
-    from actors.cli.hidden_node import make_hidden_node
+    from actors.cli.hidden_node import NAME
     from actors.logging.severity import LoggingSeverity
     from actors.parameter_client.client import ParameterClient
+    from actors.tools.hidden_node import hidden_name, make_hidden_node
 
     async def names() -> list[str]:
-        node = make_hidden_node(target, connect_timeout_sec=timeout_sec, stop_timeout_sec=0)
+        node = make_hidden_node(
+            hidden_name(NAME),
+            url=target.url,
+            domain=target.domain,
+            connect_timeout_sec=timeout_sec,
+            stop_timeout_sec=0,
+        )
         node.get_logger().set_level(LoggingSeverity.FATAL)
         try:
             async with asyncio.timeout(timeout_sec), node:

@@ -16,7 +16,6 @@ from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.engine.graph_watch import graph_watch
-from actors.launch.engine.launch_node import launch_node_name
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
 from actors.launch.engine.worker import call_in_thread
@@ -26,6 +25,7 @@ from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from actors.launch.planning.steps import awaits_graph
 from actors.launch.resources.files import Files
 from actors.session.start_hint import start_hint
+from actors.tools.hidden_node import hidden_name
 from broker.errors import AddressInUseError
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Launch:
         self._stopped = False
         self._machine = Machine(keep=keep)
         self._listeners = list(listeners)
-        self._node_name = launch_node_name()
+        self._node_name = hidden_name("launch")
         self._runner = Runner(
             self._machine,
             self._listeners,

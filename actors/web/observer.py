@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import math
-import os
-import secrets
 import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Self
 
 from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
-from actors.node.node import Node
 from actors.tools.broker_names import BrokerNames
+from actors.tools.hidden_node import hidden_name, make_hidden_node
 from actors.tools.overview import Overview, Sample, Samples
 from proto.aio.tasks import cancel_and_wait, keep_running
 
@@ -23,8 +21,8 @@ if TYPE_CHECKING:
 
     from actors.graph.broker_report import BrokerReport
 
-NAME: Final = f"_callboard_web_{os.getpid()}_{secrets.token_hex(3)}"
-"""The name that all nodes of this process share: `logging` never forgets the logger of a name."""
+NAME: Final = hidden_name("callboard_web")
+"""The name that all nodes of this process share."""
 
 SAMPLE_PERIOD_SEC: Final = 1.0
 """Between two samples of the broker's counters, while anybody reads them."""
@@ -69,20 +67,14 @@ class Observer:
     def __init__(self, url: str, domain: int, *, token: str | None = None) -> None:
         self.url, self.domain = url, domain
         self.target = f"{url} domain {domain}"
-        self.node = Node(
+        self.node = make_hidden_node(
             NAME,
             url=url,
             domain=domain,
             token=token,
             shared_name=True,
-            use_global_arguments=False,
-            parameter_overrides={"start_type_description_service": False},
-            start_parameter_services=False,
-            enable_rosout=False,
-            start_diagnostics_service=False,
             connect_timeout_sec=CONNECT_SEC,
             stop_timeout_sec=STOP_SEC,
-            slow_callback_sec=None,
         )
         self.snapshot = GraphSnapshot()
         self.report: BrokerReport | None = None

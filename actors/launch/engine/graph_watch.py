@@ -11,10 +11,10 @@ from collections import Counter
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
-from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.presence import Presence, presence_of
 from actors.logging.logger import get_logger
 from actors.logging.severity import LoggingSeverity
+from actors.tools.hidden_node import make_hidden_node
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
@@ -48,7 +48,7 @@ async def graph_watch(
 
 
 async def _watch(target: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
-    node = launch_node(target, name)
+    node = make_hidden_node(name, url=target.url, domain=target.domain)
     node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
     known = Presences(own_node=node.get_fully_qualified_name())
     try:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
-from actors.launch.engine.launch_node import launch_node
 from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.logging.logger import get_logger
 from actors.logging.severity import LoggingSeverity
+from actors.tools.hidden_node import make_hidden_node
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.errors import CallboardError
 
@@ -110,7 +110,7 @@ class TransitionClient:
 
     async def _run(self) -> None:
         self._entered.clear()
-        self._node = node = launch_node(self._target, self._name)
+        self._node = node = make_hidden_node(self._name, url=self._target.url, domain=self._target.domain)
         # Errors only, such as refused endpoints: that the broker is away is in the answers to requests.
         node.get_logger().set_level(LoggingSeverity.ERROR)
         for name in self._watched:
