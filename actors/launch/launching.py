@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final, cast
 
 from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
-from actors.launch.engine.embedded import broker_is_there, can_embed, embedded_broker
 from actors.launch.engine.graph_watch import graph_watch
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.runner import Runner
@@ -24,6 +23,7 @@ from actors.launch.planning.plan import make_plan
 from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from actors.launch.planning.steps import awaits_graph
 from actors.launch.resources.files import Files
+from actors.processes.local_broker import broker_is_there, can_start_at
 from actors.session.start_hint import start_hint
 from actors.tools.hidden_node import hidden_name
 from broker.errors import AddressInUseError
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Event, Listener
     from actors.launch.planning.presence import Presence
     from actors.launch.planning.steps import Step
+    from broker import Broker
+    from proto.wire.url import BrokerUrl
 
 FIND_TRIES: Final = 5
 FIND_PAUSE_SEC: Final = 0.2
@@ -244,11 +246,11 @@ class Launch:
         for tries_left in reversed(range(FIND_TRIES)):
             if await broker_is_there(target):
                 return
-            if len(target.urls) != 1 or not can_embed(target.urls[0]):
+            if len(target.urls) != 1 or not can_start_at(target.urls[0]):
                 urls = ", ".join(map(str, target.urls))
                 raise BrokerUnreachable(f"No broker at {urls}. {start_hint(target.urls[0])}")
             try:
-                await stack.enter_async_context(embedded_broker(target.urls[0]))
+                await stack.enter_async_context(_embedded_broker(target.urls[0]))
             except AddressInUseError:  # another launch was quicker; or what had it is about to end
                 if not tries_left:
                     raise
@@ -256,6 +258,15 @@ class Launch:
             else:
                 self.notify(Message(Level.INFO, f"no broker at {target.url}: this launch brings its own"))
                 return
+
+
+def _embedded_broker(url: BrokerUrl) -> Broker:
+    """Return a broker for this place, to be run in this process."""
+    from broker import Broker, BrokerOptions  # noqa: PLC0415 - seldom needed
+
+    return Broker(
+        BrokerOptions(unix=Path(url.path)) if url.path else BrokerOptions(host=url.host, port=url.port)
+    )
 
 
 def _environment(target: BrokerTarget, given: Mapping[str, str] | None) -> dict[str, str]:

@@ -1,16 +1,20 @@
-"""A broker on this machine for programs that expect to find one: started if none answers.
+"""A broker on this machine where none answers: whether one can be started there, and how programs get one.
+
+A launch has a broker in its own process, which ends with the launch. Programs with rclpy's names expect to
+find one that is always there, so they start a process:
 
     started = ensure_local_broker(find_broker_target())
     if started is not None:
         print(started, file=sys.stderr)
 
-It is a process of its own, which outlives the program that has started it, and ends when it has been idle.
-Several programs may do this at the same moment: one broker listens, and all use it. `keep_local_broker` keeps
-it from ending before the program has connected its first node, and between one node and the next.
+It outlives the program that has started it, and ends when it has been idle. Several programs may do this at
+the same moment: one broker listens, and all use it. `keep_local_broker` keeps it from ending before the
+program has connected its first node, and between one node and the next.
 """
 
 from __future__ import annotations
 
+import asyncio
 import atexit
 import os
 import subprocess
@@ -72,6 +76,21 @@ class LocalBroker(NamedTuple):
         return f"Started a broker at {self.url} (pid {self.pid}{log}), which ends when idle for {IDLE_SEC} s"
 
 
+def can_start_at(url: BrokerUrl) -> bool:
+    """Return whether a broker of this machine can listen there: it has no certificate, so not with TLS."""
+    return not url.tls and bool(url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
+
+
+async def broker_is_there(target: BrokerTarget) -> bool:
+    """Return whether a broker answers at one of its URLs. The loop goes on meanwhile.
+
+    Raises:
+        BrokerUnreachable: Something listens there that does not answer as a broker does.
+        NotAuthorized: The broker requires other credentials.
+    """
+    return await asyncio.to_thread(_answers, target)
+
+
 def ensure_local_broker(
     target: BrokerTarget, *, start_timeout_sec: float = START_TIMEOUT_SEC
 ) -> LocalBroker | None:
@@ -90,7 +109,7 @@ def ensure_local_broker(
     Raises:
         BrokerStartError: The broker does not listen.
     """
-    if not _is_local(target) or _something_listens(target):
+    if not _can_start(target) or _something_listens(target):
         return None
     url = target.urls[0]
     with _open_log(url) as log:
@@ -116,7 +135,7 @@ def keep_local_broker(target: BrokerTarget) -> None:
     Args:
         target: The broker that nodes are to use.
     """
-    if not _is_local(target):
+    if not _can_start(target):
         return
     inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
     with suppress(BrokerUnreachable, ProtocolError):  # a node that connects says what is wrong
@@ -125,24 +144,27 @@ def keep_local_broker(target: BrokerTarget) -> None:
         threading.Thread(target=inspector.stay_connected, name="local-broker", daemon=True).start()
 
 
-def _is_local(target: BrokerTarget) -> bool:
-    """Return whether a broker without a certificate can be started at each URL, by this process."""
-    return all(
-        not url.tls and (url.path or url.host in LOOPBACK_HOSTS or is_loopback(url.host))
-        for url in target.urls
-    )
+def _can_start(target: BrokerTarget) -> bool:
+    return all(map(can_start_at, target.urls))
 
 
-def _something_listens(target: BrokerTarget) -> bool:
-    """Return whether something listens: a broker, also one that refuses, or another program."""
+def _answers(target: BrokerTarget) -> bool:
     inspector = inspector_for(target, ANSWER_TIMEOUT_SEC)
     try:
         with inspector:
             return True
-    except ProtocolError:
-        return True
     except BrokerUnreachable:
-        return inspector.listening is not None
+        if inspector.listening is not None:
+            raise
+        return False
+
+
+def _something_listens(target: BrokerTarget) -> bool:
+    """Return whether something listens: a broker, also one that refuses, or another program."""
+    try:
+        return _answers(target)
+    except (BrokerUnreachable, ProtocolError):
+        return True
 
 
 def _command(url: BrokerUrl) -> tuple[str, ...]:

@@ -27,9 +27,9 @@ from actors.launch import (
 )
 from actors.launch.description.conditions import Condition
 from actors.launch.description.substitutions import Scope, Substitution
-from actors.launch.engine.embedded import broker_is_there
 from actors.launch.launching import FIND_TRIES
 from actors.launch.planning.events import Message, ProcessExited, ProcessStarted
+from actors.processes.local_broker import broker_is_there
 from broker import AddressInUseError
 from tests.simulation.stage import Stage, play
 
