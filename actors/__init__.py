@@ -137,6 +137,8 @@ if TYPE_CHECKING:
     from actors.time.jumps import JumpThreshold as JumpThreshold
     from actors.time.jumps import TimeJump as TimeJump
     from actors.time.rate import Rate as Rate
+    from actors.time.timeout import DEFAULT_TIMEOUT as DEFAULT_TIMEOUT
+    from actors.time.timeout import DefaultTimeout as DefaultTimeout
     from actors.time.types import ClockType as ClockType
     from actors.time.types import Duration as Duration
     from actors.time.types import Time as Time
@@ -189,6 +191,10 @@ __getattr__, __dir__ = lazy_names(
             "TimeJump",
         ),
         "actors.time.rate": ("Rate",),
+        "actors.time.timeout": (
+            "DEFAULT_TIMEOUT",
+            "DefaultTimeout",
+        ),
         "actors.time.types": (
             "ClockType",
             "Duration",

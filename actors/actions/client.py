@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import uuid
 from contextvars import copy_context
 from functools import partial
@@ -26,18 +25,20 @@ from actors.callbacks.must_await import must_await
 from actors.endpoints.client.client import Client
 from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.subscription.subscription import Subscription
-from actors.errors import ServiceUnavailable, WaitTimeout
+from actors.errors import ServiceTimeout, ServiceUnavailable, WaitTimeout
 from actors.interfaces.action import action_types, require_action
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos.profile import qos_profile_action_status_default, qos_profile_default
+from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.endpoints.client.endpoint import CallFuture
     from actors.endpoints.context import NodeContext
+    from actors.time.timeout import Timeout
 
 
 class ActionClientEndpoint(Endpoint):
@@ -92,7 +93,7 @@ class ActionClientEndpoint(Endpoint):
         for refusal in filter(None, (endpoint_of(part).refusal for part in self._parts)):
             raise ServiceUnavailable(f"Action '{self.name}': {refusal}")
 
-    async def send(self, receiver: GoalReceiver, goal: Any, timeout_sec: float | None) -> None:
+    async def send(self, receiver: GoalReceiver, goal: Any, timeout_sec: Timeout) -> None:
         """Send a goal, and ask for its result once it is accepted."""
         key = bytes(receiver.goal_id.uuid)
         if key in self.goals:
@@ -124,18 +125,25 @@ class ActionClientEndpoint(Endpoint):
         request = self._types.get_result.Request(goal_id=goal_id)
         context = copy_context()
         context.run(current_callback_task.set, None)
-        return context.run(self._results.call_async, request, math.inf)
+        return context.run(self._results.call_async, request, None)
 
-    async def cancel(self, goal_id: UUID, timeout_sec: float | None) -> CancelGoal.Response:
+    def limit_sec(self, timeout_sec: Timeout) -> float:
+        """Return a time limit in seconds."""
+        return self.context.limit_sec(timeout_sec)
+
+    async def cancel(self, goal_id: UUID, timeout_sec: Timeout) -> CancelGoal.Response:
         """Request to cancel a goal."""
         request = CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id))
         return await self._cancel.call(request, timeout_sec)
 
-    async def result(self, goal_id: UUID, timeout_sec: float | None) -> GoalResult[Any]:
+    async def result(self, goal_id: UUID, timeout_sec: Timeout) -> GoalResult[Any]:
         """Ask for the result of a goal, whoever has sent it."""
         request = self._types.get_result.Request(goal_id=goal_id)
-        limit = math.inf if timeout_sec is None else timeout_sec
-        return goal_result(await self._results.call(request, limit))
+        try:
+            return goal_result(await self._results.call(request, timeout_sec))
+        except ServiceTimeout as error:
+            text = f"Action '{self.name}': goal {bytes(goal_id.uuid).hex()} has not ended in time"
+            raise WaitTimeout(text) from error
 
     def _feedback_received(self, message: Any) -> Any:
         receiver = self.goals.get(bytes(message.goal_id.uuid))
@@ -199,7 +207,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
         return self._endpoint.ready
 
     @must_await
-    async def wait_for_server(self, timeout_sec: float | None = None) -> bool:
+    async def wait_for_server(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> bool:
         """Wait until a server of this action is available; the broker reports it at once.
 
         Args:
@@ -221,9 +229,8 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
                 endpoint.require_not_refused()
             return endpoint.ready
 
-        limit = math.inf if timeout_sec is None else max(0.0, timeout_sec)
         try:
-            await endpoint.context.wait_until(ready, f"A server of '{self.action_name}'", limit)
+            await endpoint.context.wait_until(ready, f"A server of '{self.action_name}'", timeout_sec)
         except WaitTimeout:
             return False
         return True
@@ -235,7 +242,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
         feedback_callback: Callable[[Any], Any] | None = None,
         goal_uuid: UUID | None = None,
         *,
-        timeout_sec: float | None = None,
+        timeout_sec: Timeout = DEFAULT_TIMEOUT,
     ) -> ClientGoalHandle[ResultT, FeedbackT]:
         """Send a goal and wait until the server has accepted or rejected it.
 
@@ -247,7 +254,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
                 `async def`; the first may come before this method returns. Without one, iterate over the
                 handle.
             goal_uuid: The goal's id; None for a random one.
-            timeout_sec: Give up after this; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait for the answer at most; None for no limit.
 
         Returns:
             The goal. See `ClientGoalHandle.accepted`.
@@ -272,7 +279,9 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
         return ClientGoalHandle(receiver, endpoint)
 
     @must_await
-    async def get_result(self, goal_uuid: UUID, timeout_sec: float | None = None) -> GoalResult[ResultT]:
+    async def get_result(
+        self, goal_uuid: UUID, timeout_sec: Timeout = DEFAULT_TIMEOUT
+    ) -> GoalResult[ResultT]:
         """Wait for the result of a goal that another client has sent, or this one before its link broke.
 
         Args:
@@ -283,6 +292,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
             The terminal state and the result message.
 
         Raises:
+            WaitTimeout: The goal has not ended within `timeout_sec`; it goes on.
             GoalUnknown: The server does not know the goal, or keeps its result no longer.
             CallFailed: As for `Client.call`.
         """

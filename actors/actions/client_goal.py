@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, Typ
 
 from actors.actions.states import TERMINAL_STATES, GoalState
 from actors.callbacks.must_await import must_await
-from actors.endpoints.context import in_flight
+from actors.endpoints.context import in_flight, time_limit
 from actors.errors import GoalRejected, GoalUnknown, NodeDestroyed, WaitTimeout
 from actors.interfaces.message import Message
+from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from actors.interfaces.action_msgs.srv import CancelGoal
     from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.unique_identifier_msgs.msg import UUID
+    from actors.time.timeout import Timeout
 
 ResultT = TypeVar("ResultT", bound=Message)
 FeedbackT = TypeVar("FeedbackT", bound=Message)
@@ -36,10 +38,14 @@ class GoalResult(NamedTuple, Generic[ResultT]):
     """The result message; empty if the server set none."""
 
 
-class GoalCanceller(Protocol):
+class GoalSender(Protocol):
     """What a goal needs of its client."""
 
-    async def cancel(self, goal_id: UUID, timeout_sec: float | None) -> CancelGoal.Response:
+    def limit_sec(self, timeout_sec: Timeout) -> float:
+        """Return a time limit in seconds."""
+        ...
+
+    async def cancel(self, goal_id: UUID, timeout_sec: Timeout) -> CancelGoal.Response:
         """Request to cancel a goal."""
         ...
 
@@ -142,12 +148,12 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
 
     Args:
         receiver: What the runtime knows of the goal.
-        canceller: Sends requests to cancel it.
+        client: The client that has sent it.
     """
 
-    def __init__(self, receiver: GoalReceiver, canceller: GoalCanceller) -> None:
+    def __init__(self, receiver: GoalReceiver, client: GoalSender) -> None:
         self._receiver = receiver
-        self._canceller = canceller
+        self._client = client
 
     @property
     def goal_id(self) -> UUID:
@@ -175,11 +181,11 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
         return self._receiver.dropped
 
     @must_await
-    async def result(self, timeout_sec: float | None = None) -> GoalResult[ResultT]:
+    async def result(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> GoalResult[ResultT]:
         """Wait until the goal has ended. It can be awaited several times.
 
         Args:
-            timeout_sec: Seconds to wait at most; None for no limit.
+            timeout_sec: Seconds to wait at most; None for no limit, as for goals that take long.
 
         Returns:
             The terminal state and the result message.
@@ -195,22 +201,23 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
         """
         receiver = self._receiver
         if not receiver.ended.is_set():
+            limit = self._client.limit_sec(timeout_sec)
             with in_flight():
                 try:
-                    async with asyncio.timeout(timeout_sec):
+                    async with time_limit(limit):
                         await receiver.ended.wait()
                 except TimeoutError as error:
-                    raise WaitTimeout(f"{receiver.what} has not ended within {timeout_sec:g} s") from error
+                    raise WaitTimeout(f"{receiver.what} has not ended within {limit:g} s") from error
         receiver.raise_error()
         assert receiver.outcome is not None
         return receiver.outcome
 
     @must_await
-    async def cancel(self, timeout_sec: float | None = None) -> CancelGoal.Response:
+    async def cancel(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> CancelGoal.Response:
         """Request to cancel the goal. The server decides whether and when it ends: `result` waits for that.
 
         Args:
-            timeout_sec: Seconds to wait for the answer; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait for the answer at most; None for no limit.
 
         Returns:
             The answer: if the server accepts, `goals_canceling` has this goal, and `return_code` is 0.
@@ -221,7 +228,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
         """
         if self._receiver.accepted is False:
             raise GoalRejected(f"{self._receiver.what} was rejected")
-        return await self._canceller.cancel(self.goal_id, timeout_sec)
+        return await self._client.cancel(self.goal_id, timeout_sec)
 
     async def __aiter__(self) -> AsyncIterator[FeedbackT]:
         """Iterate over the feedback, until the goal has ended.

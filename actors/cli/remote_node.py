@@ -77,7 +77,7 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
                 if not options.timeout or name in snapshot.nodes():  # the latter: it is hidden
                     raise missing
                 unanswered, failure = failure, str(missing)
-                await node.wait_for_node(name)
+                await node.wait_for_node(name, None)
                 failure = unanswered
             yield node, name
     except TimeoutError:

@@ -16,6 +16,7 @@ from actors.session.endpoint import LinkEndpoint
 from actors.time.clock import Clock
 from actors.time.jumps import ClockChange
 from actors.time.ros_time import RosTime
+from actors.time.timeout import DefaultTimeout
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType
 from proto.limited_log import PERIOD_SEC, LimitedLog
 from proto.wire import frames
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from actors.logging.logger import Logger
     from actors.qos.profile import QoSProfile
     from actors.session.link import Link
+    from actors.time.timeout import Timeout
 
 DEFAULT_CALL_TIMEOUT_SEC: Final = 60.0
 
@@ -191,18 +193,23 @@ class NodeContext(LinkEndpoint):
             )
         return loop
 
-    async def wait_until(self, condition: Callable[[], bool], what: str, timeout_sec: float | None) -> None:
+    def limit_sec(self, timeout_sec: Timeout) -> float:
+        """Return a time limit in seconds: the node's for `DEFAULT_TIMEOUT`, infinity for None."""
+        if timeout_sec is None:
+            return math.inf
+        return self.default_call_timeout_sec if isinstance(timeout_sec, DefaultTimeout) else timeout_sec
+
+    async def wait_until(self, condition: Callable[[], bool], what: str, timeout_sec: Timeout) -> None:
         """Wait until `condition` holds; check it whenever the link changes.
 
         Raises:
-            WaitTimeout: It does not hold within `timeout_sec` (None: the node's default call timeout;
-                infinity: no limit).
+            WaitTimeout: It does not hold within `timeout_sec`.
         """
         self.require_loop()
-        limit = self.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        limit = self.limit_sec(timeout_sec)
         with in_flight():
             try:
-                async with asyncio.timeout(None if limit == math.inf else limit):
+                async with time_limit(limit):
                     while not condition():
                         await self.link.changed()
                         self.require_alive()
@@ -290,6 +297,11 @@ class NodeContext(LinkEndpoint):
         """Forget the declaration, and publishers that can send nothing more."""
         self.declared = False
         self.departing.session_ended()
+
+
+def time_limit(seconds: float) -> asyncio.Timeout:
+    """Return `asyncio.timeout`, which takes no infinity."""
+    return asyncio.timeout(None if seconds == math.inf else seconds)
 
 
 class in_flight:  # noqa: N801 - reads as a statement

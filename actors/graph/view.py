@@ -5,19 +5,20 @@ Queries are coroutines because the answer is the broker's, made after everything
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Final
 
-from actors.endpoints.context import NodeContext, in_flight
+from actors.endpoints.context import NodeContext, in_flight, time_limit
 from actors.errors import BrokerUnreachable, WaitTimeout
 from actors.graph.snapshot import GraphSnapshot
 from proto.wire import frames
 from proto.wire.type_hash import hash_of
 
 if TYPE_CHECKING:
+    import asyncio
     from collections.abc import Callable
 
     from actors.graph.broker_report import BrokerReport
+    from actors.time.timeout import Timeout
 
 
 QUERY_TIMEOUT_SEC: Final = 5.0
@@ -87,8 +88,8 @@ class BrokerView:
             watch.close()
         return watch.snapshot
 
-    async def wait_for(self, condition: Callable[[GraphSnapshot], bool], timeout_sec: float | None) -> bool:
-        """Wait until the graph fulfils a condition; return False after `timeout_sec` (None: no limit).
+    async def wait_for(self, condition: Callable[[GraphSnapshot], bool], timeout_sec: Timeout) -> bool:
+        """Wait until the graph fulfils a condition; return False after `timeout_sec`.
 
         A broker that had no time to answer gets a second more.
         """
@@ -97,7 +98,7 @@ class BrokerView:
         watch: _Watch | None = None
         try:
             with in_flight():
-                async with asyncio.timeout(None if timeout_sec is None else max(0.0, timeout_sec)):
+                async with time_limit(context.limit_sec(timeout_sec)):
                     while True:
                         if watch is None or watch.session != link.connections:
                             if watch is not None:

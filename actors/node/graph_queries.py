@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.callbacks.must_await import must_await
 from actors.graph.snapshot import actions_among
+from actors.time.timeout import DEFAULT_TIMEOUT
 from proto.wire.codes import EntryKind
 from proto.wire.names import expand_topic_name, full_node_name, split_node_name
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from actors.graph.changes import GraphWatch
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.graph.view import BrokerView
+    from actors.time.timeout import Timeout
 
 TOPICS = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 
@@ -392,7 +394,9 @@ class NodeGraph:
         return GraphWatch(self._context)
 
     @must_await
-    async def wait_for_node(self, fully_qualified_node_name: str, timeout_sec: float | None = None) -> bool:
+    async def wait_for_node(
+        self, fully_qualified_node_name: str, timeout_sec: Timeout = DEFAULT_TIMEOUT
+    ) -> bool:
         """Wait until a node is in the graph.
 
         Args:

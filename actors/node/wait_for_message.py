@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 from contextlib import aclosing
 from typing import TYPE_CHECKING, TypeVar, cast
 
-from actors.endpoints.context import in_flight
+from actors.endpoints.context import in_flight, time_limit
 from actors.endpoints.endpoint import endpoint_of
 from actors.errors import NodeDestroyed, WaitTimeout
+from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.node.node import Node
     from actors.qos.profile import QoSProfile
+    from actors.time.timeout import Timeout
 
 MessageT = TypeVar("MessageT", bound="Message")
 
@@ -22,7 +23,7 @@ async def wait_for_message(
     msg_type: type[MessageT],
     node: Node,
     topic: str,
-    timeout_sec: float | None = None,
+    timeout_sec: Timeout = DEFAULT_TIMEOUT,
     *,
     qos_profile: QoSProfile | int = 1,
 ) -> MessageT:
@@ -32,7 +33,7 @@ async def wait_for_message(
         msg_type: The message class.
         node: The node that subscribes meanwhile; it runs.
         topic: As for `Node.create_subscription`.
-        timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+        timeout_sec: Seconds to wait at most; None for no limit.
         qos_profile: A profile or a depth.
 
     Returns:
@@ -46,10 +47,10 @@ async def wait_for_message(
     """
     subscription = node.create_subscription(msg_type, topic, qos=qos_profile)
     endpoint = endpoint_of(subscription)
-    limit = endpoint.context.default_call_timeout_sec if timeout_sec is None else timeout_sec
+    limit = endpoint.context.limit_sec(timeout_sec)
     try:
         with in_flight():
-            async with asyncio.timeout(limit), aclosing(endpoint.consumer.iterate()) as messages:
+            async with time_limit(limit), aclosing(endpoint.consumer.iterate()) as messages:
                 async for message in messages:
                     return cast("MessageT", message)
     except TimeoutError as error:

@@ -6,6 +6,8 @@ import asyncio
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.callbacks.must_await import must_await
+from actors.endpoints.context import time_limit
+from actors.endpoints.endpoint import endpoint_of
 from actors.errors import RemoteError
 from actors.interfaces.rcl_interfaces import srv
 from actors.parameters.errors import InvalidParameterFileError
@@ -17,6 +19,7 @@ from actors.parameters.types import (
     SetParametersResult,
     parameter_value_to_python,
 )
+from actors.time.timeout import DEFAULT_TIMEOUT
 from proto.errors import peer_text
 
 if TYPE_CHECKING:
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from actors.endpoints.client.client import Client
     from actors.interfaces.rcl_interfaces.msg import SetParametersResult as ResultMessage
     from actors.node.node import Node
+    from actors.time.timeout import Timeout
 
 T = TypeVar("T")
 
@@ -44,8 +48,7 @@ class ParameterClient:
 
     Each method is one call, with the deadline and the errors of `Client.call`: ServiceUnavailable if the node
     does not serve its parameters, ServiceTimeout, RemoteError if one of its callbacks raises. After an error
-    of a call that sets parameters, `get_parameters` says what became of it. `timeout_sec` is as there: None
-    is the default of the node.
+    of a call that sets parameters, `get_parameters` says what became of it.
 
     Args:
         node: The node that calls.
@@ -75,7 +78,7 @@ class ParameterClient:
         return all(ready)
 
     @must_await
-    async def wait_for_services(self, timeout_sec: float | None = None) -> bool:
+    async def wait_for_services(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> bool:
         """Wait until all services are available.
 
         Args:
@@ -91,16 +94,16 @@ class ParameterClient:
         """
         clients = [self._client(name) for name in _SERVICES]
         try:
-            async with asyncio.timeout(timeout_sec):
+            async with time_limit(endpoint_of(clients[0]).context.limit_sec(timeout_sec)):
                 for client in clients:
-                    await client.wait_for_service()
+                    await client.wait_for_service(None)
         except TimeoutError:
             return False
         return True
 
     @must_await
     async def list_parameters(
-        self, prefixes: Sequence[str] = (), depth: int = 0, timeout_sec: float | None = None
+        self, prefixes: Sequence[str] = (), depth: int = 0, timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> ListParametersResult:
         """List the names of parameters.
 
@@ -119,7 +122,9 @@ class ParameterClient:
         return ListParametersResult(response.result.names, response.result.prefixes)
 
     @must_await
-    async def get_parameters(self, names: Sequence[str], timeout_sec: float | None = None) -> list[Parameter]:
+    async def get_parameters(
+        self, names: Sequence[str], timeout_sec: Timeout = DEFAULT_TIMEOUT
+    ) -> list[Parameter]:
         """Read parameters.
 
         Args:
@@ -140,7 +145,7 @@ class ParameterClient:
 
     @must_await
     async def get_parameter_types(
-        self, names: Sequence[str], timeout_sec: float | None = None
+        self, names: Sequence[str], timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> list[ParameterType]:
         """Read the types of parameters.
 
@@ -159,7 +164,7 @@ class ParameterClient:
 
     @must_await
     async def describe_parameters(
-        self, names: Sequence[str], timeout_sec: float | None = None
+        self, names: Sequence[str], timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> list[ParameterDescriptor]:
         """Read the constraints of parameters.
 
@@ -178,7 +183,7 @@ class ParameterClient:
 
     @must_await
     async def set_parameters(
-        self, parameters: Sequence[Parameter], timeout_sec: float | None = None
+        self, parameters: Sequence[Parameter], timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> list[SetParametersResult]:
         """Set parameters one by one; each has its own result.
 
@@ -198,7 +203,7 @@ class ParameterClient:
 
     @must_await
     async def set_parameters_atomically(
-        self, parameters: Sequence[Parameter], timeout_sec: float | None = None
+        self, parameters: Sequence[Parameter], timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> SetParametersResult:
         """Set all of the parameters, or none.
 
@@ -217,7 +222,7 @@ class ParameterClient:
 
     @must_await
     async def delete_parameters(
-        self, names: Sequence[str], timeout_sec: float | None = None
+        self, names: Sequence[str], timeout_sec: Timeout = DEFAULT_TIMEOUT
     ) -> list[SetParametersResult]:
         """Remove parameters, whose type must be dynamic.
 
@@ -238,7 +243,7 @@ class ParameterClient:
         self,
         parameter_file: str | Path,
         use_wildcard: bool = False,  # noqa: FBT001, FBT002 - rclpy's order
-        timeout_sec: float | None = None,
+        timeout_sec: Timeout = DEFAULT_TIMEOUT,
     ) -> dict[str, SetParametersResult]:
         """Set the parameters that a file has for the node, one by one.
 
@@ -274,7 +279,7 @@ class ParameterClient:
             self._clients[name] = self._node.create_client(_SERVICES[name], f"{self.remote_node_name}/{name}")
         return self._clients[name]
 
-    async def _call(self, name: str, timeout_sec: float | None, **fields: object) -> Any:
+    async def _call(self, name: str, timeout_sec: Timeout, **fields: object) -> Any:
         return await self._client(name).call(_SERVICES[name].Request(**fields), timeout_sec)
 
 

@@ -23,16 +23,13 @@ class StateWaits:
         self._waiting: dict[asyncio.Future[bool], tuple[int, ChildState]] = {}
         self._closed = False
 
-    async def wait(self, child: int, state: ChildState, timeout_sec: float | None) -> bool:
-        """Wait for a state; return False if the time limit or the end of the supervisor comes first."""
+    async def wait(self, child: int, state: ChildState) -> bool:
+        """Wait for a state; return False if the supervisor ends before."""
         reached: asyncio.Future[bool] = asyncio.get_running_loop().create_future()
         self._waiting[reached] = (child, state)
         try:
             self.check()
-            async with asyncio.timeout(timeout_sec):
-                return await reached
-        except TimeoutError:
-            return False
+            return await reached
         finally:
             self._waiting.pop(reached, None)
 

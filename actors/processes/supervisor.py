@@ -13,7 +13,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Self
 
-from actors.errors import SupervisorGaveUp
+from actors.errors import SupervisorGaveUp, WaitTimeout
 from actors.logging.logger import get_logger
 from actors.processes.child import Child, Strategy
 from actors.processes.child_events import ChildEvent, ChildEventKind
@@ -166,17 +166,23 @@ class Supervisor:
         Args:
             name: The child's name.
             state: Which state.
-            timeout_sec: How long at most; None for as long as the supervisor lives.
+            timeout_sec: Seconds to wait at most; None for as long as the supervisor lives.
 
         Returns:
-            True when it is in the state; False after `timeout_sec`, or when the supervisor has ended before.
+            True when it is in the state; False when the supervisor has ended before.
 
         Raises:
+            WaitTimeout: It was not in the state within `timeout_sec`.
             ValueError: There is no such child.
         """
         if name not in self._index:
             raise ValueError(f"No child '{name}'; there is: {', '.join(self._index) or 'none'}")
-        return await self._waits.wait(self._index[name], state, timeout_sec)
+        try:
+            async with asyncio.timeout(timeout_sec):
+                return await self._waits.wait(self._index[name], state)
+        except TimeoutError as error:
+            text = f"Child '{name}' was not {state.name} within {timeout_sec:g} s"
+            raise WaitTimeout(text) from error
 
     # Its life
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from actors.errors import WaitTimeout
 from actors.launch.errors import LaunchError
 from actors.testing.changes import ChangeSignal
 from actors.testing.transcript import LAUNCH, ProcessState, Transcript
-from proto.errors import CallboardError
+from actors.time.timeout import DefaultTimeout
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.launch.launching import Launch
     from actors.launch.planning.events import Event
+    from actors.time.timeout import Timeout
 
 SHOWN_LINES: Final = 20
 """Lines of output that an error shows."""
@@ -22,7 +24,7 @@ SHOWN_LINES: Final = 20
 T = TypeVar("T")
 
 
-class LaunchWaitError(CallboardError, AssertionError):
+class LaunchWaitError(WaitTimeout, AssertionError):
     """The event that a test waited for did not happen in time, or cannot happen any more.
 
     The text names the event, the reason, the state of each process and the last lines of output.
@@ -54,7 +56,7 @@ class LaunchRun:
         self,
         failure: str,
         check: Callable[[], T | None],
-        timeout_sec: float | None,
+        timeout_sec: Timeout,
         *,
         process: str | None = None,
     ) -> T:
@@ -63,7 +65,7 @@ class LaunchRun:
         Args:
             failure: Start of the error's text, such as "No line with 'ready'".
             check: Called at once and after each event.
-            timeout_sec: Deadline in seconds; None: the launch's default.
+            timeout_sec: Seconds to wait at most; `DEFAULT_TIMEOUT` is the launch's, None is no limit.
             process: The process that the result depends on; None: any.
 
         Raises:
@@ -75,7 +77,7 @@ class LaunchRun:
                 self._raise_if_over(failure, process)
             return result
 
-        limit_sec = self._timeout_sec if timeout_sec is None else timeout_sec
+        limit_sec = self._timeout_sec if isinstance(timeout_sec, DefaultTimeout) else timeout_sec
         limit = asyncio.timeout(limit_sec)
         try:
             async with limit:

@@ -23,6 +23,7 @@ from actors.launch.launching import Launch
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.testing.launch_run import LaunchRun, LaunchWaitError
 from actors.testing.transcript import ProcessState, Search
+from actors.time.timeout import DEFAULT_TIMEOUT
 from broker import Broker, BrokerOptions
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Action
     from actors.testing.transcript import OutputLine, ProcessStatus
+    from actors.time.timeout import Timeout
 
 WAIT_TIMEOUT_SEC: Final = 10.0
 STOP_TIMEOUT_SEC: Final = 2.0
@@ -98,7 +100,7 @@ class RunningLaunch:
         *,
         process: str | None = None,
         after: OutputLine | None = None,
-        timeout_sec: float | None = None,
+        timeout_sec: Timeout = DEFAULT_TIMEOUT,
     ) -> OutputLine:
         """Wait for a line of output; lines from before the call count too.
 
@@ -106,7 +108,7 @@ class RunningLaunch:
             text: A part of the line, or a pattern that is searched in it.
             process: Whose line; None: any process's, or the launch's.
             after: Only lines after this one, the result of an earlier wait.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Returns:
             The first such line.
@@ -124,12 +126,12 @@ class RunningLaunch:
         finally:
             self._transcript.end(search)
 
-    async def wait_for_exit(self, process: str, *, timeout_sec: float | None = None) -> int:
+    async def wait_for_exit(self, process: str, *, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> int:
         """Wait until a process has ended and is not started again.
 
         Args:
             process: Its name.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Returns:
             Its exit code; negative for a signal: -2 for SIGINT. A node in the launch's own process has 0 if
@@ -148,47 +150,47 @@ class RunningLaunch:
 
         return await self._run.wait_for(f"No end of {process}", exit_code, timeout_sec, process=process)
 
-    async def wait_for_node(self, name: str, *, timeout_sec: float | None = None) -> None:
+    async def wait_for_node(self, name: str, *, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until a node is in the graph.
 
         Args:
             name: Its full name.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             LaunchWaitError: It did not appear in time.
         """
         await self._wait_for(PresenceKind.NODE, name, timeout_sec)
 
-    async def wait_for_topic(self, name: str, *, timeout_sec: float | None = None) -> None:
+    async def wait_for_topic(self, name: str, *, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until a topic has a publisher.
 
         Args:
             name: Its full name.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             LaunchWaitError: None appeared in time.
         """
         await self._wait_for(PresenceKind.TOPIC, name, timeout_sec)
 
-    async def wait_for_service(self, name: str, *, timeout_sec: float | None = None) -> None:
+    async def wait_for_service(self, name: str, *, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until a service has a server.
 
         Args:
             name: Its full name.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             LaunchWaitError: None appeared in time.
         """
         await self._wait_for(PresenceKind.SERVICE, name, timeout_sec)
 
-    async def wait_for_end(self, *, timeout_sec: float | None = None) -> bool:
+    async def wait_for_end(self, *, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> bool:
         """Wait until the launch has ended.
 
         Args:
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Returns:
             False if it ended because a required process died.
@@ -203,12 +205,14 @@ class RunningLaunch:
         self._run.check()
         return task.cancelled() or task.result()
 
-    async def wait_until(self, condition: Callable[[], object], *, timeout_sec: float | None = None) -> None:
+    async def wait_until(
+        self, condition: Callable[[], object], *, timeout_sec: Timeout = DEFAULT_TIMEOUT
+    ) -> None:
         """Wait until a condition holds.
 
         Args:
             condition: Called at once and after each event of the launch, until its result is true.
-            timeout_sec: Deadline in seconds.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             LaunchWaitError: It did not hold in time.
@@ -216,7 +220,7 @@ class RunningLaunch:
         failure = "The condition did not become true"
         await self._run.wait_for(failure, lambda: True if condition() else None, timeout_sec)
 
-    async def _wait_for(self, kind: PresenceKind, name: str, timeout_sec: float | None) -> None:
+    async def _wait_for(self, kind: PresenceKind, name: str, timeout_sec: Timeout) -> None:
         wanted = Presence(kind, name if name.startswith("/") else f"/{name}")
         launch = self._run.launch
         await self._run.wait_for(f"No {wanted}", lambda: wanted in launch.presences or None, timeout_sec)

@@ -15,10 +15,12 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
 from actors.qos.profile import HistoryPolicy
+from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     from actors.endpoints.publisher.publisher import Publisher
     from actors.threads.loop_thread import LoopThread
+    from actors.time.timeout import Timeout
 
 T = TypeVar("T", bound=Message)
 
@@ -158,11 +160,11 @@ class ThreadPublisher(Generic[T]):
         self._endpoint.overflowed += dropped - self._reported
         self._reported = dropped
 
-    def ready(self, timeout_sec: float | None = None) -> None:
+    def ready(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Block until there is space, as `Publisher.ready` does.
 
         Args:
-            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             WaitTimeout, PublisherRefused, NodeDestroyed: As for `Publisher.ready`.
@@ -171,11 +173,11 @@ class ThreadPublisher(Generic[T]):
         """
         self._thread.call(self._publisher.ready(timeout_sec), None)
 
-    def flush(self, timeout_sec: float | None = None) -> None:
+    def flush(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Block until everything published so far has reached the broker.
 
         Args:
-            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             WaitTimeout, BrokerUnreachable, PublisherRefused, NodeDestroyed: As for `Publisher.flush`.

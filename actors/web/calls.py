@@ -10,6 +10,7 @@ from actors.errors import ServiceOverloaded, ServiceUnavailable
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Message
 from actors.qos.profile import DurabilityPolicy, QoSProfile
+from actors.time.timeout import DEFAULT_TIMEOUT
 from actors.tools.stamps import Stamps
 from actors.web.javascript_values import message_to_javascript
 from proto.errors import CallboardError
@@ -84,7 +85,9 @@ class Calls:
             try:
                 if not await client.wait_for_service(MATCH_SEC):
                     raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
-                return message_to_javascript(await client.call(request, timeout_sec))
+                return message_to_javascript(
+                    await client.call(request, DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec)
+                )
             finally:
                 client.destroy()
 

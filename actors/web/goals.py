@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.actions.names import ActionNames
 from actors.errors import GoalRejected, GoalUnknown, ServiceOverloaded, ServiceUnavailable
 from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.time.timeout import DEFAULT_TIMEOUT
 from actors.web.calls import MATCH_SEC, message_of
 from actors.web.javascript_values import message_to_javascript
 from proto.aio.tasks import cancel_and_wait
@@ -189,13 +190,12 @@ class Goals:
         try:
             if not await client.wait_for_server(MATCH_SEC):
                 raise ServiceUnavailable(f"Action '{goal.action}' has no complete server now")
-            goal.handle = await client.send_goal(
-                message, goal.add_feedback, goal.uuid, timeout_sec=timeout_sec
-            )
+            limit = DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec
+            goal.handle = await client.send_goal(message, goal.add_feedback, goal.uuid, timeout_sec=limit)
             if not goal.handle.accepted:
                 raise GoalRejected(f"The server of '{goal.action}' has rejected the goal")
             goal.decided.set()
-            goal.outcome = await goal.handle.result()
+            goal.outcome = await goal.handle.result(None)
         except CallboardError as error:
             goal.error = error
         finally:

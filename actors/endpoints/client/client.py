@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from actors.callbacks.must_await import must_await
@@ -11,11 +10,13 @@ from actors.endpoints.service_introspection import Introspectable
 from actors.errors import ServiceUnavailable, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.message import Message
+from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
     import asyncio
 
     from actors.endpoints.context import NodeContext
+    from actors.time.timeout import Timeout
 
 Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
@@ -66,7 +67,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         return self._endpoint.peers > 0
 
     @must_await
-    async def wait_for_service(self, timeout_sec: float | None = None) -> bool:
+    async def wait_for_service(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> bool:
         """Wait until a server of this service is available; the broker reports it at once.
 
         Args:
@@ -88,14 +89,13 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
                 raise ServiceUnavailable(f"Service '{self.srv_name}': {endpoint.refusal}")
             return endpoint.peers > 0
 
-        limit = math.inf if timeout_sec is None else max(0.0, timeout_sec)
         try:
-            await endpoint.context.wait_until(ready, f"A server of '{self.srv_name}'", limit)
+            await endpoint.context.wait_until(ready, f"A server of '{self.srv_name}'", timeout_sec)
         except WaitTimeout:
             return False
         return True
 
-    async def call(self, request: Q, timeout_sec: float | None = None) -> A:
+    async def call(self, request: Q, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> A:
         """Send a request and wait for the reply.
 
         Before the node's first session the call waits for that, too, within its deadline. Without a session
@@ -103,7 +103,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
 
         Args:
             request: The request.
-            timeout_sec: Give up after this; None is the node's `default_call_timeout_sec`, `math.inf` never.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Returns:
             The response.
@@ -125,7 +125,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         """
         return await self.call_async(request, timeout_sec)
 
-    def call_async(self, request: Q, timeout_sec: float | None = None) -> asyncio.Future[A]:
+    def call_async(self, request: Q, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> asyncio.Future[A]:
         """Send a request and return a future of the reply.
 
         Args:
@@ -150,7 +150,9 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         body = self._requests.encode(request)
         if len(body) > context.link.largest:
             context.link.require_fits(f"A request of '{self.srv_name}'", len(body))
-        limit = context.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        limit = context.default_call_timeout_sec  # inline: it is the limit of nearly every call
+        if timeout_sec is not DEFAULT_TIMEOUT:
+            limit = context.limit_sec(timeout_sec)
         if not limit >= 0:  # not a number, too
             raise ValueError(f"timeout_sec must be zero or more, got {timeout_sec}")
         return endpoint.call(request, body, limit)

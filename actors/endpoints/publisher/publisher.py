@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
-from actors.endpoints.context import in_flight
+from actors.endpoints.context import in_flight, time_limit
 from actors.endpoints.endpoint import Handle
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.errors import PublisherRefused, WaitTimeout
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
+from actors.time.timeout import DEFAULT_TIMEOUT
 from proto.queues.batches import MAX_HEAD_BYTES
 from proto.wire import frames
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import PublisherEventCallbacks
     from actors.qos.profile import QoSProfile
+    from actors.time.timeout import Timeout
 
 T = TypeVar("T", bound=Message)
 
@@ -88,12 +89,12 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """
         return self._endpoint.peers
 
-    async def wait_for_subscriptions(self, count: int = 1, timeout_sec: float | None = None) -> None:
+    async def wait_for_subscriptions(self, count: int = 1, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until at least `count` subscriptions are matched.
 
         Args:
             count: The number of subscriptions.
-            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             WaitTimeout: There were fewer for `timeout_sec`.
@@ -183,13 +184,13 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         if endpoint.manual and endpoint.accepted_now and channel is not None:
             channel.send(frames.Assert(endpoint.queue.publisher))
 
-    async def ready(self, timeout_sec: float | None = None) -> None:
+    async def ready(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until the publisher's queue has space: with KEEP_LAST, until `publish` would drop nothing.
 
         Returns at once, without a turn of the loop, when there is space.
 
         Args:
-            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             WaitTimeout: There was no space within `timeout_sec`.
@@ -207,11 +208,11 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         endpoint.require_alive()
         self._require_accepted()
 
-    async def flush(self, timeout_sec: float | None = None) -> None:
+    async def flush(self, timeout_sec: Timeout = DEFAULT_TIMEOUT) -> None:
         """Wait until everything published so far has reached the broker.
 
         Args:
-            timeout_sec: Seconds to wait at most; None is the node's `default_call_timeout_sec`.
+            timeout_sec: Seconds to wait at most; None for no limit.
 
         Raises:
             WaitTimeout: It did not reach the broker within `timeout_sec`.
@@ -225,7 +226,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         context, link = endpoint.context, endpoint.context.link
         link.flush()
         loop = context.require_loop()
-        limit = context.default_call_timeout_sec if timeout_sec is None else timeout_sec
+        limit = context.limit_sec(timeout_sec)
         deadline = loop.time() + limit
         what = f"Flushing '{self.topic_name}'"
         await context.wait_until(
@@ -234,7 +235,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         self._require_accepted()
         with in_flight():
             try:
-                async with asyncio.timeout_at(deadline):
+                async with time_limit(deadline - loop.time()):
                     await link.round_trip()
             except TimeoutError as error:
                 raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error

@@ -155,7 +155,7 @@ class TransitionClient:
         client = self._node.create_client(ChangeState, f"{request.node}/change_state")
         try:
             await client.wait_for_service()
-            response = await client.call(ChangeState.Request(transition=transition), math.inf)
+            response = await client.call(ChangeState.Request(transition=transition), None)
         finally:
             client.destroy()
         return None if response.success else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -90,7 +89,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     async def _call(self, request: Any) -> Any:
         """Wait for a server, and call it; in the loop."""
         await self._native.wait_for_service(None)
-        return await self._native.call_async(request, math.inf)
+        return await self._native.call_async(request, None)
 
     def call_async(self, request: RequestT) -> Future[ResponseT]:
         """Call the service without waiting. Without a server the call waits for one.
@@ -131,7 +130,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def _call_now(self, request: RequestT) -> asyncio.Future[Any]:
         try:
-            return self._native.call_async(request, math.inf)
+            return self._native.call_async(request, None)
         except CallboardError as error:  # such as a request with a value of a wrong type
             failed: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
             failed.set_exception(error)

@@ -81,9 +81,7 @@ class Publisher(Destroyable, Generic[MsgT]):
 
     def _wait_for_space(self) -> None:
         try:
-            self._context.wait_for(self._thread.submit(self._native.ready))
-        except WaitTimeout:  # `publish` asks again: ROS 2 waits as long as it takes
-            return
+            self._context.wait_for(self._thread.submit(lambda: self._native.ready(None)))
         except (NodeDestroyed, ThreadStoppedError) as error:
             raise InvalidHandle(str(error)) from error
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 import time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -95,7 +94,7 @@ async def hoarder(parameters: Mapping[str, Any], parent: Parent) -> dict[str, fl
         counter = node.create_client(AddTwoInts, COUNT_SERVICE)
         if not await counter.wait_for_service(WAIT_S):
             raise RuntimeError("nobody holds requests")
-        calls = [client.call_async(AddTwoInts.Request(), math.inf) for _ in range(wanted)]
+        calls = [client.call_async(AddTwoInts.Request(), None) for _ in range(wanted)]
         there = (await counter.call(AddTwoInts.Request())).sum  # requests keep their order
         if there != wanted:
             raise RuntimeError(f"{there} of {wanted} requests are pending")

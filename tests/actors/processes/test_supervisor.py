@@ -380,7 +380,7 @@ def test_a_failing_supervisor_stops_its_children() -> None:
 
 
 def test_waiting_for_a_state() -> None:
-    """True when it comes, False at the timeout and at the supervisor's end; an unknown name is refused."""
+    """True when it comes, False at the supervisor's end, WaitTimeout; an unknown name is refused."""
 
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:
         supervisor = Supervisor([diary.child("a", restart=Restart.TRANSIENT)])
@@ -389,7 +389,8 @@ def test_waiting_for_a_state() -> None:
             await supervisor.wait_for("b", ChildState.RUNNING)
         async with supervisor:
             assert await early
-            assert not await supervisor.wait_for("a", ChildState.ENDED, 2.0)
+            with pytest.raises(actors.WaitTimeout, match="'a' was not ENDED within 2 s"):
+                await supervisor.wait_for("a", ChildState.ENDED, 2.0)
             assert loop.time() == pytest.approx(2)
             never = asyncio.create_task(supervisor.wait_for("a", ChildState.WAITING))
             await asyncio.sleep(1)

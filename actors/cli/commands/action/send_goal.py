@@ -97,7 +97,7 @@ async def _sent(
 
     if not options.json:
         print_out("Waiting for an action server to become available...")
-    await client.wait_for_server()
+    await client.wait_for_server(None)
     if not options.json:
         print_out(f"Sending goal:\n     {message_to_yaml(goal)}")
     handle = await client.send_goal(goal)
@@ -120,7 +120,7 @@ async def _ended(options: Options, handle: ClientGoalHandle[Any, Any]) -> GoalRe
                 print_json({"feedback": message_to_ordereddict(feedback)})
             elif options.feedback:
                 print_out(f"Feedback:\n    {message_to_yaml(feedback)}")
-        return await handle.result()
+        return await handle.result(None)
     except asyncio.CancelledError:
         await _cancel(handle)
         raise

@@ -99,11 +99,12 @@ async def _repeat(request: Message, *, once: bool) -> AsyncGenerator[Message]:
 async def _call_once(options: Options, client: Client[Any, Any], request: Message) -> None:
     from actors.errors import RemoteError
     from actors.interfaces.convert import message_to_ordereddict
+    from actors.time.timeout import DEFAULT_TIMEOUT
 
     if not options.json:
         print_out(f"requester: making request: {request!r}\n")
     try:
-        response = await client.call(request, options.timeout)
+        response = await client.call(request, options.timeout or DEFAULT_TIMEOUT)
     except RemoteError as error:
         raise CommandError(f"Service '{client.srv_name}' failed: {error}") from None
     if options.json:

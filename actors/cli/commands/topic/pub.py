@@ -42,7 +42,6 @@ EXAMPLES: Final = {
 
 
 FLUSH_TIMEOUT_SEC: Final = 5.0
-FOREVER_SEC: Final = 1e9
 DEFAULT_HZ: Final = 1.0
 
 
@@ -151,15 +150,15 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
     if publisher.get_subscription_count() >= wanted:
         return
     print_err(f"Waiting for at least {wanted} matching subscription(s) on {publisher.topic_name}...")
-    limit = FOREVER_SEC if options.timeout is None else options.timeout
     try:
         await endpoint_of(publisher).context.wait_until(
-            lambda: publisher.get_subscription_count() >= wanted, "Matching subscriptions", limit
+            lambda: publisher.get_subscription_count() >= wanted, "Matching subscriptions", options.timeout
         )
     except WaitTimeout:
         found = publisher.get_subscription_count()
         raise CommandError(
-            f"Only {found} of {wanted} subscription(s) on {publisher.topic_name} within {limit:g} s",
+            f"Only {found} of {wanted} subscription(s) on {publisher.topic_name}"
+            f" within {options.timeout:g} s",
             TIMEOUT,
         ) from None
 
@@ -178,7 +177,7 @@ async def _publish_all(
     number = 0
     async for message, stamps in messages:
         number += 1
-        await publisher.ready(FOREVER_SEC)
+        await publisher.ready(None)
         stamps.set(message, time.time_ns())
         publisher.publish(message)
         if number % options.print == 0:

@@ -83,7 +83,7 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
     async def _result(self) -> GetResultResponse:
         if not self.accepted:
             return GetResultResponse(int(GoalState.UNKNOWN), self._client.action_type.Result())
-        outcome = await self._native.result()
+        outcome = await self._native.result(None)
         return GetResultResponse(int(outcome.status), rosidl_values(outcome.result))
 
 
@@ -174,7 +174,9 @@ class ActionClient(QueuedCalls):
     ) -> ClientGoalHandle:
         await self._native.wait_for_server(None)
         feedback = None if callback is None else partial(self._received, callback)
-        return ClientGoalHandle(self, await self._native.send_goal(goal, feedback, goal_uuid))
+        return ClientGoalHandle(
+            self, await self._native.send_goal(goal, feedback, goal_uuid, timeout_sec=None)
+        )
 
     def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
         self._feedback.add(lambda: callback(rosidl_values(message)))
