@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import actors
 from broker import Broker, BrokerOptions
+from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -98,8 +99,8 @@ class Meeting:
         """
         for _ in range(2):
             for node in nodes:
-                node._context.link.flush()
-                await node._context.link.round_trip()
+                link_of(node).flush()
+                await link_of(node).round_trip()
 
 
 async def matched(entity: Any, count: int = 1) -> None:

@@ -16,6 +16,7 @@ from proto.aio.channel import Channel
 from proto.wire import codec, frames
 from proto.wire.codec import Decoder, encode
 from tests.actors.meeting import KEEP_ALL, MIB, until
+from tests.seams.nodes import link_of
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def test_idle_nodes_cost_nothing() -> None:
     async def scene(stage: Stage) -> None:
         nodes = [await stage.enter(f"idle{number}") for number in range(3)]
         await asyncio.sleep(10)
-        channels = [node._context.link.channel for node in nodes]
+        channels = [link_of(node).channel for node in nodes]
         before = [channel.bytes_received for channel in channels if channel is not None]
         await asyncio.sleep(30)
         assert [channel.bytes_received for channel in channels if channel is not None] == before

@@ -188,7 +188,7 @@ def _run(request: Request) -> None:
     importlib.invalidate_caches()  # folders may have changed since the server looked
     try:
         if request.kind == "-m":
-            runpy._run_module_as_main(request.program)  # type: ignore[attr-defined] # as `-m` does
+            runpy._run_module_as_main(request.program)  # type: ignore[attr-defined] # noqa: SLF001 - what `-m` calls
             return
         name, source = "<string>", request.program.encode()
         if not request.kind:

@@ -21,6 +21,8 @@ import actors
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from tests.integration.conftest import DEADLINE_SEC, System
 from tests.integration.slot_victims import BURST, STEPS, content, number_of
+from tests.seams.nodes import link_of
+from tests.seams.simulation import arena_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -156,7 +158,7 @@ class Survivors:
 
     async def _check_rest(self) -> None:
         self._published.clear()
-        arena = self._talker._context.link.shared_memory._arena
+        arena = arena_of(link_of(self._talker).shared_memory)
         assert arena is not None
         await until(lambda: not arena.used_bytes, "all slots are released")
         broker = self.broker.process.pid

@@ -16,6 +16,7 @@ from actors import Child, ChildEventKind, ChildState, Supervisor
 from actors.interfaces.std_msgs.msg import UInt32
 from tests.integration.conftest import DEADLINE_SEC
 from tests.integration.processes import DEAF, PARENT, SLEEPER, is_alive, pids_in, wait_until_dead
+from tests.seams.processes import close_guard_pipe, guard_process
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -248,7 +249,7 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
             await asyncio.to_thread(pipe.read_bytes)
         a, _ = supervisor.children()
         assert a.pid is not None
-        guard = supervisor._driver.guard._process
+        guard = guard_process(supervisor)
         assert guard is not None
         guard.signal(signal.SIGKILL)
         await guard.wait()
@@ -257,10 +258,10 @@ async def test_a_guard_that_was_killed_is_replaced(tmp_path: Path) -> None:
         async for event in events:
             if event.kind is ChildEventKind.STARTED:
                 break
-        fresh = supervisor._driver.guard._process
+        fresh = guard_process(supervisor)
         assert fresh is not guard
         # As if the supervisor had been killed: the pipe closes.
-        supervisor._driver.guard._close_pipe()
+        close_guard_pipe(supervisor)
         assert fresh is not None
         await fresh.wait()
         both = [await anext(events) for _ in range(2)]

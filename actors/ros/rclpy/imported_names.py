@@ -13,7 +13,7 @@ from actors.lazy import lazy_getattr
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_NAMES_BY_HOME: Final = {
+NAMES_BY_HOME: Final = {
     "actors.interfaces.action_msgs.msg": "GoalInfo GoalStatus",
     "actors.interfaces.action_msgs.srv": "CancelGoal",
     "actors.interfaces.rcl_interfaces.msg": (
@@ -65,7 +65,7 @@ _NAMES_BY_HOME: Final = {
     "actors.ros.rclpy.validate_topic_name": "validate_topic_name",
     "actors.ros.rclpy.waitable": "NumberOfEntities Waitable",
 }
-_HOMES: Final = {name: module for module, names in _NAMES_BY_HOME.items() for name in names.split()}
+_HOMES: Final = {name: module for module, names in NAMES_BY_HOME.items() for name in names.split()}
 
 
 def imported_names(module: str, names: str) -> Callable[[str], object]:

@@ -34,11 +34,14 @@ class Canvas:
     """Rows of characters, which grow to the right and down as needed.
 
     A hub's index selects its colour, so that crossing lines can be told apart.
+
+    Attributes:
+        line_cells: By row and column, the directions of each hub's lines there, as bits.
     """
 
     def __init__(self) -> None:
         self._texts: dict[tuple[int, int], _Cell] = {}
-        self._lines: dict[tuple[int, int], dict[int, int]] = {}
+        self.line_cells: dict[tuple[int, int], dict[int, int]] = {}
         self._dashed: set[int] = set()
 
     def dash(self, hub: int) -> None:
@@ -117,9 +120,9 @@ class Canvas:
             color: Use colours, by escape sequences.
             ascii_only: Use no box characters.
         """
-        rows = 1 + max((row for row, _ in [*self._texts, *self._lines]), default=-1)
+        rows = 1 + max((row for row, _ in [*self._texts, *self.line_cells]), default=-1)
         cells: list[dict[int, _Cell]] = [{} for _ in range(rows)]
-        for (row, column), hubs in self._lines.items():
+        for (row, column), hubs in self.line_cells.items():
             cells[row][column] = self._line_cell(hubs)
         for (row, column), cell in self._texts.items():
             cells[row][column] = cell
@@ -130,7 +133,7 @@ class Canvas:
             self._texts[row, column + at] = _Cell(char, code)
 
     def _go(self, hub: int, row: int, column: int, bits: int) -> None:
-        hubs = self._lines.setdefault((row, column), {})
+        hubs = self.line_cells.setdefault((row, column), {})
         hubs[hub] = hubs.get(hub, 0) | bits
 
     def _line_cell(self, hubs: dict[int, int]) -> _Cell:

@@ -17,6 +17,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Empty
 from tests.actors.callbacks.test_mailbox import Recorder, opened
 from tests.actors.meeting import KEEP_ALL, matched, until
+from tests.seams.nodes import context_of
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -172,8 +173,8 @@ class Slow(actors.Node):
     def __init__(self, hands: Hands, warnings: list[str], **options: Any) -> None:
         super().__init__("slow", **options)
         self.hands = hands
-        self._context.watch.clock = hands
-        self._context.watch.warn = warnings.append
+        context_of(self).watch.clock = hands
+        context_of(self).watch.warn = warnings.append
         self.create_subscription(String, "plain", self.on_plain, KEEP_ALL)
         self.create_subscription(String, "async", self.on_async, KEEP_ALL)
         self.create_subscription(String, "concurrent", self.on_concurrent, KEEP_ALL, concurrent=True)

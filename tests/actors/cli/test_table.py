@@ -9,6 +9,7 @@ import pytest
 
 from actors.cli.parsing import parser_of
 from actors.cli.table import Verb, each_verb, load
+from tests.seams.cli import actions_of, options_of
 
 VERBS = each_verb()
 SHAPES = Path(__file__).parents[3] / "docs" / "reference" / "json.md"
@@ -31,7 +32,7 @@ def test_help_is_short_and_plain(command: str, verb: Verb) -> None:
     """Each argument is explained, and no summary ends like a sentence."""
     parser = parser_of(command, verb)
     assert not verb.summary.endswith(".")
-    assert all(action.help for action in parser._actions)
+    assert all(action.help for action in actions_of(parser))
 
 
 def test_each_shape_of_json_is_described() -> None:
@@ -40,7 +41,5 @@ def test_each_shape_of_json_is_described() -> None:
     for line in SHAPES.read_text(encoding="utf-8").splitlines():
         if line.startswith("## "):
             described += line.removeprefix("## ").split(", ")
-    having = [
-        command for command, verb in VERBS if "--json" in parser_of(command, verb)._option_string_actions
-    ]
+    having = [command for command, verb in VERBS if "--json" in options_of(parser_of(command, verb))]
     assert sorted(described) == sorted(having)

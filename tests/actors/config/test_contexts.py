@@ -26,6 +26,8 @@ from actors.config.environment import InvalidEnvironmentError
 from proto.aio import file_lock
 from proto.errors import InvalidUrlError
 from proto.wire.url import DEFAULT_URL
+from tests.seams.cli import read_back
+from tests.seams.nodes import link_of
 
 ROBOT = Context(url="callboard://robot:7411", domain=3, description='the "big" one \\ \N{ROBOT FACE}')
 LAB = Context(url="callboard://a:1,callboard+unix:///b")
@@ -71,7 +73,7 @@ def test_any_description_survives(text: str) -> None:
     """Whatever can be printed can be written as TOML and read back."""
     contexts = Contexts()
     contexts.add("robot", Context(url="callboard://robot", description=text))
-    assert module._read(contexts._text().encode()) == (contexts.named, DEFAULT)
+    assert read_back(contexts) == (contexts.named, DEFAULT)
 
 
 ADD = """
@@ -276,4 +278,4 @@ def test_a_node_goes_where_the_context_says(kept: Contexts, monkeypatch: pytest.
     """A script that names no broker follows the context in use."""
     kept.use("robot")
     kept.save()
-    assert Node("talker")._context.link.broker_urls == ROBOT.url
+    assert link_of(Node("talker")).broker_urls == ROBOT.url

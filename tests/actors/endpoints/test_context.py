@@ -15,6 +15,7 @@ from actors.endpoints.publisher.departing import DEPARTING_SLACK
 from actors.interfaces.std_msgs.msg import Int64
 from proto.wire.frames import Notice
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
+from tests.seams.nodes import context_of, link_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -32,7 +33,7 @@ async def node(tmp_path: Path) -> AsyncIterator[actors.Node]:
 
 async def test_a_wait_ends_when_its_condition_holds(node: actors.Node) -> None:
     """A condition that holds costs no turn of the loop; one that comes true is seen at the next wake."""
-    context, facts = node._context, [1]
+    context, facts = context_of(node), [1]
     async with asyncio.timeout(0):
         await context.wait_until(lambda: bool(facts), "A fact", 5)
     facts.clear()
@@ -47,13 +48,13 @@ async def test_a_wait_ends_when_its_condition_holds(node: actors.Node) -> None:
 async def test_a_wait_gives_up(node: actors.Node) -> None:
     """Issue: every wait has a limit; WaitTimeout is a TimeoutError and says what did not come true."""
     with pytest.raises(TimeoutError, match=r"A miracle did not come true within 0\.01 s"):
-        await node._context.wait_until(lambda: False, "A miracle", 0.01)
-    assert not node._context.link._changed
+        await context_of(node).wait_until(lambda: False, "A miracle", 0.01)
+    assert dict(link_of(node).sizes())["waits"] == 0
 
 
 async def test_a_wait_ends_with_its_node(node: actors.Node) -> None:
     """A wait on a node that is destroyed meanwhile raises NodeDestroyed."""
-    waiting = asyncio.create_task(node._context.wait_until(lambda: False, "A miracle", math.inf))
+    waiting = asyncio.create_task(context_of(node).wait_until(lambda: False, "A miracle", math.inf))
     await turns()
     node.destroy_node()
     with pytest.raises(actors.NodeDestroyed):
@@ -63,7 +64,7 @@ async def test_a_wait_ends_with_its_node(node: actors.Node) -> None:
 async def test_waits_need_a_running_node() -> None:
     """A wait on a node that does not run says how to run it."""
     with pytest.raises(RuntimeError, match="async with node"):
-        await actors.Node("n")._context.wait_until(lambda: True, "Anything", 1)
+        await context_of(actors.Node("n")).wait_until(lambda: True, "Anything", 1)
 
 
 async def test_a_wait_in_a_callback_frees_the_mailbox(meeting: Meeting) -> None:
@@ -72,12 +73,12 @@ async def test_a_wait_in_a_callback_frees_the_mailbox(meeting: Meeting) -> None:
     facts: list[int] = []
 
     async def wait(msg: Int64) -> None:
-        await node._context.wait_until(lambda: bool(facts), "A fact", 20)
+        await context_of(node).wait_until(lambda: bool(facts), "A fact", 20)
         facts.append(2)
 
     def state(msg: Int64) -> None:
         facts.append(1)
-        node._context.link.wake()
+        link_of(node).wake()
 
     node.create_subscription(Int64, "wait", wait)
     node.create_subscription(Int64, "state", state)
@@ -95,7 +96,7 @@ async def test_a_refused_entity_is_reported(node: actors.Node, caplog: pytest.Lo
     """What the broker refuses or remarks reaches the log; a client's calls fail."""
     publisher = node.create_publisher(Int64, "numbers")
     endpoint_of(publisher).refused(2, "too many")
-    node._context.notice(Notice(0, 1, "take care", 0, 1))
+    context_of(node).notice(Notice(0, 1, "take care", 0, 1))
     endpoint_of(publisher).notice(Notice(0, 1, "look out", 0, 1))
     for text in ("refused a publisher: too many", "take care", "look out"):
         assert text in caplog.text
@@ -110,7 +111,7 @@ async def test_departing_publishers_are_forgotten(meeting: Meeting) -> None:
         await publisher.flush()
         publisher.destroy()
         await meeting.settled(node)
-    assert len(node._context.departing) == 1
+    assert len(context_of(node).departing) == 1
 
 
 async def test_departing_publishers_are_forgotten_behind_one_that_cannot_leave(
@@ -125,9 +126,9 @@ async def test_departing_publishers_are_forgotten_behind_one_that_cannot_leave(
         stuck.publish(Int64())
     await meeting.settled(node)
     stuck.destroy()
-    assert not node._context.departing.empty
+    assert not context_of(node).departing.empty
     for _ in range(3 * DEPARTING_SLACK):
         node.create_publisher(Int64, "numbers").destroy()
         await meeting.settled(node)
-    assert len(node._context.departing) <= DEPARTING_SLACK + 2
-    assert len(node._context.link.publishers) == 1
+    assert len(context_of(node).departing) <= DEPARTING_SLACK + 2
+    assert len(link_of(node).publishers) == 1

@@ -14,6 +14,7 @@ from actors.interfaces.std_msgs.msg import Int64, String
 from proto.wire.codes import NoticeKind
 from proto.wire.frames import Notice
 from tests.actors.meeting import matched, turns, until
+from tests.seams.simulation import subscription_events
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -193,7 +194,7 @@ async def test_what_does_not_change_is_not_reported(meeting: Meeting) -> None:
     subscription = both.create_subscription(
         Int64, "numbers", ignore, event_callbacks=heeding(message_lost=told.append)
     )
-    lost = endpoint_of(subscription)._events.message_lost
+    lost = subscription_events(subscription).message_lost
     lost.add(0)
     await turns()
     assert told == []
@@ -299,7 +300,7 @@ async def test_a_callback_that_waits_for_a_call_is_not_begun_again(meeting: Meet
         Int64, "numbers", ignore, event_callbacks=heeding(message_lost=tell)
     )
     for _ in range(50):
-        endpoint_of(subscription)._events.message_lost.add(1)
+        subscription_events(subscription).message_lost.add(1)
         await turns(3)
     assert told == [(1, 1)]
     await meeting.node("guest")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
-from types import SimpleNamespace
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -18,6 +18,7 @@ from actors.time.clock import Clock
 from actors.time.types import ClockType
 from proto.errors import InvalidTopicNameError
 from tests.actors.meeting import KEEP_ALL, MIB, Blow, matched, until
+from tests.seams.nodes import context_of, invalid_requests
 
 if TYPE_CHECKING:
     from actors.endpoints.service.service import Service
@@ -142,7 +143,7 @@ async def test_each_end_tells_for_itself(watch: Watch) -> None:
     await watch.client.call(ASK)
     await watch.meeting.settled(watch.server, watch.caller)
     assert watch.events == []
-    assert len(watch.server._context.endpoints) == len(watch.caller._context.endpoints) == 1
+    assert len(context_of(watch.server).endpoints) == len(context_of(watch.caller).endpoints) == 1
 
 
 @pytest.mark.parametrize("how", ["raises", "returns nonsense", "cannot read"])
@@ -157,12 +158,9 @@ async def test_a_call_without_a_response_has_no_event_of_one(watch: Watch, how: 
 
     await watch.open(handle)
     await watch.tell(State.CONTENTS, State.CONTENTS)
-    good = watch.client._requests
-    if how == "cannot read":
-        watch.client._requests = SimpleNamespace(encode=lambda _: b"\xa1x")  # type: ignore[assignment]
-    with pytest.raises(actors.RemoteError):
+    unreadable = invalid_requests(watch.client) if how == "cannot read" else nullcontext()
+    with unreadable, pytest.raises(actors.RemoteError):
         await watch.client.call(ASK)
-    watch.client._requests = good
     bad = False
     await watch.client.call(ASK)
     failed = 1 if how == "cannot read" else 2
@@ -221,8 +219,8 @@ async def test_the_topic_lives_as_long_as_its_teller(watch: Watch) -> None:
     await matched(watch.received, 1)
     watch.service.destroy()
     await matched(watch.received, 0)
-    assert not watch.server._context.endpoints
-    assert not watch.caller._context.endpoints
+    assert not context_of(watch.server).endpoints
+    assert not context_of(watch.caller).endpoints
     for teller in (watch.client, watch.service):
         with pytest.raises(actors.NodeDestroyed):
             teller.configure_introspection(CLOCK, 10, State.METADATA)
@@ -234,14 +232,14 @@ async def test_a_node_that_stops_takes_its_events_along(meeting: Meeting) -> Non
     async with node:
         service = node.create_service(AddTwoInts, "add", add)
         service.configure_introspection(CLOCK, 10, State.METADATA)
-        for entity in tuple(node._context.endpoints):
+        for entity in tuple(context_of(node).endpoints):
             if isinstance(entity, actors.Publisher):
                 entity.destroy()
         await until(lambda: node.connected)
         client = node.create_client(AddTwoInts, "add")
         assert await client.wait_for_service(20)
         assert (await client.call(ASK)).sum == 3
-    assert not node._context.endpoints
+    assert not context_of(node).endpoints
 
 
 async def test_wrong_arguments_change_nothing(watch: Watch) -> None:

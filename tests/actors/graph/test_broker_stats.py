@@ -15,6 +15,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from proto.wire.stats import BrokerStats, LinkStats, TopicStats
 from tests.actors.meeting import KEEP_ALL, matched, until
+from tests.seams.nodes import link_of, queries_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
 
 
-def link_of(report: BrokerReport, node: str) -> LinkStats:
+def stats_of(report: BrokerReport, node: str) -> LinkStats:
     """Return the link of one node."""
     (link,) = [link for link in report.links.values() if node in link.nodes]
     return link
@@ -46,7 +47,7 @@ async def test_the_broker_tells_what_it_has_done(meeting: Meeting) -> None:
     assert topic == {topic.name: topic for topic in meeting.broker.topic_stats()}["/t"]
     assert (report.totals.routed, report.totals.copies, report.totals.accounted) == (100, 100, 100)
     assert report.totals.broker == meeting.broker.instance.hex()
-    mine, other = link_of(report, "/talker"), link_of(report, "/ns/listener")
+    mine, other = stats_of(report, "/talker"), stats_of(report, "/ns/listener")
     assert mine.bytes_received > topic.bytes
     assert other.bytes_sent > topic.bytes
     assert (other.queued, other.dropped, other.suspended) == (0, 0, False)
@@ -69,11 +70,11 @@ async def test_a_server_that_hangs_can_be_found(meeting: Meeting) -> None:
     calls = [client.call_async(AddTwoInts.Request(a=number)) for number in range(3)]
     await until(lambda: meeting.broker.stats().pending_calls == 3)
     report = await asker.get_broker_stats()
-    assert (link_of(report, "/asker").pending_calls, link_of(report, "/server").owed_calls) == (3, 3)
+    assert (stats_of(report, "/asker").pending_calls, stats_of(report, "/server").owed_calls) == (3, 3)
     gate.set()
     await asyncio.gather(*calls)
     report = await asker.get_broker_stats()
-    assert (link_of(report, "/asker").pending_calls, link_of(report, "/server").owed_calls) == (0, 0)
+    assert (stats_of(report, "/asker").pending_calls, stats_of(report, "/server").owed_calls) == (0, 0)
 
 
 async def test_another_domain_is_counted_and_not_reported(meeting: Meeting) -> None:
@@ -127,7 +128,7 @@ async def test_asked_two_hundred_times_at_once(meeting: Meeting) -> None:
     stamps = [report.totals.stamp_sec for report in reports]
     assert stamps == sorted(stamps)
     await until(lambda: received)
-    assert not node._context.link.answers
+    assert not link_of(node).answers
 
 
 async def test_two_reports_give_rates(meeting: Meeting) -> None:
@@ -173,8 +174,8 @@ async def test_without_a_broker_a_question_gives_up(tmp_path: Path) -> None:
     """BrokerUnreachable when nobody answers in time."""
     async with actors.Node("one", url=f"callboard+unix://{tmp_path}/none") as node:
         with pytest.raises(actors.BrokerUnreachable, match="none"):
-            await node._broker.report(0.01)
-        assert not node._context.link.answers
+            await queries_of(node).report(0.01)
+        assert not link_of(node).answers
 
 
 async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: Meeting) -> None:
@@ -182,9 +183,9 @@ async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: M
     node = await meeting.node("one")
     cancelled, broken = [asyncio.create_task(node.get_broker_stats()) for _ in range(2)]
     await asyncio.sleep(0)
-    assert node._context.link.answers
+    assert link_of(node).answers
     cancelled.cancel()
-    channel = node._context.link.channel
+    channel = link_of(node).channel
     assert channel is not None
     channel.abort()
     async with asyncio.timeout(4):
@@ -192,4 +193,4 @@ async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: M
             await cancelled
         with pytest.raises(actors.BrokerUnreachable):
             await broken
-    assert not node._context.link.answers
+    assert not link_of(node).answers

@@ -27,13 +27,12 @@ from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.actors.meeting import DEADLINE_SEC, until
+from tests.seams.nodes import note_greetings
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Iterator
     from pathlib import Path
     from typing import TypeVar
-
-    from proto.wire.url import BrokerUrl
 
     T = TypeVar("T")
 
@@ -126,13 +125,7 @@ async def test_a_broker_that_is_silent_leaves_time_for_the_next(
 ) -> None:
     """Each has an equal share of the time: half of it for the second of two, whatever the first does."""
     granted: list[float] = []
-    greet = Inspector._greet
-
-    def noted(self: Inspector, url: BrokerUrl, deadline: float) -> None:
-        granted.append(deadline - time.monotonic())
-        greet(self, url, deadline)
-
-    monkeypatch.setattr(Inspector, "_greet", noted)
+    note_greetings(monkeypatch, lambda deadline: granted.append(deadline - time.monotonic()))
     with socket.create_server(("127.0.0.1", 0)) as mute:
         url = f"callboard://127.0.0.1:{mute.getsockname()[1]},{broker.url}"
         assert str(await look(url, lambda inspector: inspector.url, timeout_sec=4.0)) == broker.url

@@ -14,6 +14,7 @@ from actors.interfaces.message import definition, type_hash
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.errors import InvalidNameError
 from tests.actors.meeting import KEEP_ALL, turns, until
+from tests.seams.nodes import link_of, queries_of
 from tests.simulation.network import BROKER
 from tests.simulation.stage import play
 
@@ -136,7 +137,7 @@ async def test_a_wait_can_be_cancelled_from_outside(meeting: Meeting) -> None:
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(0.02):
             await node.wait_for_node("/never")
-    assert node._context.link.answers == {}
+    assert link_of(node).answers == {}
 
 
 async def test_a_wait_ends_with_its_node(meeting: Meeting) -> None:
@@ -152,16 +153,16 @@ async def test_a_wait_ends_with_its_node(meeting: Meeting) -> None:
 
 def nothing_asked(node: actors.Node) -> bool:
     """Tell whether no question to the broker is remembered."""
-    return not node._context.link.answers
+    return not link_of(node).answers
 
 
 async def test_queries_without_a_broker_give_up(tmp_path: Path) -> None:
     """A query raises BrokerUnreachable when no broker answers in time."""
     async with actors.Node("one", url=f"callboard+unix://{tmp_path}/none") as node:
         with pytest.raises(actors.BrokerUnreachable, match="none"):
-            await node._broker.snapshot(0.01)
+            await queries_of(node).snapshot(0.01)
         with pytest.raises(actors.BrokerUnreachable):
-            await node._broker.describe("RIHS01_0", 0.01)
+            await queries_of(node).describe("RIHS01_0", 0.01)
         assert not await node.wait_for_node("/one", 0.01)
         assert nothing_asked(node)
 
@@ -171,10 +172,10 @@ async def test_a_query_whose_link_breaks_ends(meeting: Meeting) -> None:
     node = await meeting.node("one")
     asking = [
         asyncio.create_task(node.get_graph()),
-        asyncio.create_task(node._broker.describe("RIHS01_0")),
+        asyncio.create_task(queries_of(node).describe("RIHS01_0")),
     ]
     await asyncio.sleep(0)
-    channel = node._context.link.channel
+    channel = link_of(node).channel
     assert channel is not None
     channel.abort()
     async with asyncio.timeout(4):
@@ -187,7 +188,7 @@ async def test_a_query_whose_link_breaks_ends(meeting: Meeting) -> None:
 async def test_a_question_that_is_given_up_is_forgotten(meeting: Meeting) -> None:
     """Whoever is cancelled while the broker's answer is on its way leaves nothing behind."""
     node = await meeting.node("one")
-    asking = [asyncio.create_task(node._broker.describe("RIHS01_0")) for _ in range(2)]
+    asking = [asyncio.create_task(queries_of(node).describe("RIHS01_0")) for _ in range(2)]
     await asyncio.sleep(0)
     assert not nothing_asked(node)
     for task in asking:
@@ -200,8 +201,8 @@ async def test_definitions_are_known_by_hash(meeting: Meeting) -> None:
     """The broker gives the definition of every type that was declared; None for others."""
     node = await meeting.node("one")
     node.create_publisher(String, "chatter")
-    assert await node._broker.describe(type_hash(String)) == definition(String)
-    assert await node._broker.describe("RIHS01_" + "0" * 64) is None
+    assert await queries_of(node).describe(type_hash(String)) == definition(String)
+    assert await queries_of(node).describe("RIHS01_" + "0" * 64) is None
 
 
 async def test_nodes_leave_the_graph(meeting: Meeting) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from actors.logging.logger import get_logger
 from actors.logging.sinks import add_sink, sinks_of
+from tests.seams.nodes import sinks_lock
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -87,9 +88,7 @@ def test_a_forked_child_has_none() -> None:
     ready, end = threading.Event(), threading.Event()
 
     def hold() -> None:
-        from actors.logging import sinks  # noqa: PLC0415
-
-        with sinks._lock:
+        with sinks_lock():
             ready.set()
             end.wait()
 

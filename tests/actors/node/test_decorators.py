@@ -7,6 +7,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.node.decorators import declared
 from tests.actors.meeting import BARE
+from tests.seams.nodes import endpoints_of
 
 
 class Base(actors.Node):
@@ -46,6 +47,6 @@ def test_an_overridden_method_counts_as_the_subclass_has_it() -> None:
 def test_a_node_has_what_its_class_declares() -> None:
     """The endpoints exist as soon as the node does."""
     node = Base()
-    kinds = sorted(endpoint.kind for endpoint in node._context.endpoints)
+    kinds = sorted(endpoint.kind for endpoint in endpoints_of(node))
     assert kinds == ["service", "subscription", "subscription"]
     assert [timer.period_sec for timer in node.diagnostics().timers] == [0.5]

@@ -15,6 +15,7 @@ from actors.interfaces.naming import MessageType
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.errors import InvalidNamespaceError, InvalidNodeNameError, InvalidUrlError
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
+from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -232,7 +233,7 @@ async def test_a_taken_name_is_refused(meeting: Meeting) -> None:
         async with meeting.absent("same") as node:
             await node.wait_for_node("/never")
     assert first.connected
-    assert first._context.link.connections == 1
+    assert link_of(first).connections == 1
 
 
 async def test_without_a_broker_a_connect_timeout_holds(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.node.node_runner import GRACE_SEC, STOP_TIMEOUT_SEC
 from tests.actors.meeting import KEEP_ALL
+from tests.seams.nodes import context_of
 from tests.simulation.network import on_host
 from tests.simulation.stage import play
 
@@ -371,7 +372,7 @@ def test_a_cancellation_is_not_lost_when_the_node_fails_too(first: str) -> None:
         await actor.connected()
         if first == "cancellation":
             actor.task.cancel()
-        actor.node._context.stop(ValueError("broken"))
+        context_of(actor.node).stop(ValueError("broken"))
         if first == "failure":
             actor.task.cancel()
         await actor.ended()
@@ -386,7 +387,7 @@ def test_a_node_that_fails_leaves_no_cancellation_behind() -> None:
     async def scene(stage: Stage) -> None:
         async def use() -> None:
             async with actors.Node("actor", use_global_arguments=False) as node:
-                stage.loop.call_later(0.1, node._context.stop, ValueError("broken"))
+                stage.loop.call_later(0.1, context_of(node).stop, ValueError("broken"))
                 await asyncio.sleep(60)
 
         async def body() -> int:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import inspect
 import itertools
 import logging
-import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -17,12 +17,14 @@ import pytest
 import actors
 from actors import LoggingSeverity
 from actors.arguments.ros_arguments import RosArguments, process_arguments
+from actors.interfaces.codec import codec_for
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.logging.sinks import sinks_of
 from actors.node import rosout
 from actors.qos.profile import qos_profile_rosout_default
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import matched, turns, until
+from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -71,8 +73,10 @@ async def test_a_line(meeting: Meeting, reader: Reader, name: str) -> None:
     """A line has its level, logger, text, place in the code, and the time of the log call."""
     node = await meeting.node(name, namespace="ns", **ON)
     before = time.time_ns()
+    frame = inspect.currentframe()
     assert node.get_logger().warning("Battery low")
-    number = sys._getframe().f_lineno - 1
+    assert frame is not None
+    number = frame.f_lineno - 2
     after = time.time_ns()
     await until(lambda: reader.lines)
     (line,) = reader.lines
@@ -174,7 +178,7 @@ async def test_one_wake_up_for_a_burst(
 
     with monkeypatch.context() as patch:
         patch.setattr(
-            node._context.link, "loop", SimpleNamespace(
+            link_of(node), "loop", SimpleNamespace(
                 is_closed=lambda: False,
                 call_soon=loop.call_soon,
                 call_soon_threadsafe=wake,
@@ -274,7 +278,7 @@ async def test_old_lines_expire(
     with monkeypatch.context() as patch:
         patch.setattr("actors.endpoints.publisher.endpoint.time", past)
         node.get_logger().info("old")
-        node._context.link.flush()
+        link_of(node).flush()
     node.get_logger().info("new")
     await until(lambda: reader.texts == ["new"])
     late = Reader(await meeting.node("late"))
@@ -353,7 +357,7 @@ async def test_publishing_logs_nothing_to_itself(
 ) -> None:
     """A line that is logged while lines are published is printed only: there is no recursion."""
     node = await meeting.node(name, **ON)
-    encode, log = rosout._codec.encode, node.get_logger()
+    encode, log = codec_for(Log).encode, node.get_logger()
 
     def encode_and_log(line: Log) -> bytes:
         assert log.warning("the queue of /rosout is full")
@@ -394,7 +398,7 @@ async def test_a_thread_may_log_while_the_node_ends(
     assert isinstance(sink, rosout.Rosout)
     node.get_logger().info("sent")
     record = logging.getLogger(f"callboard.{name}").makeRecord(name, 20, __file__, 1, "too late", (), None)
-    encode = rosout._codec.encode
+    encode = codec_for(Log).encode
 
     def encode_meanwhile(line: Log) -> bytes:
         thread = threading.Thread(target=sink.take, args=(record,))
@@ -433,12 +437,12 @@ def test_after_the_loop_is_closed(name: str) -> None:
     node = actors.Node(name)
     loop = asyncio.new_event_loop()
     loop.close()
-    node._context.link.loop = loop
+    link_of(node).loop = loop
     assert node.get_logger().info("closed")
     closing: Any = SimpleNamespace(is_closed=lambda: False, call_soon_threadsafe=loop.call_soon_threadsafe)
-    node._context.link.loop = closing
+    link_of(node).loop = closing
     assert node.get_logger().info("closed just now")
-    node._context.link.loop = None
+    link_of(node).loop = None
     assert publisher(node).queued == 2
     node.destroy_node()
 

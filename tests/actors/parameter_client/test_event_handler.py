@@ -11,6 +11,7 @@ import pytest
 from actors import Parameter, ParameterDescriptor, ParameterEventHandler
 from actors.interfaces.rcl_interfaces import msg
 from tests.actors.meeting import matched, until
+from tests.seams.nodes import subscription_of
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -32,7 +33,7 @@ async def watcher(meeting: Meeting, server: actors.Node) -> actors.Node:
 @pytest.fixture
 async def handler(watcher: actors.Node) -> ParameterEventHandler:
     made = ParameterEventHandler(watcher)
-    await matched(made._subscription)
+    await matched(subscription_of(made))
     return made
 
 
@@ -125,7 +126,7 @@ async def test_the_own_node(meeting: Meeting) -> None:
     handler = ParameterEventHandler(node)
     seen: list[Any] = []
     handler.add_parameter_callback("a", "", lambda given: seen.append(given.value))
-    await matched(handler._subscription)
+    await matched(subscription_of(handler))
     node.declare_parameter("a", 1)
     await until(lambda: seen == [1])
     handler.destroy()

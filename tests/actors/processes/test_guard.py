@@ -11,6 +11,7 @@ import pytest
 
 from actors.processes.guard import Guard
 from actors.processes.process import Process
+from tests.seams.processes import tell_again
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,7 +44,7 @@ async def test_only_what_was_told_and_not_forgotten_is_killed(
     stranger = running(guard, tmp_path / "stranger")
     child = running(guard, tmp_path / "child")
     if told == "twice":
-        guard._write(f"+ {stranger.pid}\n")
+        tell_again(guard, stranger.pid)
     for _ in range(strangers):
         guard.forget(await never_told())
     guard.forget(stranger.pid)

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors import Child, ChildEventKind, ChildState, Restart, Strategy, Supervisor
+from tests.seams.processes import lost_events
 from tests.simulation.loop import simulate
 from tests.simulation.stage import play
 
@@ -519,7 +520,7 @@ def test_a_reason_that_is_no_text_is_published(caplog: pytest.LogCaptureFixture)
             diary.order("a", OSError("no file \udcff"))
             await stage.until(lambda: "OSError: no file \\udcff" in reasons)
             await supervisor.wait_for("a", ChildState.RUNNING)
-        assert supervisor._publisher.lost == 0
+        assert lost_events(supervisor) == 0
 
     # The traceback is not made fit: no test report can hold it.
     with caplog.at_level(logging.CRITICAL, "callboard.supervisor"):
@@ -544,7 +545,7 @@ def test_an_event_that_cannot_be_published_is_logged(
             diary.order("a", ValueError())
             await asyncio.sleep(1)
             assert diary.take() == ["a begins", "a ends", "a begins"]
-        assert supervisor._publisher.lost == 5
+        assert lost_events(supervisor) == 5
         assert "Lost child event number 1, it cannot be published: a is out of range" in caplog.text
 
     play(scene)

@@ -15,12 +15,12 @@ from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import Image, LaserScan
 from actors.interfaces.std_msgs.msg import String
-from actors.ros import values
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
 from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, rosidl_values
 from tests.interfaces.imported import Arrays, UnboundedSequences
+from tests.seams.ros import forget_numpy
 
 if TYPE_CHECKING:
     import pytest
@@ -106,13 +106,11 @@ def test_numpy_is_not_required(monkeypatch: pytest.MonkeyPatch) -> None:
             raise ImportError(name)
         return importing(name, *args, **kwargs)
 
-    for cached in (values._numpy, values._has_conversions, values._conversions):
-        cached.cache_clear()
+    forget_numpy()
     monkeypatch.setattr(builtins, "__import__", without_numpy)
     message = rosidl_values(received(Arrays(uint8_values=b"\1\2\3")))
     monkeypatch.undo()
-    for cached in (values._numpy, values._has_conversions, values._conversions):
-        cached.cache_clear()
+    forget_numpy()
     assert type(message.float64_values) is type(received(message).float64_values)
     assert message.uint8_values == array("B", [1, 2, 3])
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from actors.session.attachments import Attachment, Attachments
 from proto.wire.codes import DetachReason
 from proto.wire.frames import Assert, Attached, Batch, Detached, Replay
+from tests.seams.nodes import publishers_by_reader, readers_by_publisher, suspended_attachments
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -82,7 +83,7 @@ def test_detached_ends_it() -> None:
     attachments.detached(Detached(7, (2,), 0))
     attachments.batch_received(batch(7))
     assert diary == ["b Batch 7", "b - 7"]
-    assert attachments._attachments == {}
+    assert readers_by_publisher(attachments) == {}
 
 
 def test_attached_anew_counts_once() -> None:
@@ -115,20 +116,21 @@ def test_a_reader_that_leaves_is_looked_for_at_its_own_publishers_only() -> None
     attachments.attached(Attached(22, (1,), GID, 0, "/n", {}))
     attachments.detached(Detached(21, (1,), DetachReason.SUSPENDED))
     attachments.detached(Detached(22, (1,), DetachReason.GONE))
-    assert attachments._publishers[1] == {20, 21}
-    untouched = {publisher: attachments._attachments[publisher] for publisher in range(10)}
+    assert publishers_by_reader(attachments)[1] == {20, 21}
+    untouched = {publisher: readers_by_publisher(attachments)[publisher] for publisher in range(10)}
     attachments.remove_reader(1)
     assert all(
-        attachments._attachments[publisher] is of_publisher for publisher, of_publisher in untouched.items()
+        readers_by_publisher(attachments)[publisher] is of_publisher
+        for publisher, of_publisher in untouched.items()
     )
-    assert attachments._suspended == {}
+    assert suspended_attachments(attachments) == {}
     diary.clear()
     attachments.batch_received(batch(20))
     assert diary == ["b Batch 20"]
     attachments.remove_reader(2)
     attachments.remove_reader(3)
-    assert not attachments._attachments
-    assert not attachments._publishers
+    assert not readers_by_publisher(attachments)
+    assert not publishers_by_reader(attachments)
 
 
 def test_a_session_ends_all_attachments() -> None:
@@ -140,7 +142,7 @@ def test_a_session_ends_all_attachments() -> None:
     attachments.clear()
     attachments.batch_received(batch(7))
     assert diary == []
-    assert (len(attachments), attachments._publishers) == (0, {})
+    assert (len(attachments), publishers_by_reader(attachments)) == (0, {})
 
 
 def test_a_silent_publisher_is_forgotten_when_it_is_back_or_gone() -> None:

@@ -17,6 +17,7 @@ from proto.errors import ErrorCode, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.actors.meeting import until
+from tests.seams.nodes import connection_of, context_of, endpoints_of, link_of, unsent_publishers
 from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ async def test_the_next_of_several_brokers_is_tried(tmp_path: Path) -> None:
         await until(lambda: node.connected)
         assert spare.stats().connections == 1
         async with Broker(BrokerOptions(unix=first)) as main:
-            channel = node._context.link.channel
+            channel = link_of(node).channel
             assert channel is not None
             channel.abort()
             await until(lambda: main.stats().connections == 1)
@@ -162,7 +163,7 @@ async def test_waiting_is_reported_once_with_the_remedy(
 async def test_a_round_trip_needs_a_session(meeting: Meeting) -> None:
     """`round_trip` without a session, or one that breaks meanwhile, raises BrokerUnreachable."""
     node = await meeting.node("n")
-    link = node._context.link
+    link = link_of(node)
     waiting = asyncio.create_task(link.round_trip())
     await asyncio.sleep(0)
     assert link.channel is not None
@@ -195,16 +196,14 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed() -> None:
 async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting) -> None:
     """A link that ends later in the same read leaves nothing half collected, beside the queue's depth."""
     node = await meeting.node("echo")
-    link, publisher = node._context.link, node.create_publisher(String, "out", 1)
+    link, publisher = link_of(node), node.create_publisher(String, "out", 1)
     collected: list[int] = []
 
     def answer(msg: String) -> None:
         for _ in range(5):
             publisher.publish(msg)
-        connection = node._node_runner._connector._connection
-        assert connection is not None
-        connection.frame_received(frames.Goodbye("the broker is stopping"))
-        collected.append(len(link._dirty))
+        connection_of(node).frame_received(frames.Goodbye("the broker is stopping"))
+        collected.append(unsent_publishers(link))
         assert (publisher.queued, publisher.dropped) == (1, 4)
 
     node.create_subscription(String, "in", answer, 10)
@@ -212,7 +211,7 @@ async def test_what_a_callback_sends_as_the_link_ends_is_queued(meeting: Meeting
     await until(lambda: source.get_subscription_count() == 1)
     source.publish(String(data="go"))
     await until(lambda: collected == [0])
-    assert node._context.callback_errors == 0
+    assert context_of(node).callback_errors == 0
 
 
 async def test_the_end_of_a_session_tells_each_endpoint_once(
@@ -232,11 +231,11 @@ async def test_the_end_of_a_session_tells_each_endpoint_once(
 
         return noted
 
-    for endpoint in node._context.endpoints:
+    for endpoint in endpoints_of(node):
         monkeypatch.setattr(endpoint, "session_ended", noting(endpoint.kind, endpoint.session_ended))
     reader = endpoint_of(subscription)
     monkeypatch.setattr(reader, "detached", noting("detached", reader.detached))
-    node._context.link.lost()
+    link_of(node).lost()
     assert told == ["publisher"] * len(publishers) + ["subscription"]
     assert subscription.peers == 0
 

@@ -22,6 +22,8 @@ from proto.aio import arena
 from proto.wire.frames import Reference
 from proto.wire.references import AHEAD_BYTES, MIN_REFERENCE_BYTES
 from tests.actors.meeting import BARE, KEEP_ALL, MIB, latched, until
+from tests.seams.nodes import all_released, link_of, readers_of
+from tests.seams.simulation import arena_of, released_slots
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -346,32 +348,33 @@ async def test_messages_of_one_loop_turn_share_a_batch(meeting: Meeting, qos: An
 async def test_it_begins_anew_with_another_broker(meeting: Meeting) -> None:
     """After a restart a new arena is made, since readers may still read the old one; numbers begin at 0."""
     both = await pair(meeting, KEEP_ALL)
-    writes, reads = (node._context.link.shared_memory for node in (both.talker, both.listener))
-    assert writes._arena is not None
-    token = writes._arena.announcement.token
+    writes, reads = (link_of(node).shared_memory for node in (both.talker, both.listener))
+    first = arena_of(writes)
+    assert first is not None
     await meeting.broker.stop()
     await until(lambda: not both.talker.connected and not both.listener.connected)
     assert not shared(both.talker).active
-    assert not reads._readers
+    assert not readers_of(reads)
     await meeting.restart_broker()
     await both.publisher.wait_for_subscriptions()
     await until(both.subscription.get_publisher_count)
     before = shared(both.listener).received
     while shared(both.listener).received == before:
         await both.send(2)
-    assert writes._arena is not None
-    assert writes._arena.announcement.token != token
-    await until(lambda: writes._references is not None and not writes._references.held_bytes)
+    second = arena_of(writes)
+    assert second is not None
+    assert second.announcement.token != first.announcement.token
+    await until(lambda: all_released(writes))
     await both.listener.get_graph()  # the broker has taken what was released
-    assert both.listener._context.link.connections == 2
+    assert link_of(both.listener).connections == 2
 
 
 def test_messages_whose_slot_was_used_again_are_counted() -> None:
     """They are released like others."""
     memory = SharedMemory()
-    memory._readers[1] = lambda _: None
+    readers_of(memory)[1] = lambda _: None
     assert memory.receive(Reference(1, 0, 0, 3, None, None, 1, 0, 64, 5000, 1)) is None
-    assert (memory.received, memory.stale, memory._released) == (3, 3, [0])
+    assert (memory.received, memory.stale, released_slots(memory)) == (3, 3, [0])
 
 
 async def test_latched_messages_reach_late_joiners(meeting: Meeting) -> None:

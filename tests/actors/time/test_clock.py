@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from actors.errors import NodeDestroyed
 from actors.time.clock import Clock
 from actors.time.types import INFINITE, ClockType, Duration, Time
+from tests.seams.nodes import sleepers
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -269,7 +270,7 @@ def test_cancelling_a_sleep_leaves_nothing() -> None:
         with pytest.raises(TimeoutError):
             async with asyncio.timeout(1):
                 await clock.sleep_for(100)
-        assert not clock._sleepers  # pyright: ignore[reportPrivateUsage]
+        assert sleepers(clock) == 0
 
     assert run_virtually(main()) == pytest.approx(1.0)
 

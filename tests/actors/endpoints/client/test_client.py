@@ -17,6 +17,7 @@ from proto.errors import InvalidServiceNameError
 from proto.wire.codes import Status
 from proto.wire.frames import ReplyEntry
 from tests.actors.meeting import DEADLINE_SEC, turns, until
+from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -211,7 +212,7 @@ async def test_the_servers_death_fails_its_calls(meeting: Meeting) -> None:
     server, client = await pair(meeting, sloth)
     call = client.call_async(ASK, math.inf)
     await sloth.entered.wait()
-    channel = server._context.link.channel
+    channel = link_of(server).channel
     assert channel is not None
     channel.abort()
     async with asyncio.timeout(20):

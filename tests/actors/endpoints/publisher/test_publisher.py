@@ -17,6 +17,7 @@ from actors.node.node_runner import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
 from proto.queues.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
+from tests.seams.nodes import context_of, link_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -139,7 +140,7 @@ async def test_a_turn_of_the_loop_makes_few_frames_and_no_task(meeting: Meeting)
     publisher = talker.create_publisher(Int64, "numbers", 1000)
     await matched(publisher)
     await meeting.settled(talker, listener)
-    channel = talker._context.link.channel
+    channel = link_of(talker).channel
     assert channel is not None
     batches: list[int] = []
     enqueue = channel.outbox.enqueue
@@ -168,7 +169,7 @@ async def test_long_turns_do_not_wait_for_their_end(meeting: Meeting) -> None:
     subscription = listener.create_subscription(UInt8MultiArray, "blobs", lambda msg: None, 1000)
     publisher = talker.create_publisher(UInt8MultiArray, "blobs", 1000)
     await matched(publisher)
-    channel = talker._context.link.channel
+    channel = link_of(talker).channel
     assert channel is not None
     before = channel.bytes_sent
     for _ in range(20):
@@ -316,15 +317,15 @@ async def test_a_refused_publisher_says_so_and_holds_nothing_up(meeting: Meeting
             await refused.ready()
         assert (refused.dropped, refused.queued) == (2, 0)
         refused.destroy()
-        known = len(node._context.link.endpoints)
+        known = len(link_of(node).endpoints)
         for _ in range(5):
             gone = node.create_publisher(String, "third")
             gone.publish(String())
             gone.destroy()
-        assert len(node._context.departing) == 5
+        assert len(context_of(node).departing) == 5
         await meeting.settled(node)
-        assert all(queue.empty for queue in node._context.departing)
-        assert len(node._context.link.endpoints) == known
+        assert all(queue.empty for queue in context_of(node).departing)
+        assert len(link_of(node).endpoints) == known
         before = time.monotonic()
     assert time.monotonic() - before < STOP_TIMEOUT_SEC
 
@@ -351,14 +352,14 @@ async def test_a_publisher_destroyed_before_the_broker_knew_it_sends_on_the_next
     publisher = node.create_publisher(String, "chatter")
     publisher.publish(String(data="1"))
     publisher.destroy()
-    link = node._context.link
+    link = link_of(node)
     assert link.channel is not None
     link.channel.abort()
     await until(lambda: not node.connected)
-    assert [queue.pending for queue in node._context.departing] == [1]
+    assert [queue.pending for queue in context_of(node).departing] == [1]
     await until(lambda: received == ["1"])
     await until(lambda: len(link.endpoints) == 1)
-    assert all(queue.empty for queue in node._context.departing)
+    assert all(queue.empty for queue in context_of(node).departing)
     assert "never sent" not in caplog.text
 
 
@@ -421,7 +422,7 @@ async def test_a_message_over_the_limit_is_refused_where_it_is_published(meeting
         publisher.publish(blob(MIB - 400))  # with the batch before it, it would be over the limit
     await until(lambda: len(received) == 4)
     assert received == [5, MIB - 400] * 2
-    assert talker._context.link.connections == listener._context.link.connections == 1
+    assert link_of(talker).connections == link_of(listener).connections == 1
 
 
 async def test_a_message_that_a_new_broker_would_not_take_is_dropped(
@@ -438,7 +439,7 @@ async def test_a_message_that_a_new_broker_would_not_take_is_dropped(
         publisher.publish(blob(size))
     async with talker:
         await until(lambda: len(received) == 2)
-        assert talker._context.link.connections == 1
+        assert link_of(talker).connections == 1
     assert received == [3, 4]
     assert publisher.dropped == 1
     assert "over the limit" in caplog.text
@@ -497,7 +498,7 @@ async def test_publishing_costs_no_more_with_many_subscriptions(meeting: Meeting
     publisher = talker.create_publisher(Int64, "numbers")
     await matched(publisher, 20)
     await meeting.settled(talker, listener)
-    channel = listener._context.link.channel
+    channel = link_of(listener).channel
     assert channel is not None
     before = channel.bytes_received
     publisher.publish(Int64(data=1))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -17,6 +16,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Empty
 from proto.wire.frames import RequestEntry
 from tests.actors.meeting import MIB, Blow, turns, until
+from tests.seams.nodes import context_of, invalid_requests, link_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -166,7 +166,7 @@ async def test_a_raising_handler_is_a_remote_error(
     assert adder.server.callback_errors == 1
     assert "service '/add'" in caplog.text
     assert await adder.add(0) == 5
-    assert adder.server._context.link.connections == 1
+    assert link_of(adder.server).connections == 1
 
 
 class Odd(BaseException):
@@ -211,15 +211,13 @@ async def test_whatever_a_handler_raises_reaches_its_caller(
     assert (caught.value.type_name, caught.value.text) == (type(error).__name__, text)
     assert adder.server.callback_errors == 1
     assert await adder.add(0) == 5
-    assert adder.server._context.link.connections == 1
+    assert link_of(adder.server).connections == 1
 
 
 async def test_an_invalid_request_is_refused(adder: Adder) -> None:
     """A request that does not decode at the server is a RemoteError; the handler does not see it."""
     service = await adder.serve(one)
-    client = adder.client
-    client._requests = SimpleNamespace(encode=lambda request: b"\xa1x")  # type: ignore[assignment]
-    with pytest.raises(actors.RemoteError) as caught:
+    with invalid_requests(adder.client), pytest.raises(actors.RemoteError) as caught:
         await adder.add()
     assert caught.value.type_name == "InvalidMessageError"
     assert service.pending == 0
@@ -347,7 +345,7 @@ async def test_large_replies_made_before_a_service_is_destroyed_arrive(meeting: 
         *replies, last = await asyncio.gather(*calls, return_exceptions=True)
     assert [len(reply.data) for reply in replies if isinstance(reply, Blow.Response)] == sizes
     assert isinstance(last, actors.ServiceUnavailable)
-    assert server._context.link.sent
+    assert link_of(server).sent
 
 
 async def test_a_node_that_stops_sends_its_large_replies_whole(meeting: Meeting) -> None:
@@ -359,7 +357,7 @@ async def test_a_node_that_stops_sends_its_large_replies_whole(meeting: Meeting)
     async def handle(request: Blow.Request) -> Blow.Response:
         if request.size == MIB:
             begun.set()
-            await until(lambda: server._context.stopping)
+            await until(lambda: context_of(server).stopping)
         return Blow.Response(data=bytes(request.size))
 
     sizes = [5 * MIB, 300_000, MIB]
@@ -501,7 +499,7 @@ async def test_a_reply_over_the_limit_is_an_error_of_that_call_alone(meeting: Me
     with pytest.raises(InvalidMessageError, match="over the limit"):
         await client.call(Blow.Request(data=bytes(MIB)))
     assert client.pending == 0
-    assert server._context.link.connections == caller._context.link.connections == 1
+    assert link_of(server).connections == link_of(caller).connections == 1
 
 
 @pytest.mark.parametrize("size", [MIB, 5 * MIB])

@@ -23,6 +23,7 @@ from proto.queues.batches import BatchBuilder
 from proto.wire.codes import DetachReason
 from proto.wire.frames import Attached, Batch, Detached, Replay
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
+from tests.seams.nodes import context_of, link_of
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterable
@@ -70,7 +71,7 @@ async def heard_of(subscription: actors.Subscription[Int64], numbers: Iterable[i
 async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node) -> None:
     """What a replay brings after all is not counted as lost; what it does not bring is."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
     end_session(subscription)
@@ -87,7 +88,7 @@ async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node)
 async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.Node) -> None:
     """A publisher that gives its messages to a new broker again does not make them come twice."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
     end_session(subscription)
@@ -188,7 +189,7 @@ async def test_plain_callbacks_need_no_task(node: actors.Node) -> None:
     """A plain callback runs where the run arrives: when `receive` returns, all of it is done, task-free."""
     received: list[int] = []
     subscription = node.create_subscription(Int64, "numbers", lambda msg: received.append(msg.data), 1)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     tasks = asyncio.all_tasks()
     attachments.batch_received(batch_of(1, range(1000)))
@@ -206,7 +207,7 @@ async def test_a_busy_reader_keeps_its_last_depth(node: actors.Node) -> None:
         await leave.wait()
 
     subscription = node.create_subscription(Int64, "numbers", slow, 5)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(1)))
     for start in range(1, 40, 13):
@@ -229,7 +230,7 @@ async def test_a_busy_mailbox_counts_as_a_busy_reader(node: actors.Node) -> None
 
     slow_one = node.create_subscription(Int64, "slow", slow)
     plain = node.create_subscription(Int64, "plain", lambda msg: received.append(msg.data), 3)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (slow_one.id,), GID, 0, "/talker", {}))
     attachments.attached(Attached(2, (plain.id,), bytes(15) + b"2", 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(1)))
@@ -244,7 +245,7 @@ async def test_a_busy_mailbox_counts_as_a_busy_reader(node: actors.Node) -> None
 async def test_an_idle_iterator_gets_a_whole_run(node: actors.Node) -> None:
     """`async for` that waits gets the run whole; one that is busy afterwards keeps the last `depth`."""
     subscription = node.create_subscription(Int64, "numbers", qos=4)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     received: list[int] = []
     pause = asyncio.Event()
@@ -333,7 +334,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 4)
     listener = await meeting.node("listener")
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
-    link = listener._context.link
+    link = link_of(listener)
     assert link.channel is not None
     granted: list[Any] = []
     monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
@@ -375,7 +376,7 @@ async def test_a_publisher_that_comes_back_before_it_has_gone_adds_nothing_to_wh
     """What its earlier life has sent is taken before the next one may send, however their frames cross."""
     listener = await meeting.node("listener")
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
-    attachments = listener._context.link.attachments
+    attachments = link_of(listener).attachments
     granted: list[Any] = []
     monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
@@ -398,7 +399,7 @@ async def test_latched_messages_that_come_again_keep_no_deadline(
     qos = actors.QoSProfile(depth=10, deadline=100.0, durability=durability)
     subscription = node.create_subscription(Int64, "numbers", qos=qos)
     monkeypatch.setattr(Deadline, "met", lambda _deadline: met.append(subscription.queued))
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
     assert met == [0]
@@ -415,7 +416,7 @@ async def test_latched_messages_that_come_again_keep_no_deadline(
 async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
     """Of a run that does not decode only the bad messages are dropped, counted and told of."""
     subscription = node.create_subscription(Int64, "numbers", qos=10)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     builder = BatchBuilder(0)
     good = codec_for(Int64)
@@ -435,11 +436,11 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
     """The sequence number of a message behind a dropped one is its own."""
     numbers: list[tuple[int, int]] = []
     node = actors.Node("quiet", url=f"callboard+unix://{tmp_path}/none")
-    node._context.mailbox.open(lambda _: None, CallbackBudget())
+    context_of(node).mailbox.open(lambda _: None, CallbackBudget())
     subscription = node.create_subscription(
         Int64, "numbers", lambda msg, info: numbers.append((msg.data, info.publication_sequence_number))
     )
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     builder = BatchBuilder(0)
     for data in (codec_for(Int64).encode(Int64(data=0)), b"\xc1", codec_for(Int64).encode(Int64(data=2))):
@@ -451,7 +452,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
 async def test_duplicates_are_discarded_and_gaps_counted(node: actors.Node) -> None:
     """What was seen does not come again, also after a reconnect; what never came is lost or lost_on_break."""
     subscription = node.create_subscription(Int64, "numbers", qos=100)
-    attachments = node._context.link.attachments
+    attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
     attachments.batch_received(batch_of(1, range(1, 5)))
@@ -495,7 +496,7 @@ async def test_a_raising_callback_harms_nobody(
     await until(lambda: len(received) == 2)
     assert received == [0, 2]
     assert both.callback_errors == 1
-    assert both._context.link.connections == 1
+    assert link_of(both).connections == 1
     assert f"of the subscription to '/numbers' raised {error.__name__}" in caplog.text
     assert any(record.exc_info for record in caplog.records)
 
@@ -579,9 +580,9 @@ async def test_a_concurrent_callback_that_never_began_is_closed(node: actors.Nod
     async def never(msg: Int64) -> None:
         raise AssertionError("it must not run")
 
-    async with actors.Node("hearer", url=node._context.link.broker_urls) as leaving:
+    async with actors.Node("hearer", url=link_of(node).broker_urls) as leaving:
         subscription = leaving.create_subscription(Int64, "numbers", never, concurrent=True)
-        attachments = leaving._context.link.attachments
+        attachments = link_of(leaving).attachments
         attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
         attachments.batch_received(batch_of(1, range(2)))
     gc.collect()

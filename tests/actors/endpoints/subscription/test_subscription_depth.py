@@ -13,6 +13,7 @@ import actors
 from actors.interfaces.std_msgs.msg import Int64
 from proto.wire.frames import Attached
 from tests.actors.endpoints.subscription.test_subscription import batch_of
+from tests.seams.nodes import link_of
 from tests.simulation.loop import SimulatedLoop, simulate
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def test_exactly_the_newest_that_could_not_be_taken_wait(kind: str, depth: int, 
         async with actors.Node("hearer", use_global_arguments=False) as node:
             await asyncio.sleep(0.01)  # the first attempt to connect has failed: it would take feeds away
             reader, model = Reader(node, kind, depth), Model(kind, depth)
-            subscription, attachments = reader.subscription, node._context.link.attachments
+            subscription, attachments = reader.subscription, link_of(node).attachments
             await settled()
             attachments.attached(Attached(1, (subscription.id,), bytes(16), 0, "/talker", {}))
             came = 0
@@ -187,7 +188,7 @@ def test_a_plain_callback_takes_all_it_can_and_then_the_newest(depth: int, steps
                 Int64, "numbers", lambda message: received.append(message.data), depth
             )
             other = node.create_subscription(Int64, "others", hold)
-            attachments = node._context.link.attachments
+            attachments = link_of(node).attachments
             attachments.attached(Attached(1, (plain.id,), bytes(16), 0, "/talker", {}))
             attachments.attached(Attached(2, (other.id,), bytes(15) + b"2", 0, "/talker", {}))
             taken: list[int] = []

@@ -19,6 +19,7 @@ from actors.processes import execution, process_execution
 from actors.processes.guard import Guard
 from actors.processes.process import Process
 from proto.aio import process
+from tests.seams.processes import child_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -204,8 +205,7 @@ async def test_what_cannot_be_stopped_is_left(monkeypatch: pytest.MonkeyPatch, *
     guard = Guard()
     run = Run(guard, "echo here; sleep 1000", stop_timeout_sec=0.05, on_message=None if received else fail)
     await run.says(b"here")
-    child = run.process._process
-    assert child is not None
+    child = child_process(run.process)
     with monkeypatch.context() as patch:
         patch.setattr(Process, "signal", lambda *_: None)  # as of another user's
         run.process.stop()

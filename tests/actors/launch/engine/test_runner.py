@@ -16,6 +16,7 @@ from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.process_spec import ProcessSpec
 from actors.launch.planning.steps import React, Start
 from actors.processes.outcome import outcome_of_exit
+from tests.seams.processes import timer_of
 
 if TYPE_CHECKING:
     import contextvars
@@ -236,10 +237,10 @@ async def test_what_a_process_writes_moves_no_timer() -> None:
     running = asyncio.create_task(runner.run(steps))
     await asyncio.sleep(0)
     (execution,) = FakeExecution.made
-    timer = runner._driver._timer
+    timer = timer_of(runner)
     assert timer is not None
     execution.writes(b"x")
-    assert runner._driver._timer is timer
+    assert timer_of(runner) is timer
     runner.stop("enough")
     assert timer.cancelled()
     assert await running

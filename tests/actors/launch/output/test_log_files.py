@@ -15,6 +15,7 @@ from actors.launch.output.log_files import LogFiles
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.events import Event, Level, Message, ShuttingDown, Stream
 from tests.actors.launch.happenings import exited, spec, started, wrote
+from tests.actors.launch.output.threads import join_threads
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -162,6 +163,5 @@ def test_closing_does_not_wait_for_a_disk_that_hangs(tmp_path: Path, monkeypatch
     logs(wrote(spec(output=OutputMode.LOG), b"x"))
     assert not logs.close(0.01)
     free.set()
-    assert logs._thread is not None
-    logs._thread.join(DEADLINE_SEC)
+    join_threads("launch log files")
     assert Message(Level.WARN, "the log files end early: they cannot be written fast enough") in told

@@ -11,6 +11,7 @@ import pytest
 from actors.launch.output import writer
 from actors.launch.output.writer import Batch, OutputWriter, UnattributedOutput, WriteQueue
 from actors.launch.planning.events import Stream
+from tests.actors.launch.output.threads import join_threads
 
 DEADLINE_SEC = 30.0
 
@@ -60,7 +61,7 @@ def test_closing_does_not_wait_for_a_reader_that_does_not_read() -> None:
     output.write(b"x" * (1 << 20) + b"\n")
     assert not output.close(0.01)
     os.close(reading)  # lets the thread end
-    output._thread.join(DEADLINE_SEC)
+    join_threads("launch output")
     os.close(writing)
 
 

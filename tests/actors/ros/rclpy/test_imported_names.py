@@ -32,7 +32,7 @@ def test_each_name_is_what_its_home_has() -> None:
     for module, name in found:
         loaded = importlib.import_module(f"actors.ros.{module}")
         assert getattr(loaded, name) is not None
-    assert {name for _, name in found} == set(" ".join(imported_names._NAMES_BY_HOME.values()).split())
+    assert {name for _, name in found} == set(" ".join(imported_names.NAMES_BY_HOME.values()).split())
 
 
 def test_other_names_are_an_error() -> None:

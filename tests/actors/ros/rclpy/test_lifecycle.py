@@ -20,6 +20,7 @@ from actors.ros.rclpy.lifecycle import (
     TransitionCallbackReturn,
 )
 from actors.ros.rclpy.node import Node
+from tests.seams.ros import lifecycle_state
 
 if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
@@ -65,7 +66,7 @@ def test_callbacks_decide_the_next_state(context: Context) -> None:
     ):
         node.results = {"configure": result} if result is not None else {"configure": "no result"}
         assert node.trigger_configure() == returned
-        assert node._state_machine.current_state[1] == label
+        assert lifecycle_state(node)[1] == label
         node.results = {}
         if label == "inactive":
             assert node.trigger_cleanup() is SUCCESS
@@ -74,7 +75,7 @@ def test_callbacks_decide_the_next_state(context: Context) -> None:
     ]  # fmt: skip
     node.results = {"configure": ERROR, "error": FAILURE}
     assert node.trigger_configure() is ERROR
-    assert node._state_machine.current_state == (4, "finalized")
+    assert lifecycle_state(node) == (4, "finalized")
     assert node.trigger_shutdown() is ERROR
 
 
@@ -86,7 +87,7 @@ def test_every_transition_has_its_default(context: Context) -> None:
         steps = (node.trigger_configure, node.trigger_activate, node.trigger_deactivate, node.trigger_cleanup)
         assert [step() for step in steps] == [SUCCESS] * 4
     assert node.trigger_shutdown() is SUCCESS
-    assert node._state_machine.current_state == (4, "finalized")
+    assert lifecycle_state(node) == (4, "finalized")
 
 
 def test_publishers_are_silent_unless_active(context: Context) -> None:

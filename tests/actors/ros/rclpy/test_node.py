@@ -277,6 +277,10 @@ class Robot(Node):
         self.create_subscription(String, "t", lambda message: self.messages.append(message.data), 1)
         self._callback = self.create_publisher(String, "t", 1)
 
+    def say(self, text: str) -> None:
+        """Publish a text."""
+        self._callback.publish(String(data=text))
+
 
 def test_programs_may_use_all_names_that_rclpy_does_not(
     context: Context, executor: SingleThreadedExecutor
@@ -284,7 +288,7 @@ def test_programs_may_use_all_names_that_rclpy_does_not(
     """A subclass overwrites what it likes, and `Node` adds one name to those of rclpy's."""
     with Robot(context) as robot:
         executor.add_node(robot)
-        robot._callback.publish(String(data="x"))
+        robot.say("x")
         executor.spin_once(DEADLINE_SEC)
         assert robot.messages == ["x"]
         plain = Node("plain", context=context)

@@ -166,7 +166,7 @@ UP, RIGHT, DOWN, LEFT = 1, 2, 4, 8
 def test_lines_of_text_can_be_told_apart(wiring: Wiring, last: int | None) -> None:
     """On one spot two hubs' lines at most cross: one goes up and down, the other across."""
     drawing = TextDrawing(Layout(wiring, ROWS, last_column=last), 0)
-    for hubs in drawing.canvas._lines.values():
+    for hubs in drawing.canvas.line_cells.values():
         assert len(hubs) <= 2
         if len(hubs) == 2:
             assert sorted(hubs.values()) == [UP | DOWN, LEFT | RIGHT]
@@ -178,7 +178,7 @@ def test_lines_of_text_join_each_hub_and_its_nodes(wiring: Wiring, last: int | N
     layout = Layout(wiring, ROWS, last_column=last)
     drawing = TextDrawing(layout, 0)
     for hub in range(len(wiring.hubs)):
-        cells = {spot: hubs[hub] for spot, hubs in drawing.canvas._lines.items() if hub in hubs}
+        cells = {spot: hubs[hub] for spot, hubs in drawing.canvas.line_cells.items() if hub in hubs}
         thing = next(each for each in layout.things if each.hub == hub)
         assert len(_stretches(cells)) == bool(thing.left) + bool(thing.right)
         for segment in layout.segments:

@@ -1,0 +1,21 @@
+"""What tests read or set inside the rclpy face, where no public name has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.ros import values
+
+if TYPE_CHECKING:
+    from actors.ros.rclpy.lifecycle import LifecycleNode
+
+
+def lifecycle_state(node: LifecycleNode) -> tuple[int, str]:
+    """Return the state of a managed node, which rclpy tells by a service only."""
+    return node._state_machine.current_state
+
+
+def forget_numpy() -> None:
+    """Forget whether NumPy is there, and what was computed for it."""
+    for cached in (values._numpy, values._has_conversions, values._conversions):
+        cached.cache_clear()
