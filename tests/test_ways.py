@@ -34,7 +34,8 @@ def test_what_a_document_says_wrongly_is_found() -> None:
     assert list(faults(DOCUMENT, {"A call": CALL._replace(calls=1101)})) == [
         "A call: costs 1101 calls, not 1000"
     ]
-    files = ["actors/endpoints/service/endpoint.py", *CALL.files[1:], *(f"proto/{each}.py" for each in "abcde")]
+    others = (f"proto/{each}.py" for each in "abcde")
+    files = ["actors/endpoints/service/endpoint.py", *CALL.files[1:], *others]
     assert list(faults(DOCUMENT, {"A call": CALL._replace(files=files), "A goal": CALL})) == [
         "A call: enters 7 files, not 2",
         "A call: does not enter client.py",
