@@ -33,12 +33,17 @@ class KeptResults:
 
     Args:
         timeout_sec: Seconds to keep a result; negative for no limit.
+        max_results: How many are kept.
+        max_bytes: How many bytes of them; the newest is kept, however large.
 
     Attributes:
         dropped: Results dropped before their time, because there were too many.
     """
 
-    def __init__(self, timeout_sec: float) -> None:
+    def __init__(
+        self, timeout_sec: float, *, max_results: int = MAX_RESULTS, max_bytes: int = MAX_RESULT_BYTES
+    ) -> None:
+        self._max_results, self._max_bytes = max_results, max_bytes
         self.dropped = 0
         self._timeout_sec = timeout_sec if timeout_sec >= 0 else math.inf
         self._results: dict[bytes, KeptResult] = {}
@@ -58,7 +63,7 @@ class KeptResults:
         """Keep a result; drop the oldest beyond the limits."""
         self._results[goal_id] = KeptResult(info, response, size, now + self._timeout_sec)
         self._size += size
-        while len(self._results) > MAX_RESULTS or (self._size > MAX_RESULT_BYTES and len(self._results) > 1):
+        while len(self._results) > self._max_results or (self._size > self._max_bytes and len(self) > 1):
             self._drop_oldest()
             self.dropped += 1
 

@@ -60,6 +60,7 @@ class ParameterStore:
         overrides: Values from the node's constructor, by name; they take precedence.
         argument_overrides: Values from the command line and its files.
         allow_undeclared: Reading an undeclared parameter returns one without a value; setting it declares it.
+        max_parameters: How many there may be when others set undeclared ones.
 
     Attributes:
         callbacks: The callbacks around setting parameters. While one of them decides about values, nothing
@@ -76,9 +77,11 @@ class ParameterStore:
         overrides: Mapping[str, ParameterValue] | None = None,
         argument_overrides: Mapping[str, ParameterValue] | None = None,
         allow_undeclared: bool = False,
+        max_parameters: int = MAX_PARAMETERS,
     ) -> None:
         self._overrides: dict[str, ParameterValue] = {**(argument_overrides or {}), **(overrides or {})}
         self._allow_undeclared = allow_undeclared
+        self._max_parameters = max_parameters
         self._parameters: dict[str, Parameter] = {}
         self._descriptors: dict[str, ParameterDescriptor] = {}
         self.callbacks = ParameterCallbacks()
@@ -327,7 +330,7 @@ class ParameterStore:
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
         before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
-        if len(self._parameters) + list(before.values()).count(None) > MAX_PARAMETERS:
+        if len(self._parameters) + list(before.values()).count(None) > self._max_parameters:
             reason = f"the node has {len(self._parameters)} parameters already"
             return SetParametersResult(successful=False, reason=reason)
         for parameter in wanted:

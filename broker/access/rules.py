@@ -167,6 +167,7 @@ class AccessRules:
         local_user: The user that connections from this machine are without credentials; "" for none.
         imports: What the nodes of other brokers may do here; None for everything.
         exports: What other brokers may know of the nodes here: what they do, by the same actions; likewise.
+        max_rights: Combinations of roles whose rights are kept.
     """
 
     users: Mapping[str, User]
@@ -174,6 +175,7 @@ class AccessRules:
     local_user: str = ""
     imports: Rights | None = None
     exports: Rights | None = None
+    max_rights: int = MAX_RIGHTS
     _owners: Mapping[str, str] = field(init=False, repr=False, compare=False)
     _tokens: TokenIndex = field(init=False, repr=False, compare=False)
     _certificates: Mapping[str, str] = field(init=False, repr=False, compare=False)
@@ -234,7 +236,7 @@ class AccessRules:
                 return Rights((), f"users.{user.name} has no roles")
             where = "this machine" if origin.address is None else str(origin.address)
             return Rights((), f"none of the roles of users.{user.name} applies to {where}")
-        if len(self._rights) >= MAX_RIGHTS:
+        if len(self._rights) >= self.max_rights:
             self._rights.clear()
         rights = self._rights.get(roles)
         if rights is None:

@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 FORGET_QUEUES: Final = 100
 """Departed queues that are kept before the empty ones are forgotten; the periodic check forgets them, too."""
 
-MAX_QUEUES_PER_PEER: Final = 1000
-"""Departed queues with messages for one peer; beyond it the oldest loses its messages. Their bytes count for
-the limit of the peer's link."""
-
 MAX_EARLIER_IDS: Final = 100
 """Earlier ids of a publisher that are remembered while its queue never gets empty: the latest."""
 
@@ -44,11 +40,15 @@ class PeerQueue(NamedTuple):
 class DepartedQueues:
     """The queues of one graph that get no batches any more.
 
+    Args:
+        max_per_peer: Queues with messages for one peer; beyond it the oldest loses its messages.
+
     Attributes:
         overflows: Queues whose messages were dropped because one peer had too many queues.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, max_per_peer: int) -> None:
+        self._max_per_peer = max_per_peer
         self._resumable: dict[int, dict[tuple[bytes, str], PeerQueue]] = {}
         """By peer, and publisher gid and topic: queues whose publisher is gone."""
         self._final: dict[int, list[PeerQueue]] = {}
@@ -72,7 +72,7 @@ class DepartedQueues:
         ids = (*(each for each in peer_queue.earlier_ids if each != publisher), publisher)
         queues[key] = peer_queue._replace(earlier_ids=ids[-MAX_EARLIER_IDS:])
         self._count += 1
-        if len(queues) <= MAX_QUEUES_PER_PEER:
+        if len(queues) <= self._max_per_peer:
             return None
         self.overflows += 1
         oldest = queues.pop(next(iter(queues)))

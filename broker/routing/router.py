@@ -89,7 +89,7 @@ class Router:
         self._instances: dict[bytes, Peer] = {}
         self._notices = Notices(self._emit)
         stalls = Stalls(stall_sec=limits.keep_all_stall_sec, max_sec=limits.keep_all_stall_max_sec)
-        self.routes = Routes(self._emit, max_keep_all_queue_bytes=limits.max_keep_all_queue_bytes)
+        self.routes = Routes(self._emit, limits)
         self._assertions = Assertions(self._emit, self.routes)
         self.topics = Topics(self._emit, self._notices, self.routes, stalls)
         self.calls = Calls(self._emit, limits, memory_full, report_refusal)

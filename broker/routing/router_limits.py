@@ -9,6 +9,9 @@ from proto import limits
 
 _MIB: Final = 1024 * 1024
 
+MAX_DEPARTED_QUEUES: Final = 1000
+"""Enough for a restart of many publishers. The queues' bytes count for the limit of the peer's link."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RouterLimits:
@@ -32,6 +35,8 @@ class RouterLimits:
     """Bytes of requests from one peer that may wait for one server's peer."""
     max_bulk_bytes: int = 256 * _MIB
     """Bytes of requests from all peers that may wait for one server's peer."""
+    max_departed_queues: int = MAX_DEPARTED_QUEUES
+    """Queues with messages for one peer whose publishers are gone; beyond it the oldest loses its own."""
     max_message_bytes: int = limits.MAX_MESSAGE_BYTES
     """Size of one frame that a peer takes."""
     keep_all_stall_sec: float = 60.0

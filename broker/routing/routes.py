@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from broker.access.rules import Principal
     from broker.routing.deliveries import Delivery
     from broker.routing.records import Peer
+    from broker.routing.router_limits import RouterLimits
     from proto.wire.frames import Batch
 
 
@@ -50,11 +51,11 @@ class Routes:
         report_mesh: Called with another broker of the mesh that has not kept to flow control, and why.
     """
 
-    def __init__(self, emit: Callable[[Delivery], None], *, max_keep_all_queue_bytes: int) -> None:
+    def __init__(self, emit: Callable[[Delivery], None], limits: RouterLimits) -> None:
         self._emit = emit
-        self._max_keep_all_queue_bytes = max_keep_all_queue_bytes
+        self._max_keep_all_queue_bytes = limits.max_keep_all_queue_bytes
         self.publishers: dict[int, PublisherRecord] = {}
-        self.departed = DepartedQueues()
+        self.departed = DepartedQueues(limits.max_departed_queues)
         self.latched_expiry = LatchedExpiry()
         self._attachments = AttachmentFrames(emit)
         self.reader_credit = ReaderCredit(emit)

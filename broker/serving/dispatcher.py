@@ -365,8 +365,8 @@ class Dispatcher:
 
 
 def _router_limits(options: BrokerOptions) -> RouterLimits:
-    own = "max_keep_all_queue_bytes"
-    same = {each.name: getattr(options, each.name) for each in fields(RouterLimits) if each.name != own}
+    own = {"max_keep_all_queue_bytes", "max_departed_queues"}  # they follow from others, or have no option
+    same = {each.name: getattr(options, each.name) for each in fields(RouterLimits) if each.name not in own}
     # One more message than may wait for a peer fits into its queues.
     most = options.max_queue_bytes + options.max_message_bytes
     return RouterLimits(**same, max_keep_all_queue_bytes=most)

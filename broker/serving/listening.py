@@ -186,10 +186,12 @@ async def listen_unix(
     *,
     backlog: int,
     mode: int | None = None,
+    lock_tries: int = LOCK_TRIES,
 ) -> tuple[asyncio.Server, SocketFile]:
     """Listen at a socket file; replace one that a dead broker has left.
 
-    `mode` are the permissions of the file; None gives those of the umask.
+    `mode` are the permissions of the file; None gives those of the umask. `lock_tries` is how often it tries
+    to lock the folder before it goes on without.
 
     Raises:
         NotASocketError: The file exists and is no socket.
@@ -198,7 +200,7 @@ async def listen_unix(
     # The loop itself would remove the file, whoever listens there.
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        async with _alone_in(path.parent):
+        async with _alone_in(path.parent, lock_tries):
             _remove_stale(path)
             _bind(listening, path, mode)
             listening.listen(backlog)
@@ -210,7 +212,7 @@ async def listen_unix(
 
 
 @asynccontextmanager
-async def _alone_in(folder: Path) -> AsyncGenerator[None]:
+async def _alone_in(folder: Path, tries: int) -> AsyncGenerator[None]:
     """Lock a folder: between bind and listen a socket file looks stale to other brokers.
 
     Only a few system calls happen under the lock. If the file system has no locks or somebody keeps this one,
@@ -222,7 +224,7 @@ async def _alone_in(folder: Path) -> AsyncGenerator[None]:
     try:
         with suppress(OSError):
             locked = os.open(folder, os.O_RDONLY)
-        for _ in range(LOCK_TRIES if locked >= 0 else 0):
+        for _ in range(tries if locked >= 0 else 0):
             try:
                 fcntl.flock(locked, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break

@@ -18,6 +18,7 @@ from proto.limited_log import MAX_LINES
 from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
+from tests.system import change_origin
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,8 +48,7 @@ def come_from(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Let further connections seem to come from an address."""
 
     def seem(address: str, *, encrypted: bool = False) -> None:
-        origin = Origin(address=ip_address(address), encrypted=encrypted)
-        monkeypatch.setattr("broker.serving.connection.origin_of", lambda _: origin)
+        change_origin(monkeypatch, Origin(address=ip_address(address), encrypted=encrypted))
 
     return seem
 

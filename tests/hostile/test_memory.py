@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.routing.departed_queues import FORGET_QUEUES, MAX_QUEUES_PER_PEER
+from broker.routing.departed_queues import FORGET_QUEUES
+from broker.routing.router_limits import MAX_DEPARTED_QUEUES
 from broker.serving.memory_guard import MemoryGuard
 from broker.serving.stats import collect
 from proto import limits
@@ -237,14 +238,14 @@ def test_queues_of_publishers_that_are_gone_are_bounded() -> None:
             switch.send(passing, make.batch(switch.publisher(passing, declared), 0), frames.Undeclare(1))
             switch.read_all(passing)
 
-    come_and_go(range(MAX_QUEUES_PER_PEER + 300))
-    assert len(routes.peer_queues()) <= 2 * MAX_QUEUES_PER_PEER + FORGET_QUEUES
+    come_and_go(range(MAX_DEPARTED_QUEUES + 300))
+    assert len(routes.peer_queues()) <= 2 * MAX_DEPARTED_QUEUES + FORGET_QUEUES
     total = routes.tallies()[0]
-    assert (total.queued, total.dropped) == (MAX_QUEUES_PER_PEER, 300)
+    assert (total.queued, total.dropped) == (MAX_DEPARTED_QUEUES, 300)
     assert collect(1, [switch.router]).departed_overflows == 300
     got = switch.read_all(reader)
-    assert sum(isinstance(frame, frames.Batch) for frame in got) == MAX_QUEUES_PER_PEER
-    assert sum(isinstance(frame, frames.Detached) for frame in got) == MAX_QUEUES_PER_PEER + 300
+    assert sum(isinstance(frame, frames.Batch) for frame in got) == MAX_DEPARTED_QUEUES
+    assert sum(isinstance(frame, frames.Detached) for frame in got) == MAX_DEPARTED_QUEUES + 300
     routes.prune(at_least=0)
     assert routes.peer_queues() == []
     for count in range(2000, 2100):

@@ -15,6 +15,7 @@ from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, proof_for, until
 from tests.broker.serving.test_shared_memory import Sender
+from tests.system import change_user
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -68,7 +69,7 @@ async def test_another_user_at_the_socket_file_is_offered_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An insecure broker lets it connect, but there its proof would not be bound to a connection."""
-    monkeypatch.setattr("broker.serving.connection.is_same_user", lambda _: False)
+    change_user(monkeypatch)
     async with (
         Broker(BrokerOptions(unix=tmp_path / "s", insecure=True)) as broker,
         RawClient().connected(broker) as thief,

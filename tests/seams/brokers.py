@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from broker.serving import connection
+
 if TYPE_CHECKING:
+    import pytest
+
     from broker.access.admission import Admission
     from broker.access.rules import AccessRules, Rights
     from broker.mesh.imports import MeshImports
@@ -73,3 +77,8 @@ def kept_rights(rules: AccessRules) -> int:
 def heap_length(limits: CreditLimits) -> int:
     """Return the length of a heap whose outdated entries are removed late."""
     return len(limits._sequences._heap)
+
+
+def without_capabilities(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let brokers announce nothing that their first version did not have, as one that is older."""
+    monkeypatch.setattr(connection, "Capability", ())

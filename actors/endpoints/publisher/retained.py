@@ -22,15 +22,17 @@ class Retained:
 
     Args:
         keep: How many messages at most.
+        max_bytes: How many bytes; the last message is kept, however large.
 
     Attributes:
         messages: How many there are.
         size: Their bytes.
     """
 
-    __slots__ = ("_batches", "_keep", "messages", "size")
+    __slots__ = ("_batches", "_keep", "_max_bytes", "messages", "size")
 
-    def __init__(self, keep: int) -> None:
+    def __init__(self, keep: int, max_bytes: int = RETAINED_BYTES) -> None:
+        self._max_bytes = max_bytes
         self.messages = self.size = 0
         self._keep = keep
         self._batches: deque[Batch] = deque()
@@ -53,7 +55,7 @@ class Retained:
         self._batches.append(batch)
         self.messages += batch.length
         self.size += message_bytes(batch)
-        while self.messages > self._keep or (self.size > RETAINED_BYTES and self.messages > 1):
+        while self.messages > self._keep or (self.size > self._max_bytes and self.messages > 1):
             oldest = self._batches.popleft()
             excess = min(oldest.length, max(self.messages - self._keep, 1))
             self.messages -= excess

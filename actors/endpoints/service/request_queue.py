@@ -22,14 +22,19 @@ _NONE: Final[OrderedDict[int, RequestEntry]] = OrderedDict()
 class RequestQueue:
     """The requests of one service that its handler has not begun.
 
+    Args:
+        max_requests: How many may wait.
+        max_bytes: How many bytes of them may wait.
+
     Attributes:
         entries: By call, oldest first. Read-only: `put`, `take` and `remove` keep `size` right.
         size: Their bytes.
     """
 
-    __slots__ = ("entries", "size")
+    __slots__ = ("_max_bytes", "_max_requests", "entries", "size")
 
-    def __init__(self) -> None:
+    def __init__(self, max_requests: int = MAX_QUEUED, max_bytes: int = MAX_QUEUED_BYTES) -> None:
+        self._max_requests, self._max_bytes = max_requests, max_bytes
         self.size = 0
         self.entries: OrderedDict[int, RequestEntry] = _NONE
 
@@ -38,9 +43,9 @@ class RequestQueue:
         if self.entries is _NONE:
             self.entries = OrderedDict()
         entries, size = self.entries, self.size + len(entry.body)
-        if len(entries) >= MAX_QUEUED:
-            return f"{MAX_QUEUED} requests wait already"
-        if size > MAX_QUEUED_BYTES and entries:
+        if len(entries) >= self._max_requests:
+            return f"{self._max_requests} requests wait already"
+        if size > self._max_bytes and entries:
             return f"requests of {self.size} bytes wait already"
         entries[entry.call] = entry
         self.size = size

@@ -30,13 +30,10 @@ def test_a_negative_timeout_keeps_results() -> None:
     assert (len(results), results.next_expiry) == (1, math.inf)
 
 
-@pytest.mark.parametrize(("limit", "value"), [("MAX_RESULTS", 2), ("MAX_RESULT_BYTES", 25)])
-def test_the_oldest_results_are_dropped_at_a_limit(
-    monkeypatch: pytest.MonkeyPatch, limit: str, value: int
-) -> None:
+@pytest.mark.parametrize("limit", [{"max_results": 2}, {"max_bytes": 25}])
+def test_the_oldest_results_are_dropped_at_a_limit(limit: dict[str, int]) -> None:
     """Both limits drop the oldest, counted; the newest stays even if it alone is too large."""
-    monkeypatch.setattr(f"actors.actions.results.{limit}", value)
-    results = KeptResults(10.0)
+    results = KeptResults(10.0, **limit)
     for number in range(4):
         results.add(bytes([number]), GoalInfo(), number, size=10, now=0.0)
     assert [each.response for each in results] == [2, 3]

@@ -14,6 +14,7 @@ from actors.interfaces.std_msgs.msg import Int64, String
 from proto.wire.codes import NoticeKind
 from proto.wire.frames import Notice
 from tests.actors.meeting import matched, turns, until
+from tests.seams.brokers import without_capabilities
 from tests.seams.simulation import subscription_events
 
 if TYPE_CHECKING:
@@ -264,7 +265,7 @@ async def test_a_broker_without_strict_qos_causes_a_warning(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Against an older broker a strict endpoint warns that incompatible messages are delivered."""
-    monkeypatch.setattr("broker.serving.connection.Capability", ())
+    without_capabilities(monkeypatch)
     node = await meeting.node("strict")
     node.create_publisher(Int64, "lax")
     node.create_publisher(Int64, "numbers", strict_qos=True)

@@ -25,6 +25,7 @@ from actors.qos.profile import qos_profile_rosout_default
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import matched, turns, until
 from tests.seams.nodes import link_of
+from tests.system import move_wall_clock
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -274,9 +275,8 @@ async def test_old_lines_expire(
     """Nobody takes lines that were published more than ten seconds ago, and the broker keeps none of them."""
     node = await meeting.node(name, **ON)
     await until(lambda: publisher(node).matched)
-    past = SimpleNamespace(time_ns=lambda: time.time_ns() - 10_100_000_000)
     with monkeypatch.context() as patch:
-        patch.setattr("actors.endpoints.publisher.endpoint.time", past)
+        move_wall_clock(patch, -10.1)
         node.get_logger().info("old")
         link_of(node).flush()
     node.get_logger().info("new")
@@ -423,7 +423,7 @@ async def test_a_line_that_cannot_be_encoded_is_counted(
     """ROS's stamps end in 2038: with such a clock lines are printed only."""
     node = await meeting.node(name, **ON)
     with monkeypatch.context() as patch:
-        patch.setattr("actors.logging.logger.time", SimpleNamespace(time_ns=lambda: 2**31 * 1_000_000_000))
+        move_wall_clock(patch, 2**31)
         node.get_logger().info("later")
     node.get_logger().info("now")
     await until(lambda: reader.lines)

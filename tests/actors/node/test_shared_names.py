@@ -10,6 +10,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from tests.actors.meeting import matched, until
+from tests.seams.brokers import without_capabilities
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -51,6 +52,6 @@ async def test_a_broker_without_shared_names_causes_a_warning(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Against an older broker the node says that it will be the only one of its name."""
-    monkeypatch.setattr("broker.serving.connection.Capability", ())
+    without_capabilities(monkeypatch)
     await meeting.node("same", shared_name=True)
     assert sum("does not know shared node names" in record.getMessage() for record in caplog.records) == 1

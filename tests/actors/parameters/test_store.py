@@ -427,10 +427,9 @@ def test_changes_are_told(store: ParameterStore) -> None:
     assert told == [([], ["typed"], []), ([], [], []), ([], [], ["typed"])]
 
 
-def test_strangers_cannot_declare_any_number(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_strangers_cannot_declare_any_number() -> None:
     """With undeclared parameters allowed, other nodes can add them, up to a limit."""
-    monkeypatch.setattr("actors.parameters.store.MAX_PARAMETERS", 4)
-    store = ParameterStore(allow_undeclared=True)
+    store = ParameterStore(allow_undeclared=True, max_parameters=4)
     assert [each.successful for each in store.set([p("a", 1), p("b", 1), p("c", 1), p("a", 2)])] == [
         True, True, False, True,
     ]  # fmt: skip

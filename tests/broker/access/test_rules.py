@@ -182,11 +182,10 @@ def test_kept_decisions_are_limited() -> None:
     assert kept_decisions(rights) <= MAX_DECISIONS
 
 
-def test_kept_rights_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kept_rights_are_limited() -> None:
     """Nor do connections of ever more users with other roles."""
-    monkeypatch.setattr("broker.access.rules.MAX_RIGHTS", 2)
     roles = {name: Role(name, allow={}, deny={}) for name in "abcde"}
-    many = AccessRules({name: User(name, roles=(name,)) for name in roles}, roles)
+    many = AccessRules({name: User(name, roles=(name,)) for name in roles}, roles, max_rights=2)
     for name in roles:
         found = many.principal(name, FAR)
         assert found is not None

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from broker.routing.departed_queues import FORGET_QUEUES
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
 from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
@@ -60,10 +62,9 @@ def test_queues_with_messages_are_not_forgotten() -> None:
     assert routes.tallies()[0].delivered == ROUNDS
 
 
-def test_the_oldest_queue_loses_its_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_oldest_queue_loses_its_messages() -> None:
     """A publisher that has been back since is not the oldest, although it left an (empty) queue before."""
-    monkeypatch.setattr("broker.routing.departed_queues.MAX_QUEUES_PER_PEER", 2)
-    switch = Switch()
+    switch = Switch(Router(limits=RouterLimits(max_departed_queues=2)))
     talker, reader = switch.join("/talker"), switch.join("/reader")
     switch.send(reader, make.subscription(1))
     for sequence, who in enumerate("abac"):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from broker.routing.notices import MAX_NOTICES
+from broker.routing.router import Router
+from broker.routing.router_limits import RouterLimits
 from proto import limits
 from proto.errors import ErrorCode, ProtocolError
 from proto.wire import frames
@@ -333,10 +335,9 @@ def spans(switch: Switch, peer: int) -> list[tuple[int, int]]:
     return [(batch.first_sequence, batch.length) for batch in switch.read(peer, frames.Batch)]
 
 
-def test_a_stalled_reader_keeps_a_limited_number_of_queues(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stalled_reader_keeps_a_limited_number_of_queues() -> None:
     """What waits for it from publishers that wait no longer is limited as if the publishers were gone."""
-    monkeypatch.setattr("broker.routing.departed_queues.MAX_QUEUES_PER_PEER", 2)
-    switch = Switch()
+    switch = Switch(Router(limits=RouterLimits(max_departed_queues=2)))
     talker, reader = switch.join("/talker"), switch.join("/reader")
     switch.send(reader, make.subscription(1, qos=make.KEEP_ALL, window=1))
     for each in range(1, 6):

@@ -13,6 +13,7 @@ import pytest
 from broker import Broker, BrokerOptions, UnprotectedError
 from proto.aio.process import new_event_loop
 from tests.broker.rawclient import RawClient, hello, link
+from tests.system import change_user
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +66,7 @@ async def test_another_user_at_the_socket_file_is_refused(
 ) -> None:
     """Whatever the mode of the file, the other end's user counts."""
     async with Broker(BrokerOptions(unix=tmp_path / "s")) as broker:
-        monkeypatch.setattr("broker.serving.connection.is_same_user", lambda _: False)
+        change_user(monkeypatch)
         async with RawClient().connected(broker) as client:
             client.send(hello())
             await client.gone()

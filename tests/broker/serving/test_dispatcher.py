@@ -23,6 +23,7 @@ from proto.queues.publisher_queue import PublisherQueue
 from proto.wire.codec import encode
 from proto.wire.frames import Undeclare
 from proto.wire.session import Role
+from tests.system import count_returned_memory
 
 
 class Silent:
@@ -80,8 +81,7 @@ async def test_memory_is_returned_after_a_link_that_held_much(
     monkeypatch: pytest.MonkeyPatch, held: int, times: int
 ) -> None:
     """Case 46: the end of a link with 16 MiB lets the periodic check return free memory, once."""
-    returned: list[bool] = []
-    monkeypatch.setattr("broker.serving.periodic_check.return_memory", lambda: returned.append(True))
+    returned = count_returned_memory(monkeypatch)
     options = BrokerOptions()
     admission = Admission(None, max_per_address=10, plain_tokens=False)
     dispatcher = Dispatcher(

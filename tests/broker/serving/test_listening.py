@@ -105,16 +105,14 @@ def test_of_many_processes_one_gets_a_socket_file(tmp_path: Path) -> None:
     assert not any(path.exists() for path in paths)
 
 
-async def test_a_locked_folder_delays_a_broker_only_briefly(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_a_locked_folder_delays_a_broker_only_briefly(tmp_path: Path) -> None:
     """After some tries it continues without the lock."""
-    monkeypatch.setattr("broker.serving.listening.LOCK_TRIES", 2)
     folder = os.open(tmp_path, os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX)
         path = tmp_path / "broker.sock"
-        server, _ = await listen_unix(asyncio.get_running_loop(), asyncio.BufferedProtocol, path, backlog=1)
+        loop = asyncio.get_running_loop()
+        server, _ = await listen_unix(loop, asyncio.BufferedProtocol, path, backlog=1, lock_tries=2)
         assert server.is_serving()
         server.close()
     finally:

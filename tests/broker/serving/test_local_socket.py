@@ -20,6 +20,7 @@ from proto.wire.url import parse_url
 from tests.broker.rawclient import RawClient, hello
 from tests.certificates import Authority
 from tests.seams.nodes import link_of
+from tests.system import change_user
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -129,7 +130,7 @@ async def test_access_rules_take_it_for_the_loopback_device(tmp_path: Path) -> N
 async def test_another_user_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes use the socket of their own user's broker only: a connection of another user is no node's."""
     async with Broker(BrokerOptions(port=0)) as broker:
-        monkeypatch.setattr("broker.serving.connection.is_same_user", lambda _: False)
+        change_user(monkeypatch)
         async with RawClient().connected(broker, beside=True) as client:
             client.send(hello())
             assert (await client.next(frames.Error)).code == ErrorCode.UNAUTHORIZED

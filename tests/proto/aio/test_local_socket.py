@@ -12,6 +12,7 @@ import pytest
 
 from proto.aio import local_socket
 from proto.aio.local_socket import address_in, connect_beside, listen_beside, local_name
+from tests.system import forbid_sockets
 
 if TYPE_CHECKING:
     import socket
@@ -82,12 +83,8 @@ def test_a_listener_with_too_many_waiting_is_not_waited_for() -> None:
 
 def test_where_unix_sockets_are_forbidden_nobody_is_reached(monkeypatch: pytest.MonkeyPatch) -> None:
     """By a service manager or a sandbox: then the caller uses TCP."""
-
-    def forbidden(*_: object) -> None:
-        raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
-
     with listening():
-        monkeypatch.setattr("proto.aio.local_socket.socket.socket", forbidden)
+        forbid_sockets(monkeypatch)
         assert connect_beside("127.0.0.1", PORT) is None
 
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.endpoints.publisher.retained import Retained
 from proto.queues.batches import message_bytes, split_messages
 from tests.broker.frame_makers import batch
-
-if TYPE_CHECKING:
-    import pytest
 
 
 def numbers(kept: Retained) -> list[int]:
@@ -52,12 +47,9 @@ def test_what_is_before_a_number_can_be_had_alone(lengths: list[int], before: in
     assert all(len(list(split_messages(part))) == part.length for part in parts)
 
 
-def test_bytes_are_bounded_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bytes_are_bounded_too() -> None:
     """Beyond the ceiling the oldest go, message by message; the last message stays, however large."""
-    monkeypatch.setattr(
-        "actors.endpoints.publisher.retained.RETAINED_BYTES", 5 * message_bytes(batch(1, 0, 1, 100))
-    )
-    kept = Retained(1000)
+    kept = Retained(1000, max_bytes=5 * message_bytes(batch(1, 0, 1, 100)))
     kept.add(batch(1, 0, 3, 100))
     kept.add(batch(1, 3, 4, 100))
     assert numbers(kept) == [2, 3, 4, 5, 6]

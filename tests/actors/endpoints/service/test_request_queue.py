@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from actors.endpoints.service.request_queue import RequestQueue
 from proto.wire.frames import RequestEntry
-
-if TYPE_CHECKING:
-    import pytest
 
 
 def entry(call: int, size: int = 10) -> RequestEntry:
@@ -28,10 +23,9 @@ def test_the_oldest_comes_first() -> None:
     assert (len(queue.entries), queue.size) == (0, 0)
 
 
-def test_one_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_too_many_is_refused() -> None:
     """The refusal says how many wait; room made is room again."""
-    monkeypatch.setattr("actors.endpoints.service.request_queue.MAX_QUEUED", 2)
-    queue = RequestQueue()
+    queue = RequestQueue(max_requests=2)
     assert queue.put(entry(1)) is None
     assert queue.put(entry(2)) is None
     assert queue.put(entry(3)) == "2 requests wait already"
@@ -39,10 +33,9 @@ def test_one_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert queue.put(entry(3)) is None
 
 
-def test_one_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_too_large_is_refused() -> None:
     """Bytes are bounded, too; alone, a request may be of any size."""
-    monkeypatch.setattr("actors.endpoints.service.request_queue.MAX_QUEUED_BYTES", 100)
-    queue = RequestQueue()
+    queue = RequestQueue(max_bytes=100)
     assert queue.put(entry(1, 500)) is None
     assert queue.put(entry(2, 1)) == "requests of 500 bytes wait already"
     queue.clear()
