@@ -83,6 +83,30 @@ def test_without_rules_everybody_comes_in() -> None:
     assert gate.unauthorized == 0
 
 
+def test_a_token_in_the_clear_is_a_failure() -> None:
+    """It counts for its address although it may be right, unless the broker allows plain tokens."""
+    clear = Origin(address=ip_address("192.0.2.1"))
+    gate = Admission(RULES, max_per_address=1, plain_tokens=False)
+    with pytest.raises(Unauthorized, match="plain TCP"):
+        gate.identify(clear, "t", 0)
+    assert (gate.unauthorized, kept_failures(gate)) == (1, 1)
+    allowed = Admission(RULES, max_per_address=1, plain_tokens=True).identify(clear, "t", 0)
+    assert allowed is not None
+    assert allowed.user == "a"
+
+
+def test_who_has_no_token_may_still_be_known() -> None:
+    """By its machine, for example; a token that is no text is a wrong one even then."""
+    rules = parse_rules(f"[users.a]\ntokens = ['{hash_token('t')}']\n[local]\nuser = 'a'", "rules.toml")
+    gate = Admission(rules, max_per_address=1, plain_tokens=False)
+    found = gate.identify(LOCAL, None, 0)
+    assert found is not None
+    assert found.user == "a"
+    with pytest.raises(Unauthorized):
+        gate.identify(LOCAL, 7, 0)
+    assert gate.unauthorized == 1
+
+
 class Tls:
     def getpeercert(self) -> dict[str, Any]:
         subject = ((("organizationName", "x"),), (("commonName", "robot"),))

@@ -66,6 +66,15 @@ def test_a_queue_that_empties_while_somebody_looks_is_not_full(monkeypatch: pyte
     assert not SendingThread(lambda: None, lambda _key, _reason: None).full
 
 
+def test_a_thread_with_too_much_to_send_is_full() -> None:
+    """The outbox keeps the rest, and drops of that what it may."""
+    thread = SendingThread(lambda: None, lambda _key, _reason: None)
+    thread.put("a", b"x")
+    assert not thread.full
+    thread.put("a", bytes(sending_thread.MAX_QUEUED_BYTES))
+    assert thread.full
+
+
 def test_what_could_not_be_sent_before_the_stop_is_logged(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:

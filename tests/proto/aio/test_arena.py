@@ -224,6 +224,15 @@ def test_messages_share_a_slot_while_there_is_space_behind_them(arena: Arena) ->
     assert arena.used_bytes == space == 0
 
 
+def test_a_message_is_added_where_a_released_slot_was(arena: Arena) -> None:
+    """The memory behind a slot is free again as soon as nobody holds it."""
+    slot, next_slot = arena.put(bytes(PAGE_BYTES)), arena.put(bytes(PAGE_BYTES))
+    assert slot is not None
+    assert not arena.extend(slot, bytes(2 * PAGE_BYTES))
+    del next_slot
+    assert arena.extend(slot, bytes(2 * PAGE_BYTES))
+
+
 def test_no_message_is_added_where_the_system_has_no_memory(
     arena: Arena, monkeypatch: pytest.MonkeyPatch
 ) -> None:

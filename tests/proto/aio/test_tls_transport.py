@@ -13,7 +13,7 @@ import pytest
 from proto.aio.process import new_event_loop
 from proto.aio.read_budget import ReadBudget
 from proto.aio.tls import client_context, server_context
-from proto.aio.tls_cipher import SHARE_RECORDS
+from proto.aio.tls_cipher import SHARE_RECORDS, Cipher
 from proto.aio.tls_transport import TlsTransport
 from tests.certificates import Authority
 from tests.seams.protocol import encrypt_apart, raw_transport
@@ -292,6 +292,30 @@ def test_corrupted_records_end_the_connection(run: Callable[..., None]) -> None:
         assert far.received == b"hello"
 
     run(test)
+
+
+def test_a_part_of_a_record_is_no_input(tmp_path: Path) -> None:
+    """Or a loop turn after the other would try to decrypt it until the rest is there."""
+    authority = Authority(tmp_path)
+    pair = authority.issue("127.0.0.1")
+    ends = (
+        Cipher(server_context(pair.certificate, pair.key, None), None, None, None),
+        Cipher(client_context(authority.files()), "127.0.0.1", None, None),
+    )
+    server, client = ends
+    for _ in range(3):
+        for one, other in ((client, server), (server, client)):
+            one.handshake()
+            other.receive(memoryview(one.take()))
+    client.encrypt(b"text")
+    record = client.take()
+    server.receive(memoryview(record[:-1]))
+    buffer = memoryview(bytearray(100))
+    assert server.has_input
+    assert server.decrypt(buffer) == 0
+    assert not server.has_input
+    server.receive(memoryview(record[-1:]))
+    assert server.decrypt(buffer) == 4
 
 
 class Wire(asyncio.Transport):

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from proto import limits
 from proto.queues.outbox import Outbox
 from proto.queues.publisher_queue import PublisherQueue
-from proto.wire.codec import decode
-from proto.wire.frames import Batch
+from proto.wire.codec import decode, encode
+from proto.wire.frames import Batch, Detached
 from tests.proto.outboxes import drain, make_batch, take_one
 
 if TYPE_CHECKING:
@@ -107,3 +107,15 @@ def test_resent_messages_beyond_the_depth_are_not_dropped() -> None:
     queue.put(make_batch(4, [b"\xc0"] * 6))
     queue.trim()
     assert (queue.first_sequence, queue.dropped, queue.abandoned) == (6, 2, 4)
+
+
+def test_a_restart_removes_control_frames() -> None:
+    """They carry ids of the old link; the messages before and behind them stay, in order."""
+    queue, outbox = PublisherQueue(1, None), Outbox()
+    queue.put(make_batch(0, [b"\xc0"]))
+    queue.put(encode(Detached(1, (2,), 0)))
+    queue.put(make_batch(1, [b"\xc0"]))
+    queue.restart(9)
+    assert queue.control_bytes == 0
+    outbox.schedule(queue)
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == [0, 1]
