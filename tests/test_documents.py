@@ -11,6 +11,7 @@ import sys
 import textwrap
 from pathlib import Path
 from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,6 +20,10 @@ from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
 from actors.launch.documents.templates import known_substitutions
 from tests.actors.site_packages import Site
+from tests.fork_server.client import FORKED
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -30,6 +35,22 @@ GROUPS = {"action", "auth", "topic", "service", "node", "interface", "pkg", "con
 def document(path: str) -> str:
     """Return the text of a document in docs."""
     return (ROOT / "docs" / path).read_text(encoding="utf-8")
+
+
+def run_python(
+    *arguments: str, cwd: Path = ROOT, env: Mapping[str, str] = os.environ
+) -> subprocess.CompletedProcess[str]:
+    """Run Python with callboard on its path."""
+    search_path = os.pathsep.join(filter(None, [str(ROOT), env.get("PYTHONPATH")]))
+    return subprocess.run(
+        [sys.executable, *arguments],
+        executable=FORKED,
+        cwd=cwd,
+        env={**env, "PYTHONPATH": search_path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def commands(text: str) -> list[str]:
@@ -65,9 +86,7 @@ def commands_by_verb() -> list[tuple[tuple[str, ...], list[str]]]:
 @pytest.mark.parametrize(("verb", "options"), commands_by_verb())
 def test_every_callboard_command_in_the_documents_exists(verb: tuple[str, ...], options: list[str]) -> None:
     """The verbs and options that the documents show are accepted by the command line."""
-    done = subprocess.run(
-        [sys.executable, "-m", "actors", *verb, "--help"], capture_output=True, text=True, check=False
-    )
+    done = run_python("-m", "actors", *verb, "--help")
     assert done.returncode == 0, done.stderr
     assert [option for option in options if option not in done.stdout] == []
 
@@ -77,13 +96,7 @@ def test_the_launches_in_the_readme_can_be_carried_out() -> None:
     lines = [line for line in commands(README) if line.startswith("callboard launch")]
     assert lines
     for line in lines:
-        done = subprocess.run(
-            [sys.executable, "-m", "actors", *shlex.split(line)[1:], "--dry-run"],
-            capture_output=True,
-            text=True,
-            check=False,
-            cwd=ROOT,
-        )
+        done = run_python("-m", "actors", *shlex.split(line)[1:], "--dry-run")
         assert done.returncode == 0, done.stderr
         assert "minimal_publisher" in done.stdout
 
@@ -98,9 +111,7 @@ def test_the_program_about_diagnostics_runs() -> None:
     """It prints the rate of messages, the callback's durations, and the loop's lag."""
     text = document("how-to/diagnostics.md")
     program, _ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
-    )
+    done = run_python("-c", program)
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(
         r"\d+ messages/s, loop \d+% busy\nListener.on_message: \d+ calls, at most [\d.]+ ms in a row\n"
@@ -113,9 +124,7 @@ def test_the_program_about_the_broker_runs() -> None:
     """It prints the broker's traffic, and what is queued for each node."""
     text = document("how-to/diagnostics.md")
     _, program = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT
-    )
+    done = run_python("-c", program)
     assert done.returncode == 0, done.stderr
     assert re.match(r"\d+ copies/s, [\d.]+ kB/s in\n", done.stdout)
     assert re.search(r"^/chatter: \d+ messages/s, 0 dropped$", done.stdout, re.MULTILINE)
@@ -147,23 +156,14 @@ def test_the_programs_in_the_readme_work_together(tmp_path: Path) -> None:
     (shown,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
     plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
     for command, printed in ((["house.py"], shown), (["-m", "pytest", "-q", *plugin], "1 passed")):
-        done = subprocess.run(
-            [sys.executable, *command],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = run_python(*command, cwd=tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
         assert printed in done.stdout
 
 
 def test_the_picture_in_the_readme_is_up_to_date(tmp_path: Path) -> None:
     """After a change: python docs/pictures.py. Only names are compared, so that colours may change."""
-    subprocess.run(
-        [sys.executable, str(ROOT / "docs" / "pictures.py"), str(tmp_path / "graph.svg")], check=True
-    )
+    run_python(str(ROOT / "docs" / "pictures.py"), str(tmp_path / "graph.svg"))
     drawn = (tmp_path / "graph.svg").read_text(encoding="utf-8")
     names = re.findall(r">(/\w+)<", drawn)
     assert len(names) == 8
@@ -267,14 +267,7 @@ def test_the_tests_in_the_testing_guide_pass(tmp_path: Path) -> None:
         folder = tmp_path if name == "pyproject.toml" else tests
         (folder / name).write_text(content, encoding="utf-8")
     plugin = ["-p", "no:callboard", "-p", "actors.testing.plugin"]  # this one, whichever is installed
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", *plugin, "-W", "error", "-p", "no:cacheprovider"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("-m", "pytest", *plugin, "-W", "error", "-p", "no:cacheprovider", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "6 passed" in done.stdout
 
@@ -284,7 +277,6 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
     text = document("how-to/supervision.md")
     first, second = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (shown,) = re.findall(r"```\n\n((?:    .*\n)+)", text)
-    environ = os.environ | {"PYTHONPATH": str(ROOT)}
     driver = """
         import os, signal, sys
         assert sys.argv[1:] == ["--port", "3"]
@@ -292,8 +284,7 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
     """
     (tmp_path / "driver.py").write_text(textwrap.dedent(driver), encoding="utf-8")
     for source, printed in ((first, ""), (second, textwrap.dedent(shown))):
-        command = [sys.executable, "-c", source]
-        done = subprocess.run(command, cwd=tmp_path, env=environ, capture_output=True, text=True, check=False)
+        done = run_python("-c", source, cwd=tmp_path)
         assert (done.returncode, done.stdout) == (0, printed), done.stderr
 
 
@@ -303,13 +294,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_shows() -> None:
     programs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
     assert len(programs) == 3
     for program, output in programs:
-        done = subprocess.run(
-            [sys.executable, "-c", program],
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = run_python("-c", program)
         assert (done.stdout, done.stderr, done.returncode) == (output, "", 0)
 
 
@@ -317,24 +302,20 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Each command is accepted; those about contexts print what is shown."""
     text = document("how-to/command-line.md")
     environ = {name: value for name, value in os.environ.items() if not name.startswith("CALLBOARD_")}
-    environ |= {"PYTHONPATH": str(ROOT), "XDG_CONFIG_HOME": str(tmp_path), "NO_COLOR": "1"}
+    environ |= {"XDG_CONFIG_HOME": str(tmp_path), "NO_COLOR": "1"}
     shown = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[:2]
     for command in commands(text):
         words = shlex.split(command)[1:]
         if words[0] != "context":  # it would look for a broker
             words.append("--help")
-        done = subprocess.run(
-            [sys.executable, "-m", "actors", *words], env=environ, capture_output=True, text=True, check=False
-        )
+        done = run_python("-m", "actors", *words, env=environ)
         assert done.returncode == 0, command
         if words[:2] in (["context", "list"], ["context", "show"]):
             assert done.stdout == shown.pop(0)
     assert not shown
     (program,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     environ["CALLBOARD_URL"] = "callboard+unix:///nowhere"
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=environ, capture_output=True, text=True, check=False
-    )
+    done = run_python("-c", program, env=environ)
     assert "broker: No broker at callboard+unix:///nowhere (CALLBOARD_URL). Start one with" in done.stdout
     assert done.stdout.endswith("False\n")
 
@@ -357,13 +338,13 @@ def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     assert len(shown) == 4
     for command in commands(text):
         starts = not command.endswith(("--show-args", "--dry-run"))
-        done = subprocess.run(
-            [sys.executable, "-m", "actors", *shlex.split(command)[1:], *(["--dry-run"] if starts else [])],
+        done = run_python(
+            "-m",
+            "actors",
+            *shlex.split(command)[1:],
+            *(["--dry-run"] if starts else []),
             cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(site.path)])},
-            capture_output=True,
-            text=True,
-            check=False,
+            env=os.environ | {"PYTHONPATH": str(site.path)},
         )
         assert done.returncode == 0, done.stderr
         if not starts:
@@ -377,12 +358,7 @@ def test_the_launch_guides_own_nodes_are_planned(tmp_path: Path) -> None:
     (source,) = re.findall(r"```python\n([^#].*?node=Counter.*?)```", text, re.DOTALL)
     file = tmp_path / "own.launch.py"
     file.write_text(source, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "actors", "launch", str(file), "--dry-run"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("-m", "actors", "launch", str(file), "--dry-run")
     assert done.stdout.splitlines() == [
         "[Counter-1] Counter --ros-args -r __ns:=/ns1",
         "[fast_counter-2] Counter --ros-args -r __node:=fast_counter -p step:=10",
@@ -404,8 +380,6 @@ def test_the_program_in_the_launch_guide_prints_what_it_shows(tmp_path: Path) ->
     text = document("how-to/launch.md")
     section = text.partition("## Launch from your own program")[2].partition("\n## ")[0]
     ((program, output),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", section, re.DOTALL)
-    environ = os.environ | {"PYTHONPATH": str(ROOT), "CALLBOARD_URL": f"callboard+unix://{tmp_path}/broker"}
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=environ, capture_output=True, text=True, check=False
-    )
+    environ = os.environ | {"CALLBOARD_URL": f"callboard+unix://{tmp_path}/broker"}
+    done = run_python("-c", program, env=environ)
     assert (done.stdout, done.stderr, done.returncode) == (output, "", 0)

@@ -40,6 +40,12 @@ ROOT: Final = Path(__file__).parents[2]
 READ_EARLY: Final = (b"PYTHON", b"LC_", b"LANG", b"LD_", b"TZ", b"GLIBC_", b"MALLOC_", b"OPENSSL_", b"SSL_")
 """Beginnings of the variables that are read before a program runs."""
 
+HANDLED: Final = (b"PYTHONPATH", b"PYTHONUNBUFFERED")
+"""Those that may have another value than the server's."""
+
+CUSTOM: Final = ("sitecustomize.py", "usercustomize.py", "proto", "broker", "actors")
+"""Modules of folders in PYTHONPATH that Python would import at its start, or instead of the server's."""
+
 WATCHED_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGCHLD)
 
 LIMITS: Final = {getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")}
@@ -101,9 +107,7 @@ class ForkServer:
 
 def _read_early(environment: Mapping[bytes, bytes]) -> dict[bytes, bytes]:
     return {
-        key: value
-        for key, value in environment.items()
-        if key.startswith(READ_EARLY) and key != b"PYTHONUNBUFFERED"
+        key: value for key, value in environment.items() if key.startswith(READ_EARLY) and key not in HANDLED
     }
 
 
@@ -157,8 +161,14 @@ def _is_ordinary(call: SimpleNamespace) -> bool:
         and call.restore_signals
         and (call.gid, call.groups, call.uid, call.preexec_fn) == (None, None, None, None)
         and not signal.pthread_sigmask(signal.SIG_BLOCK, ())
+        and not _is_customized(_environment(call.variables).get(b"PYTHONPATH", b""))
         and signal.SIG_IGN not in {signal.getsignal(number) for number in WATCHED_SIGNALS}
     )
+
+
+def _is_customized(search_path: bytes) -> bool:
+    folders = {Path(each).absolute() for each in os.fsdecode(search_path).split(os.pathsep) if each} - {ROOT}
+    return any((folder / name).exists() for folder in folders for name in CUSTOM)
 
 
 def _environment(variables: Sequence[bytes] | None) -> dict[bytes, bytes]:
@@ -176,6 +186,8 @@ def _parse(command: Sequence[str], folder: Path) -> tuple[list[str], bool, str, 
     if command[0] != sys.executable or not rest:
         return None
     program = rest.pop(0)
+    if (kind, program) == ("-m", "pytest"):  # it rewrites modules when they are imported
+        return None
     if not kind and not (program.endswith(".py") and (folder / program).is_file()):
         return None
     return list(command), unbuffered, kind, program, rest

@@ -63,7 +63,8 @@ def main() -> None:
     """Serve the client at the socket whose number is the argument; in children, run programs."""
     channel = socket.socket(fileno=int(sys.argv[1]))
     _import_modules()
-    del sys.path[0]  # the folder in which the server was started
+    own = _python_path()
+    sys.path[:] = [each for each in sys.path[1:] if each not in own]  # the first is that of this program
     _keep_modules()
     gc.collect()
     gc.freeze()
@@ -184,7 +185,7 @@ def _run(request: Request) -> None:
     sys.modules["__main__"] = module
     sys.executable, sys.orig_argv = request.command[0], request.command
     sys.argv = [request.kind or request.program, *request.arguments]
-    sys.path.insert(0, _search_first(request))
+    sys.path[:] = [_search_first(request), *dict.fromkeys([*_python_path(), *sys.path])]
     importlib.invalidate_caches()  # folders may have changed since the server looked
     try:
         if request.kind == "-m":
@@ -201,6 +202,12 @@ def _run(request: Request) -> None:
     except BaseException:
         _cut_traceback()
         raise
+
+
+def _python_path() -> list[str]:
+    """Return the folders in PYTHONPATH, as Python adds them to sys.path."""
+    folders = os.environ.get("PYTHONPATH")
+    return [str(Path(each).absolute()) for each in folders.split(os.pathsep)] if folders else []
 
 
 def _search_first(request: Request) -> str:

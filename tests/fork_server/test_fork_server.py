@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
-from tests.fork_server.client import FORKED
+from tests.fork_server.client import FORKED, ROOT
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -102,10 +102,11 @@ def test_programs_are_forked() -> None:
     [
         {},
         {"start_new_session": True, "env": {**os.environ, "A": "b=c", "PYTHONUNBUFFERED": "1"}},
+        {"env": {**os.environ, "PYTHONPATH": f"/nowhere::relative:{ROOT}"}},
         {"process_group": 0, "umask": 0o27},
         {"stderr": subprocess.STDOUT, "stdout": subprocess.PIPE},
     ],
-    ids=["plain", "session", "group", "one stream"],
+    ids=["plain", "session", "path", "group", "one stream"],
 )
 @pytest.mark.parametrize("kind", KINDS)
 def test_surroundings(kind: str, options: dict[str, Any], tmp_path: Path) -> None:
@@ -169,6 +170,12 @@ def test_chance_is_not_shared() -> None:
 def test_what_cannot_be_imitated_is_started(options: dict[str, Any]) -> None:
     """Programs with other settings of the interpreter, and calls that ask for more."""
     assert not is_forked(**options)
+
+
+def test_a_customized_interpreter_is_started(tmp_path: Path) -> None:
+    """It runs code before the program."""
+    (tmp_path / "sitecustomize.py").touch()
+    assert not is_forked(env={**os.environ, "PYTHONPATH": str(tmp_path)})
 
 
 @pytest.mark.parametrize("word", ["-V", "-X", "-Werror", "no_such_file.py", "-"])

@@ -11,6 +11,7 @@ import termios
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from tests.fork_server.client import FORKED
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ async def on_terminal(*arguments: str, term: str, **environment: str) -> AsyncGe
         environ = {key: value for key, value in os.environ.items() if key != "NO_COLOR"}
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "actors", *arguments),
+            executable=FORKED,
             cwd=ROOT,
             env=environ | {"TERM": term} | environment,
             stdin=inside,

@@ -16,6 +16,7 @@ import pytest
 from actors.cli.errors import BROKEN_PIPE, OK
 from actors.launch.engine.machine import FORCE_STOP_AFTER_SEC
 from tests.actors.site_packages import Site
+from tests.fork_server.client import FORKED
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.launch_files import launch_file, start_launch
 from tests.integration.processes import DEAF, PARENT, SLEEPER, is_alive, pids_in, wait_until_dead
@@ -188,6 +189,7 @@ async def test_a_launch_whose_output_is_not_read_can_be_stopped(system: System, 
     try:
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+            executable=FORKED,
             cwd=ROOT,
             stdout=writing,
             stdin=asyncio.subprocess.DEVNULL,
@@ -509,6 +511,7 @@ time.sleep(1000)
     reading, writing = os.pipe()
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "launch", file, "--url", system.url),
+        executable=FORKED,
         cwd=ROOT,
         stdout=writing,
         start_new_session=True,

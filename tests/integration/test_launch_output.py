@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.fork_server.client import FORKED
 from tests.integration.conftest import DEADLINE_SEC, ROOT
 from tests.integration.launch_files import launch_file
 from tests.integration.processes import SLEEPER
@@ -202,6 +203,7 @@ async def test_prints_of_a_handler_never_block_a_launch(system: System, tmp_path
     reading, writing = os.pipe()
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "launch", str(tmp_path / "loud.launch.py"), "--url", system.url),
+        executable=FORKED,
         cwd=ROOT,
         stdout=writing,
         start_new_session=True,

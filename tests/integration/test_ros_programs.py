@@ -62,6 +62,7 @@ import subprocess
 import sys
 
 import rclpy.constants
+from tests.fork_server.client import FORKED
 
 
 def seconds(count):
@@ -73,7 +74,7 @@ if __name__ == "__main__":
         with multiprocessing.get_context(method).Pool(1) as pool:
             print(method, pool.apply(seconds, (2,)), flush=True)
     code = "import rclpy.constants; print('child', rclpy.constants.S_TO_NS)"
-    subprocess.run([sys.executable, "-c", code], check=True)
+    subprocess.run([sys.executable, "-c", code], executable=FORKED, check=True)
 """
 
 

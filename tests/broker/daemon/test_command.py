@@ -19,6 +19,7 @@ import pytest
 from proto.wire import frames
 from proto.wire.url import parse_url
 from tests.broker.rawclient import GREETING_BYTES, read_frame, until
+from tests.fork_server.client import FORKED
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -32,7 +33,11 @@ async def started(*arguments: str, session: bool = False) -> AsyncIterator[Proce
     """Run the daemon; it is dead afterwards."""
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "broker", *arguments), stdout=pipe, stderr=pipe, start_new_session=session
+        *(sys.executable, "-m", "broker", *arguments),
+        executable=FORKED,
+        stdout=pipe,
+        stderr=pipe,
+        start_new_session=session,
     )
     try:
         yield process
@@ -243,6 +248,7 @@ async def test_sighup_on_a_terminal_stops_it() -> None:
         pipe = asyncio.subprocess.PIPE
         process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-c", on_terminal),
+            executable=FORKED,
             stdin=inside,
             stdout=pipe,
             stderr=pipe,

@@ -14,6 +14,7 @@ import pytest
 
 from actors.cli import web_address
 from actors.cli.main import main
+from tests.fork_server.client import FORKED
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
@@ -21,6 +22,7 @@ async def test_a_signal_ends_the_broker_cleanly(number: signal.Signals) -> None:
     """It says where it listens; stopped, it ends with 0 and without a traceback."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "broker", "--port", "0"),
+        executable=FORKED,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )
@@ -47,6 +49,7 @@ async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
         address = f"127.0.0.1:{server.getsockname()[1]}"
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "broker", "--port", "0", "--http", address),
+        executable=FORKED,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )

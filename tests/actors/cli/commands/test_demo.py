@@ -16,6 +16,7 @@ import pytest
 
 from actors.cli.commands.demo import _Labels
 from actors.cli.main import main
+from tests.fork_server.client import FORKED
 
 
 def test_the_demo_talks_and_sums_up(capsys: pytest.CaptureFixture[str]) -> None:
@@ -66,6 +67,7 @@ async def _start() -> asyncio.subprocess.Process:
     """Start the demo as a user would, with a broker's address that leads nowhere in the environment."""
     return await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "demo", "--seconds", "600"),
+        executable=FORKED,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
         env=os.environ | {"CALLBOARD_URL": "callboard://127.0.0.1:1", "NO_COLOR": "1"},
