@@ -20,7 +20,7 @@ from actors.interfaces import types
 from actors.interfaces.action import action_types
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.described import described_types
-from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.fields import BINARY, FieldType
 from actors.interfaces.message import (
     Action,
@@ -31,7 +31,7 @@ from actors.interfaces.message import (
     type_hash,
     type_name,
 )
-from actors.interfaces.registry import find_interface
+from actors.interfaces.registry import installed_interface
 from actors.interfaces.source import sequence_name
 from proto.wire.type_hash import hash_of
 
@@ -149,13 +149,12 @@ class _Maker:
 
     def _installed(self, name: str) -> type[Message] | None:
         """Return the installed class of a type that is the same here as in the definition."""
-        try:
-            found = find_interface(name)
-        except UnknownInterfaceError:
+        found = installed_interface(name)
+        if found is None or not issubclass(found, Message):
             return None
-        own = described_types(definition(found)) if issubclass(found, Message) else {}
+        own = described_types(definition(found))
         same = bool(own) and all(self._described.get(each) == fields for each, fields in own.items())
-        return cast("type[Message]", found) if same else None
+        return found if same else None
 
     def _size(self, kind: FieldType) -> int:
         """Return how many elements a new field has, at any depth."""

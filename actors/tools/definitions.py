@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Final
 from actors.errors import BrokerUnreachable
 from actors.interfaces.catalog import KINDS, source_file
 from actors.interfaces.described import texts_of
-from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import type_name
 from actors.interfaces.parser import read_source
-from actors.interfaces.registry import find_interface, source_of
+from actors.interfaces.registry import find_interface, installed_interface, source_of
 
 if TYPE_CHECKING:
     from actors.graph.inspector import Inspector
@@ -60,10 +60,8 @@ def local_text(name: str) -> str | None:
     file = source_file(*name.split("/")) if name.count("/") == 2 else None
     if file is not None:
         return read_source(file)
-    try:
-        return source_of(find_interface(name))
-    except UnknownInterfaceError:
-        return None
+    found = installed_interface(name)
+    return None if found is None else source_of(found)
 
 
 def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:

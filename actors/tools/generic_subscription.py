@@ -14,9 +14,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.codec import Codec, codec_for, decode_untyped
-from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash
-from actors.interfaces.registry import find_interface
+from actors.interfaces.registry import installed_interface
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from proto.wire.codes import EntryKind
 
@@ -44,11 +44,8 @@ def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
     if len(types) != 1:
         return decode_untyped
     name, digest = types.pop()
-    try:
-        found = find_interface(name)
-    except UnknownInterfaceError:
-        return decode_untyped
-    if not issubclass(found, Message) or type_hash(found) != digest:
+    found = installed_interface(name)
+    if found is None or not issubclass(found, Message) or type_hash(found) != digest:
         return decode_untyped
     codec: Codec[Message] = codec_for(found)
 

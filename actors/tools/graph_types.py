@@ -15,7 +15,7 @@ from actors.actions.names import ActionNames
 from actors.interfaces.action import action_types
 from actors.interfaces.errors import InvalidMessageError, UnknownInterfaceError
 from actors.interfaces.message import Action, Message, Service, type_hash
-from actors.interfaces.registry import find_interface
+from actors.interfaces.registry import find_interface, installed_interface
 from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
 from proto.wire.codes import EntryKind
 
@@ -152,10 +152,8 @@ def _only(found: set[tuple[str, str]], name: str) -> tuple[str, str]:
 
 
 def _installed(base: type[Any], name: str) -> type[Any] | None:
-    try:
-        return _of_kind(base, find_interface(name))
-    except UnknownInterfaceError:
-        return None
+    found = installed_interface(name)
+    return found if found is not None and issubclass(found, base) else None
 
 
 def _of_kind(base: type[Any], found: type[Any]) -> type[Any]:

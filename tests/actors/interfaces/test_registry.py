@@ -11,7 +11,7 @@ from actors.interfaces.catalog import interfaces_of
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Message
-from actors.interfaces.registry import find_interface, interface_source
+from actors.interfaces.registry import find_interface, installed_interface, interface_source
 from actors.interfaces.std_msgs.msg import String
 from tests.interfaces.imported import TYPES
 
@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 def test_both_forms_of_a_name(name: str) -> None:
     """With and without the kind."""
     assert find_interface(name) is String
+
+
+def test_an_interface_that_may_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None, without a search for a suggestion: a graph may have a thousand unknown types."""
+    monkeypatch.setattr("actors.interfaces.registry.interfaces_of", None)
+    assert installed_interface("std_msgs/String") is String
+    for name in ("std_msgs/msg/Strong", "nowhere/msg/Wheel", "nowhere/srv/Turn_Event", "no name"):
+        assert installed_interface(name) is None
 
 
 def test_every_standard_interface_is_found_and_can_be_made() -> None:
@@ -86,6 +94,7 @@ def test_a_package_that_cannot_be_imported(
     (tmp_path / "broken_msgs" / "msg").mkdir(parents=True)
     (tmp_path / "broken_msgs" / "msg" / "__init__.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
+    assert installed_interface("broken_msgs/msg/Wheel") is None
     with pytest.raises(UnknownInterfaceError, match="'broken_msgs/msg/Wheel' cannot be imported: "):
         find_interface("broken_msgs/msg/Wheel")
     monkeypatch.delitem(sys.modules, "broken_msgs", raising=False)

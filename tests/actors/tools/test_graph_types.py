@@ -62,7 +62,8 @@ async def test_an_action_that_is_not_installed_can_be_used(
 
     server.create_action_server(foreign, "count", execute)
     await meeting.settled(server, node)
-    monkeypatch.setattr("actors.tools.graph_types.find_interface", _find_nothing)  # not even the server's own
+    # Not even the server's own is found.
+    monkeypatch.setattr("actors.tools.graph_types.installed_interface", lambda _: None)
     types, graph = GraphTypes(node), await node.get_graph()
     found: Any = await types.action(graph, "/count")
     assert type_name(found) == "elsewhere/action/Fibonacci"
@@ -106,14 +107,10 @@ async def test_a_type_that_cannot_be_made_is_tried_once(
     """A class is never freed, so a hostile definition must not be tried with each request."""
     node = await meeting.node("talker")
     node.create_publisher(Tree, "trees", 1)
-    monkeypatch.setattr("actors.tools.graph_types.find_interface", _find_nothing)
+    monkeypatch.setattr("actors.tools.graph_types.installed_interface", lambda _: None)
     types, graph = GraphTypes(node), await node.get_graph()
     with pytest.raises(InvalidMessageError, match="contains itself"):
         await types.message(graph, "/trees")
     monkeypatch.setattr(node, "get_type_definition", None)
     with pytest.raises(InvalidMessageError, match="contains itself"):
         await types.message(graph, "/trees")
-
-
-def _find_nothing(name: str) -> type:
-    raise UnknownInterfaceError(name)

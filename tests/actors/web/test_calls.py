@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition
@@ -186,11 +185,8 @@ async def test_a_service_of_a_type_that_is_not_installed(
     whole = json.loads(described)
     whole["referenced_type_descriptions"].sort(key=lambda each: str(each["type_name"]))
     foreign: Any = runtime_service(json.dumps(whole).encode())
-
-    def find_nothing(name: str) -> type:
-        raise UnknownInterfaceError(name)
-
-    monkeypatch.setattr("actors.tools.graph_types.find_interface", find_nothing)  # not even the server's own
+    # Not even the server's own is found.
+    monkeypatch.setattr("actors.tools.graph_types.installed_interface", lambda _: None)
     node = await meeting.node("adder")
     node.create_service(
         foreign, "foreign_add", lambda request, _: foreign.Response(sum=request.a + request.b)

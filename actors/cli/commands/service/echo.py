@@ -83,18 +83,14 @@ def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> Non
 
 def _type_of(snapshot: GraphSnapshot, service: str) -> type[Any] | None:
     """Return the service's class, if it has one type and its class is installed."""
-    from actors.interfaces.errors import UnknownInterfaceError
     from actors.interfaces.message import Service
-    from actors.interfaces.registry import find_interface
+    from actors.interfaces.registry import installed_interface
 
     types = dict(snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT)).get(service, [])
     if len(types) != 1:
         return None
-    try:
-        found = find_interface(types[0])
-    except UnknownInterfaceError:
-        return None
-    return found if issubclass(found, Service) else None
+    found = installed_interface(types[0])
+    return found if found is not None and issubclass(found, Service) else None
 
 
 def _decoder(srv_type: type[Any] | None) -> Callable[[bytes], dict[str, Any]]:
