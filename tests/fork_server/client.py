@@ -188,9 +188,17 @@ def _parse(command: Sequence[str], folder: Path) -> tuple[list[str], bool, str, 
     program = rest.pop(0)
     if (kind, program) == ("-m", "pytest"):  # it rewrites modules when they are imported
         return None
-    if not kind and not (program.endswith(".py") and (folder / program).is_file()):
+    if not kind and not _is_source(folder / program):
         return None
     return list(command), unbuffered, kind, program, rest
+
+
+def _is_source(path: Path) -> bool:
+    """Return whether a file is a program: Python runs folders and archives, too."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return path.suffix == ".py" or file.read(2) == b"#!"
 
 
 if sys.platform == "linux" and _start_as_usual is not None:

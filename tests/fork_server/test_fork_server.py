@@ -52,7 +52,8 @@ ENDS = {
     "kill": "import os, signal; os.kill(os.getpid(), signal.SIGKILL)",
     "at once": "import os; print('lost', end=''); os._exit(4)",
     "hook": "import sys; sys.excepthook = lambda *args: print('hook', *args[:2]); 1 / 0",
-    "thread": "import threading, time; threading.Timer(0.01, print, ['thread']).start(); print('main')",
+    "thread": "import threading\ngo = threading.Event()\n"
+    "threading.Thread(target=lambda: go.wait() and print('thread')).start(); print('main'); go.set()",
     "failed thread": "import threading\nthreading.Thread(target=lambda: 1 / 0, name='t').start()",
     "at exit": "import atexit; atexit.register(print, 'at exit'); print('end', end='')",
     "destructor": "class Made:\n    def __del__(self): print('destroyed')\nmade = Made()\nmade.itself = made",

@@ -76,11 +76,13 @@ class Reader:
         self.outputs: dict[str, str] = {}
         self._ends_alone = ends_alone
         self._latest = ""
+        self._installs = False
         self._system = system
         self._running: dict[str, Program] = {}
 
     async def follow(self, guide: str) -> None:
         """Take every step."""
+        self._installs = "pip install" in guide
         for kind, text in _steps(guide):
             if kind == "command":
                 await self._do(shlex.split(text), text)
@@ -121,9 +123,14 @@ class Reader:
 
     async def _start(self, words: list[str]) -> Program:
         variables = self.environment.variables
-        command = shutil.which(words[0], path=variables["PATH"])
-        assert command, words[0]
-        return await self._system.program(command, *words[1:], folder=self.folder, environ=variables)
+        found = shutil.which(words[0], path=variables["PATH"])
+        assert found, words[0]
+        command = [found, *words[1:]]
+        if not self._installs and found == str(self.environment.programs / "python"):
+            command[0] = sys.executable  # its packages are the same, and it need not be started
+        elif not self._installs and found == str(self.environment.programs / "callboard"):
+            command.insert(0, sys.executable)
+        return await self._system.program(*command, folder=self.folder, environ=variables)
 
     async def _hear(self, lines: str) -> None:
         """Wait for each of these lines from its node."""
