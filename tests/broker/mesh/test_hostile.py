@@ -215,3 +215,12 @@ def test_invalid_numbers_of_brokers_are_ignored() -> None:
 def test_any_messages_leave_the_broker_consistent(data: bytes) -> None:
     """Other brokers send anything in any order: nothing is raised, and all tables agree."""
     check(data)
+
+
+def test_a_message_that_comes_twice_is_received_once() -> None:
+    """The number of the last one is an earlier number, too."""
+    attack = Attack()
+    attack.direct(make.request(4, 5), 3)
+    attack.mesh.receive(THERE, Direct(HERE, 1, attack.number[THERE], 3, make.request(4, 6)))
+    assert len(attack.broker.read(attack.node, frames.Request)) == 1
+    assert attack.mesh.ignored == 1

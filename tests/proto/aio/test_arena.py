@@ -6,6 +6,7 @@ import ctypes
 import errno
 import fcntl
 import gc
+import itertools
 import mmap
 import os
 import pickle
@@ -231,6 +232,17 @@ def test_a_message_is_added_where_a_released_slot_was(arena: Arena) -> None:
     assert not arena.extend(slot, bytes(2 * PAGE_BYTES))
     del next_slot
     assert arena.extend(slot, bytes(2 * PAGE_BYTES))
+
+
+def test_memory_is_asked_for_once(arena: Arena, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the system has provided is not asked for with each message."""
+    asked: list[tuple[int, int]] = []
+    monkeypatch.setattr(arenas, "BACKED_BYTES", 4 * PAGE_BYTES)
+    monkeypatch.setattr(os, "posix_fallocate", lambda _, start, length: asked.append((start, length)))
+    slots = [arena.put(MESSAGE) for _ in range(4)]
+    assert all(slots)
+    assert all(one[0] + one[1] == other[0] for one, other in itertools.pairwise(asked))
+    assert len(asked) < len(slots)
 
 
 def test_no_message_is_added_where_the_system_has_no_memory(
