@@ -41,19 +41,19 @@ if TYPE_CHECKING:
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
-ROUTE_MODULES: Final = (
-    calls,
-    echo,
-    images,
-    goals,
-    parameters,
-    lifecycle,
-    log,
-    session,
-    graph,
-    live,
-    openapi,
-    operations,
+ROUTES: Final = (
+    *calls.ROUTES,
+    *echo.ROUTES,
+    *images.ROUTES,
+    *goals.ROUTES,
+    *parameters.ROUTES,
+    *lifecycle.ROUTES,
+    *log.ROUTES,
+    *session.ROUTES,
+    *graph.ROUTES,
+    *live.ROUTES,
+    *openapi.ROUTES,
+    *operations.ROUTES,
 )
 """In this order: `graph` takes the rest of a path for a name, so it is behind `echo`, `images` and so on."""
 
@@ -115,8 +115,8 @@ class WebServer:
             own=Workspace(observer),
             users=Users(observer.url, observer.domain) if options.users else None,
         )
-        for module in ROUTE_MODULES:
-            self._app.add_routes(module.ROUTES)
+        self._app[openapi.ALL_ROUTES] = ROUTES
+        self._app.add_routes([each.definition() for each in ROUTES])
         self._app.add_routes([web.get("/{path:(?!api/).*}", PageFiles().serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)

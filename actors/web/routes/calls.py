@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
@@ -13,7 +12,11 @@ from actors.web.forms import form_of
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, json_response
+from actors.web.routes.route import ASKING, CONTROL, TYPE_QUERY, Route
 from actors.web.routes.state import workspace_of
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 MAX_CALL_TIMEOUT_SEC: Final = 3600.0
 """The longest timeout that a request may give for a call or a goal."""
@@ -80,8 +83,38 @@ async def publish(request: web.Request) -> web.Response:
 
 
 ROUTES: Final = (
-    web.get("/api/services/{name:.+}/form", service_form),
-    web.get("/api/topics/{name:.+}/form", topic_form),
-    web.post("/api/services/{name:.+}", call),
-    web.post("/api/topics/{name:.+}", publish),
+    Route(
+        "GET",
+        "/api/services/{name:.+}/form",
+        service_form,
+        summary="The fields of a service's requests",
+        errors=("400", "404", *ASKING),
+        query=TYPE_QUERY,
+    ),
+    Route(
+        "GET",
+        "/api/topics/{name:.+}/form",
+        topic_form,
+        summary="The fields of a topic's messages",
+        errors=("400", *ASKING),
+        query=TYPE_QUERY,
+    ),
+    Route(
+        "POST",
+        "/api/services/{name:.+}",
+        call,
+        summary="Call a service",
+        body=CallBody,
+        errors=CONTROL,
+        control=True,
+    ),
+    Route(
+        "POST",
+        "/api/topics/{name:.+}",
+        publish,
+        summary="Publish one message",
+        body=PublishBody,
+        errors=CONTROL,
+        control=True,
+    ),
 )

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Final
-
-from aiohttp import web
+from typing import TYPE_CHECKING, Final
 
 from actors.web.live.echo_panel import MESSAGES_PER_UPDATE, message_document
 from actors.web.live.session import UPDATE_PERIOD_SEC
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
+from actors.web.routes.route import EVENTS, READING, Route
 from actors.web.routes.state import state_of, workspace_of
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 
 async def echo(request: web.Request) -> web.StreamResponse:
@@ -36,4 +38,14 @@ async def echo(request: web.Request) -> web.StreamResponse:
             reader.close()
 
 
-ROUTES: Final = (web.get("/api/topics/{name:.+}/echo", echo),)
+ROUTES: Final = (
+    Route(
+        "GET",
+        "/api/topics/{name:.+}/echo",
+        echo,
+        summary="The messages of a topic as events; a slow reader gets the newest",
+        content=EVENTS,
+        errors=("400", *READING),
+        query={"type": "One type's messages only, if the topic has several"},
+    ),
+)

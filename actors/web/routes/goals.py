@@ -6,7 +6,6 @@ import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
@@ -18,9 +17,12 @@ from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, error_response, json_response
+from actors.web.routes.route import ASKING, CONTROL, EVENTS, TYPE_QUERY, Route
 from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
+    from aiohttp import web
+
     from actors.web.goals import FollowedGoal
 
 
@@ -107,8 +109,36 @@ async def cancel(request: web.Request) -> web.Response:
 
 
 ROUTES: Final = (
-    web.get("/api/actions/{name:.+}/form", action_form),
-    web.get("/api/actions/{name:.+}/goals", goals),
-    web.delete("/api/actions/{name:.+}/goals/{goal:[^/]+}", cancel),
-    web.post("/api/actions/{name:.+}", send_goal),
+    Route(
+        "GET",
+        "/api/actions/{name:.+}/form",
+        action_form,
+        summary="The fields of an action's goals",
+        errors=("400", "404", *ASKING),
+        query=TYPE_QUERY,
+    ),
+    Route(
+        "GET",
+        "/api/actions/{name:.+}/goals",
+        goals,
+        summary="The goals that this server has sent and that have not ended",
+    ),
+    Route(
+        "DELETE",
+        "/api/actions/{name:.+}/goals/{goal:[^/]+}",
+        cancel,
+        summary="Cancel a goal that this server has sent",
+        errors=(*CONTROL, "404"),
+        control=True,
+    ),
+    Route(
+        "POST",
+        "/api/actions/{name:.+}",
+        send_goal,
+        summary="Send a goal; its acceptance, feedback and result as events",
+        body=GoalBody,
+        content=EVENTS,
+        errors=(*CONTROL, "409"),
+        control=True,
+    ),
 )

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from aiohttp import web
-
 from actors.tools import graph_documents as documents
 from actors.tools.graph_drawing.model import document_of, model_of
 from actors.web.routes.responses import NotFoundError, json_response
+from actors.web.routes.route import ASKING, READING, Route
 from actors.web.routes.state import workspace_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
+
+    from aiohttp import web
 
 
 def name_in(request: web.Request) -> str:
@@ -68,14 +69,69 @@ def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web
 
 
 ROUTES: Final = (
-    web.get("/api/graph", graph),
-    web.get("/api/overview", overview),
-    web.get("/api/topics", topics),
-    web.get("/api/topics/{name:.+}", _one(documents.topic, "topic")),
-    web.get("/api/services", services),
-    web.get("/api/services/{name:.+}", _one(documents.service, "service")),
-    web.get("/api/actions", actions),
-    web.get("/api/actions/{name:.+}", _one(documents.action, "action")),
-    web.get("/api/nodes", nodes),
-    web.get("/api/nodes/{name:.+}", _one(documents.node, "node")),
+    Route(
+        "GET",
+        "/api/graph",
+        graph,
+        summary="The graph as it is drawn: nodes and edges",
+    ),
+    Route(
+        "GET",
+        "/api/overview",
+        overview,
+        summary="Topics, nodes and services with rates, queues and losses",
+        errors=ASKING,
+    ),
+    Route(
+        "GET",
+        "/api/topics",
+        topics,
+        summary="The topics with their types",
+    ),
+    Route(
+        "GET",
+        "/api/topics/{name:.+}",
+        _one(documents.topic, "topic"),
+        summary="One topic with its endpoints and QoS",
+        errors=(*READING, "404"),
+    ),
+    Route(
+        "GET",
+        "/api/services",
+        services,
+        summary="The services with their types",
+    ),
+    Route(
+        "GET",
+        "/api/services/{name:.+}",
+        _one(documents.service, "service"),
+        summary="One service",
+        errors=(*READING, "404"),
+    ),
+    Route(
+        "GET",
+        "/api/actions",
+        actions,
+        summary="The actions with their types",
+    ),
+    Route(
+        "GET",
+        "/api/actions/{name:.+}",
+        _one(documents.action, "action"),
+        summary="One action",
+        errors=(*READING, "404"),
+    ),
+    Route(
+        "GET",
+        "/api/nodes",
+        nodes,
+        summary="The nodes",
+    ),
+    Route(
+        "GET",
+        "/api/nodes/{name:.+}",
+        _one(documents.node, "node"),
+        summary="One node with its endpoints",
+        errors=(*READING, "404"),
+    ),
 )

@@ -13,6 +13,7 @@ from actors.web.image_files import ImageError
 from actors.web.images import IMAGE_TYPES
 from actors.web.routes.graph import name_in
 from actors.web.routes.responses import NotFoundError, error_response
+from actors.web.routes.route import IMAGE, READING, Route
 from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
@@ -58,4 +59,14 @@ def _response(newest: Image) -> web.Response:
     return response
 
 
-ROUTES: Final = (web.get("/api/topics/{name:.+}/image", image),)
+ROUTES: Final = (
+    Route(
+        "GET",
+        "/api/topics/{name:.+}/image",
+        image,
+        summary="The newest image of a topic; 204 if none comes within 10 s",
+        content=IMAGE,
+        errors=("400", *READING, "404", "422"),
+        query={"after": "The Image-Number of the image that is there: wait for another one"},
+    ),
+)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
@@ -13,7 +12,11 @@ from actors.web.node_watch import NODE_ANSWER_SEC, lifecycle_of
 from actors.web.routes.parameters import NodeTimeoutSec, node_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import error_response, json_response
+from actors.web.routes.route import ASKING, CONTROL, Route
 from actors.web.routes.state import workspace_of
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 
 class TransitionBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -56,4 +59,21 @@ async def change(request: web.Request) -> web.Response:
 
 PATH: Final = "/api/nodes/{name:.+}/lifecycle"
 
-ROUTES: Final = (web.get(PATH, read), web.post(PATH, change))
+ROUTES: Final = (
+    Route(
+        "GET",
+        PATH,
+        read,
+        summary="The state of a node, and the transitions from it",
+        errors=("404", "502", *ASKING),
+    ),
+    Route(
+        "POST",
+        PATH,
+        change,
+        summary="Request a transition of a node",
+        body=TransitionBody,
+        errors=(*CONTROL, "404"),
+        control=True,
+    ),
+)

@@ -7,6 +7,7 @@ from typing import Final
 from aiohttp import web
 
 from actors.web.live.session import MAX_REQUEST_BYTES, LiveSession
+from actors.web.routes.route import Route
 from actors.web.routes.state import state_of, workspace_of
 
 HEARTBEAT_SEC: Final = 20.0
@@ -28,4 +29,12 @@ async def live(request: web.Request) -> web.WebSocketResponse:
     return socket
 
 
-ROUTES: Final = (web.get("/api/live", live),)
+ROUTES: Final = (
+    Route(
+        "GET",
+        "/api/live",
+        live,
+        summary="The WebSocket of the page; its messages may change",
+        status=101,
+    ),
+)

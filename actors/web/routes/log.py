@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.web.live.session import UPDATE_PERIOD_SEC
 from actors.web.log_reader import LogFilter
 from actors.web.routes.event_stream import EventStream
+from actors.web.routes.route import EVENTS, READING, Route
 from actors.web.routes.state import state_of, workspace_of
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 
 async def log(request: web.Request) -> web.StreamResponse:
@@ -35,4 +38,15 @@ async def log(request: web.Request) -> web.StreamResponse:
             reader.close()
 
 
-ROUTES: Final = (web.get("/api/log", log),)
+LOG_QUERY: Final = {"level": "The least level", "node": "A node's name", "text": "Part of the line"}
+ROUTES: Final = (
+    Route(
+        "GET",
+        "/api/log",
+        log,
+        summary="The lines that are kept and new ones as events",
+        content=EVENTS,
+        errors=("400", *READING),
+        query=LOG_QUERY,
+    ),
+)

@@ -11,6 +11,7 @@ from prometheus_client import CONTENT_TYPE_LATEST
 from actors.errors import BrokerUnreachable
 from actors.web.probes import BROKER_ANSWER_SEC, broker_answers
 from actors.web.routes.responses import json_response
+from actors.web.routes.route import TEXT, Route
 from actors.web.routes.state import workspace_of
 
 
@@ -40,7 +41,27 @@ async def readyz(request: web.Request) -> web.Response:
 
 
 ROUTES: Final = (
-    web.get("/metrics", metrics),
-    web.get("/healthz", healthz),
-    web.get("/readyz", readyz),
+    Route(
+        "GET",
+        "/metrics",
+        metrics,
+        summary="The broker's numbers for Prometheus",
+        content=TEXT,
+    ),
+    Route(
+        "GET",
+        "/healthz",
+        healthz,
+        summary="The server lives",
+        errors=(),
+        open=True,
+    ),
+    Route(
+        "GET",
+        "/readyz",
+        readyz,
+        summary="The broker answers within a second",
+        errors=("503",),
+        open=True,
+    ),
 )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.parameter_client.client import ParameterClient
 from actors.web.javascript_values import to_javascript
@@ -14,7 +13,11 @@ from actors.web.parameter_values import kind_from_name, parameter_from_json
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import NotFoundError, json_response
+from actors.web.routes.route import ASKING, CONTROL, Route
 from actors.web.routes.state import workspace_of
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 MAX_NODE_TIMEOUT_SEC: Final = 600.0
 """The longest timeout that a request may give for parameters or a transition."""
@@ -97,4 +100,21 @@ async def change(request: web.Request) -> web.Response:
 
 PATH: Final = "/api/nodes/{name:.+}/parameters"
 
-ROUTES: Final = (web.get(PATH, read), web.patch(PATH, change))
+ROUTES: Final = (
+    Route(
+        "GET",
+        PATH,
+        read,
+        summary="The parameters of a node with their values and descriptions",
+        errors=("404", "502", *ASKING),
+    ),
+    Route(
+        "PATCH",
+        PATH,
+        change,
+        summary="Set parameters of a node",
+        body=ParametersBody,
+        errors=(*CONTROL, "404"),
+        control=True,
+    ),
+)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import msgspec
-from aiohttp import web
 
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import error_response, json_response
+from actors.web.routes.route import READING, Route
 from actors.web.routes.state import state_of, workspace_of
 from actors.web.security import bearer
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 NEED_NO_TOKEN: Final = frozenset({("POST", "/api/session"), ("DELETE", "/api/session")})
 """Need no token beforehand: to sign in, and to sign out."""
@@ -72,7 +75,27 @@ def cookie_name(request: web.Request) -> str:
 
 
 ROUTES: Final = (
-    web.get("/api/session", session),
-    web.post("/api/session", sign_in),
-    web.delete("/api/session", sign_out),
+    Route(
+        "GET",
+        "/api/session",
+        session,
+        summary="Whether the caller may control anything, and the broker",
+    ),
+    Route(
+        "POST",
+        "/api/session",
+        sign_in,
+        summary="Exchange the token for a cookie that grants reading",
+        body=SignInBody,
+        errors=("400", *READING, "408", "413"),
+        open=True,
+    ),
+    Route(
+        "DELETE",
+        "/api/session",
+        sign_out,
+        summary="Take that cookie away",
+        errors=("403", "421"),
+        open=True,
+    ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from actors.web.server import ROUTE_MODULES
+from actors.web.server import ROUTES
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "reference" / "http.md").read_text(encoding="utf-8")
 
@@ -15,10 +15,9 @@ def test_every_route_is_documented_and_nothing_else() -> None:
     routes = {
         (
             route.method,
-            re.sub(r"\{goal[^}]*\}+", "ID", re.sub(r"\{name:[^}]*\}", "NAME", route.path)).rstrip("}"),
+            re.sub(r"\{goal[^}]*\}+", "ID", re.sub(r"\{name:[^}]*\}", "NAME", route.pattern)).rstrip("}"),
         )
-        for module in ROUTE_MODULES
-        for route in module.ROUTES
+        for route in ROUTES
     }
     documented = set(re.findall(r"`(GET|POST|PATCH|DELETE) ([^`?]*)(?:\?[^`]*)?`", DOCUMENT))
     assert documented == routes
