@@ -10,7 +10,7 @@ from actors.callbacks.callback_task import current_callback_task
 from actors.callbacks.functions import ENDS_PROGRAM
 from actors.callbacks.mailbox import Mailbox
 from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
-from actors.endpoints.publisher.departing import DepartingQueues
+from actors.endpoints.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from actors.session.endpoint import LinkEndpoint
 from actors.time.clock import Clock

@@ -9,8 +9,8 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
+from actors.endpoints.departing import DepartingQueues
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.publisher.departing import DepartingQueues
 from broker.routing.deliveries import Enqueue, Send
 from broker.routing.records import ServiceRecord
 from broker.routing.router import Router

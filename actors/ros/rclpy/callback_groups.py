@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import threading
 import weakref
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from actors.ros.rclpy.entity import Entity
-    from actors.ros.rclpy.work_queue import WorkQueue
+
+class RefusedQueue(Protocol):
+    """The work of an executor that a group has refused."""
+
+    def wake(self) -> None:
+        """Look at it again, as a callback has ended."""
+        ...
 
 
 class CallbackGroup:
@@ -16,27 +20,27 @@ class CallbackGroup:
 
     def __init__(self) -> None:
         super().__init__()
-        self.entities: set[weakref.ref[Entity]] = set()
-        self.refused_in: set[WorkQueue] = set()
+        self.entities: set[weakref.ref[object]] = set()
+        self.refused_in: set[RefusedQueue] = set()
         """The queues of executors to wake when a callback ends."""
 
-    def add_entity(self, entity: Entity) -> None:
+    def add_entity(self, entity: object) -> None:
         """Add a subscription, timer, client, service, guard condition or waitable."""
         self.entities.add(weakref.ref(entity, self.entities.discard))
 
-    def has_entity(self, entity: Entity) -> bool:
+    def has_entity(self, entity: object) -> bool:
         """Return whether it has been added."""
         return weakref.ref(entity) in self.entities
 
-    def can_execute(self, entity: Entity) -> bool:
+    def can_execute(self, entity: object) -> bool:
         """Return whether a callback of the entity may run now."""
         raise NotImplementedError
 
-    def beginning_execution(self, entity: Entity) -> bool:
+    def beginning_execution(self, entity: object) -> bool:
         """Return whether a callback of the entity may run; if so, `ending_execution` is called after it."""
         raise NotImplementedError
 
-    def ending_execution(self, entity: Entity) -> None:
+    def ending_execution(self, entity: object) -> None:
         """Note that a callback of the entity has ended."""
         raise NotImplementedError
 
@@ -44,15 +48,15 @@ class CallbackGroup:
 class ReentrantCallbackGroup(CallbackGroup):
     """Callbacks run at the same time as each other."""
 
-    def can_execute(self, entity: Entity) -> bool:
+    def can_execute(self, entity: object) -> bool:
         """Return True."""
         return True
 
-    def beginning_execution(self, entity: Entity) -> bool:
+    def beginning_execution(self, entity: object) -> bool:
         """Return True."""
         return True
 
-    def ending_execution(self, entity: Entity) -> None:
+    def ending_execution(self, entity: object) -> None:
         """Do nothing."""
 
 
@@ -61,14 +65,14 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
 
     def __init__(self) -> None:
         super().__init__()
-        self._active: Entity | None = None
+        self._active: object | None = None
         self._lock = threading.Lock()
 
-    def can_execute(self, entity: Entity) -> bool:
+    def can_execute(self, entity: object) -> bool:
         """Return whether none runs."""
         return self._active is None
 
-    def beginning_execution(self, entity: Entity) -> bool:
+    def beginning_execution(self, entity: object) -> bool:
         """Begin, and return True, if none runs."""
         with self._lock:
             if self._active is None:
@@ -76,7 +80,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
                 return True
         return False
 
-    def ending_execution(self, entity: Entity) -> None:
+    def ending_execution(self, entity: object) -> None:
         """Let the next one run."""
         with self._lock:
             assert self._active is entity

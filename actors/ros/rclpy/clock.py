@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from functools import partial
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
 from actors.errors import TimeSourceChangedError
 from actors.ros.process_thread import process_thread
@@ -23,11 +23,18 @@ if TYPE_CHECKING:
 
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.queued_calls import RecentCalls
-    from actors.ros.rclpy.timer import Timer
 
 P = ParamSpec("P")
 
 __getattr__ = imported_names(__name__, "Context NotInitializedException")
+
+
+class ClockFollower(Protocol):
+    """A timer, as a clock knows it."""
+
+    def jumped(self) -> None:
+        """Note a jump of the clock; in the loop."""
+        ...
 
 
 class Clock:
@@ -43,7 +50,7 @@ class Clock:
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self.native = NativeClock(clock_type)
         self._jump_calls: RecentCalls | None = None
-        self._followers: dict[int, weakref.ref[Timer]] = {}
+        self._followers: dict[int, weakref.ref[ClockFollower]] = {}
         """Timers by their ids. A dict, since its values can be copied while other threads change it."""
 
     @property
@@ -63,12 +70,12 @@ class Clock:
         """Return the current time."""
         return self.native.now()
 
-    def follow(self, timer: Timer) -> None:
+    def follow(self, timer: ClockFollower) -> None:
         """Tell a timer of jumps while it exists."""
         followers, number = self._followers, id(timer)
         followers[number] = weakref.ref(timer, lambda _: followers.pop(number, None))
 
-    def unfollow(self, timer: Timer) -> None:
+    def unfollow(self, timer: ClockFollower) -> None:
         """Tell a timer of jumps no more."""
         self._followers.pop(id(timer), None)
 

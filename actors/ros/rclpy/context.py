@@ -11,7 +11,7 @@ import weakref
 from concurrent.futures import CancelledError
 from contextlib import ExitStack
 from inspect import ismethod
-from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar
 
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.config.environment import domain_id
@@ -21,7 +21,6 @@ from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.destroyable import Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
-from actors.ros.rclpy.utilities import forget_default_context
 from actors.runtime.run import set_up_logging
 
 if TYPE_CHECKING:
@@ -29,12 +28,26 @@ if TYPE_CHECKING:
     from concurrent.futures import Future as Reply
     from types import TracebackType
 
-    from actors.ros.rclpy.executors import Executor
-    from actors.ros.rclpy.node import Node
     from actors.threads.node_thread import NodeThread
 
 
 T = TypeVar("T")
+
+
+class ContextNode(Protocol):
+    """What a context needs of its nodes, which import this module."""
+
+    def destroy_node(self) -> object:
+        """Take the node out of service."""
+        ...
+
+
+class ContextExecutor(Protocol):
+    """What a context needs of its executors."""
+
+    def wake(self) -> None:
+        """Look whether the context has ended."""
+        ...
 
 
 class Context:
@@ -52,8 +65,8 @@ class Context:
         self._lock = threading.RLock()
         self._initialized = self._ok = self._ended = self._forked = False
         self._callbacks: list[weakref.WeakMethod[Any] | Callable[[], object]] = []
-        self._nodes: tuple[weakref.ref[Node], ...] = ()
-        self._executors: tuple[weakref.ref[Executor], ...] = ()
+        self._nodes: tuple[weakref.ref[ContextNode], ...] = ()
+        self._executors: tuple[weakref.ref[ContextExecutor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
         self._waits: tuple[Reply[Any], ...] = ()
         self._thread: NodeThread | None = None
@@ -122,7 +135,7 @@ class Context:
         self._ended = self._forked = self._initialized
         self._ok = False
 
-    def track_node(self, node: Node) -> bool:
+    def track_node(self, node: ContextNode) -> bool:
         """Destroy a node when the context is shut down; return False if it is shut down already."""
         with self._lock:
             if self._ended:
@@ -130,12 +143,12 @@ class Context:
             self._nodes = (*(each for each in self._nodes if each() is not None), weakref.ref(node))
             return True
 
-    def untrack_node(self, node: Node) -> None:
+    def untrack_node(self, node: ContextNode) -> None:
         """Forget a node."""
         with self._lock:
             self._nodes = tuple(each for each in self._nodes if each() not in {None, node})
 
-    def track_executor(self, executor: Executor) -> None:
+    def track_executor(self, executor: ContextExecutor) -> None:
         """Wake an executor when the context ends."""
         with self._lock:
             alive = (each for each in self._executors if each() is not None)
@@ -335,7 +348,6 @@ def park_at_exit(*, pools_ended: bool = False) -> None:
 def _after_fork_in_child() -> None:
     for context in initialized_contexts():
         context.forked()
-    forget_default_context()
 
 
 if hasattr(os, "register_at_fork"):

@@ -3,17 +3,49 @@
 from __future__ import annotations
 
 import weakref
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.ros.rclpy.destroyable import Destroyable
+from actors.ros.rclpy.task import TaskExecutor, TaskQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
-    from actors.ros.rclpy.executors import Executor
-    from actors.ros.rclpy.node import Node
-    from actors.ros.rclpy.work_queue import WorkQueue
+
+
+class EntityQueue(TaskQueue, Protocol):
+    """What an entity needs of the queue of its executor's work."""
+
+    def add(self, entity: Entity, /) -> None:
+        """Take work of an entity soon; in any thread."""
+        ...
+
+    def timers_changed(self) -> None:
+        """Look again at when timers are due."""
+        ...
+
+
+class EntityExecutor(TaskExecutor, Protocol):
+    """What an entity needs of the executor of its node."""
+
+    @property
+    def work(self) -> EntityQueue:
+        """The queue of its work."""
+        ...
+
+
+class EntityNode(Protocol):
+    """What an entity needs of its node, which imports this module."""
+
+    @property
+    def executor(self) -> EntityExecutor | None:
+        """The executor that runs the callbacks of the node."""
+        ...
+
+    def remove_waitable(self, waitable: Any, /) -> None:
+        """Run the callbacks of a waitable no more."""
+        ...
 
 
 class Entity(Destroyable):
@@ -28,10 +60,10 @@ class Entity(Destroyable):
 
     def __init__(self, callback_group: CallbackGroup) -> None:
         self.callback_group = callback_group
-        self.queued_in: WorkQueue | None = None
-        self._node: weakref.ref[Node] | None = None
+        self.queued_in: EntityQueue | None = None
+        self._node: weakref.ref[EntityNode] | None = None
 
-    def attach(self, node: Node) -> None:
+    def attach(self, node: EntityNode) -> None:
         """Make it an entity of a node, whose executor runs it."""
         self._node = weakref.ref(node)
         self.callback_group.add_entity(self)
@@ -41,12 +73,12 @@ class Entity(Destroyable):
         """Do nothing when it is removed: what it has begun is finished in the executor."""
 
     @property
-    def node(self) -> Node | None:
+    def node(self) -> EntityNode | None:
         """The node."""
         return None if self._node is None else self._node()
 
     @property
-    def executor(self) -> Executor | None:
+    def executor(self) -> EntityExecutor | None:
         """The executor of the node."""
         node = self.node
         return None if node is None else node.executor

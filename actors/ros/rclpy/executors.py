@@ -11,7 +11,7 @@ from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from math import inf
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 from actors.ros.rclpy.executor_errors import ConditionReachedException as ConditionReachedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
@@ -198,7 +198,7 @@ class Executor:
         work = self.work.wait(_seconds(timeout_sec), condition)
         if isinstance(work, Task):
             return work, None, None
-        return Task[Any](self._execute, (work,), executor=self), work[1], work[1].node
+        return Task[Any](self._execute, (work,), executor=self), work[1], cast("Node | None", work[1].node)
 
     # Spinning
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 
 from actors.interfaces.message import Message, is_message_type
 from actors.ros.rclpy.callback_groups import (
@@ -183,7 +183,7 @@ class Node(NodeParameters, NodeGraph):
     def executor(self) -> Executor | None:
         """The executor that runs its callbacks."""
         executor = self._callboard.executor
-        return None if executor is None else executor()
+        return None if executor is None else cast("Executor | None", executor())  # the setter takes no other
 
     @executor.setter
     def executor(self, new_executor: Executor | None) -> None:

@@ -23,9 +23,7 @@ if TYPE_CHECKING:
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.context import Context
-    from actors.ros.rclpy.entity import Entity
-    from actors.ros.rclpy.executors import Executor
-    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.entity import Entity, EntityExecutor, EntityNode
     from actors.ros.rclpy.publisher import Publisher
 
 T = TypeVar("T")
@@ -68,7 +66,7 @@ class NodeParts:
 
     def __init__(
         self,
-        node: Node,
+        node: EntityNode,
         context: Context,
         group: CallbackGroup,
         *,
@@ -80,7 +78,7 @@ class NodeParts:
         self.context = context
         self.thread = context.thread
         self.allow_undeclared = allow_undeclared
-        self.executor: weakref.ref[Executor] | None = None
+        self.executor: weakref.ref[EntityExecutor] | None = None
         self.publishers: list[Publisher[Any]] = []
         self.entities: dict[type[Entity], list[Any]] = {}
         self.destroyed = False

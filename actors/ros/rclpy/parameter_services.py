@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.parameters.requests import ParameterRequests, event_message
@@ -15,10 +15,32 @@ if TYPE_CHECKING:
 
     from actors.parameters.changes import ParameterChanges
     from actors.parameters.store import ParameterStore
-    from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.publisher import Publisher
+    from actors.ros.rclpy.qos import QoSProfile
 
 
-def publish_changes(node: Node, store: ParameterStore) -> None:
+class ServingNode(Protocol):
+    """What serves the parameters: a node, which imports this module."""
+
+    def create_publisher(self, msg_type: type[Any], topic: str, qos_profile: QoSProfile, /) -> Publisher[Any]:
+        """Create a publisher."""
+        ...
+
+    def create_service(self, srv_type: type[Any], srv_name: str, callback: Callable[..., Any], /) -> object:
+        """Create a service."""
+        ...
+
+    def get_clock(self) -> Clock:
+        """Return the clock."""
+        ...
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the name with its namespace."""
+        ...
+
+
+def publish_changes(node: ServingNode, store: ParameterStore) -> None:
     """Publish each change of the parameters, and tell the native node whether time is simulated."""
     events = node.create_publisher(ParameterEvent, "/parameter_events", qos_profile_parameter_events)
 
@@ -35,7 +57,7 @@ def publish_changes(node: Node, store: ParameterStore) -> None:
         parts_of(node).set_native_parameter(simulated)
 
 
-def serve_parameters(node: Node, store: ParameterStore, lock: threading.RLock) -> None:
+def serve_parameters(node: ServingNode, store: ParameterStore, lock: threading.RLock) -> None:
     """Let other nodes read and set the parameters; `lock` is held meanwhile."""
 
     def locked(handler: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:

@@ -8,17 +8,40 @@ import threading
 import warnings
 import weakref
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Sequence
-
-    from actors.ros.rclpy.executors import Executor
 
 T = TypeVar("T")
 
 _awaited: Final = threading.local()
 """`future`: what the coroutine that this thread has just run awaits; None if it is no `Future`."""
+
+
+class TaskQueue(Protocol):
+    """What a task needs of the queue of its executor's work."""
+
+    def resume_later(self, task: Task[Any], awaited: Future[Any] | None, /) -> None:
+        """Resume a task when the future that it awaits is done; None: it awaits something else."""
+        ...
+
+    def forget(self, task: Task[Any], /) -> None:
+        """Forget a task that awaits a future: it was cancelled."""
+        ...
+
+
+class TaskExecutor(Protocol):
+    """What futures and tasks need of an executor, which imports this module."""
+
+    @property
+    def work(self) -> TaskQueue:
+        """The queue of its work."""
+        ...
+
+    def create_task(self, callback: Callable[..., Any], /, *args: Any) -> Task[Any]:
+        """Run a function while the executor spins."""
+        ...
 
 
 class Future(Generic[T]):
@@ -28,7 +51,7 @@ class Future(Generic[T]):
         executor: Runs the callbacks; without one they run where the future is completed.
     """
 
-    def __init__(self, *, executor: Executor | None = None) -> None:
+    def __init__(self, *, executor: TaskExecutor | None = None) -> None:
         self._done = False
         self._cancelled = False
         self._result: T | None = None
@@ -38,7 +61,7 @@ class Future(Generic[T]):
         self._waiting: list[Callable[[], object]] = []
         """Functions of `when_done`, which wake tasks and threads that wait."""
         self._lock = threading.Lock()
-        self._executor: weakref.ref[Executor] | None = None
+        self._executor: weakref.ref[TaskExecutor] | None = None
         self.set_executor(executor)
 
     def __del__(self) -> None:
@@ -51,7 +74,7 @@ class Future(Generic[T]):
             yield
         return self.result()
 
-    def set_executor(self, executor: Executor | None) -> None:
+    def set_executor(self, executor: TaskExecutor | None) -> None:
         """Set the executor that runs the callbacks; None: they run where the future is completed."""
         self._executor = None if executor is None else weakref.ref(executor)
 
@@ -150,7 +173,7 @@ class Task(Future[T]):
         handler: Callable[..., Any] | Coroutine[Any, Any, Any],
         args: Sequence[Any] = (),
         kwargs: dict[str, Any] | None = None,
-        executor: Executor | None = None,
+        executor: TaskExecutor | None = None,
     ) -> None:
         super().__init__(executor=executor)
         made = handler(*args, **(kwargs or {})) if inspect.iscoroutinefunction(handler) else handler

@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
 from actors.arguments.ros_arguments import parse_ros_arguments
+from actors.ros.rclpy.context import Context
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from actors.ros.rclpy.context import Context
-
 _lock: Final = threading.RLock()
 _default: Context | None = None
 
-__getattr__ = imported_names(__name__, "Context S_TO_NS")
+__getattr__ = imported_names(__name__, "S_TO_NS")
 
 
 def get_default_context(*, shutting_down: bool = False) -> Context:
     """Return the default context; with `shutting_down` the next call makes a new one."""
     global _default  # noqa: PLW0603 - rclpy's: the one of programs that name none
-    from actors.ros.rclpy.context import Context  # noqa: PLC0415 - circular
-
     context = _default
     if context is not None and not shutting_down:  # without the lock, which a signal handler may interrupt
         return context
@@ -34,10 +32,14 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
     return context
 
 
-def forget_default_context() -> None:
-    """Let the next call make a new one, as in a forked child; it takes no lock."""
+def _after_fork_in_child() -> None:
+    """Let the next call make a new one: the parent's refuses all use. It takes no lock."""
     global _default  # noqa: PLW0603 - see above
     _default = None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork_in_child)
 
 
 def ok(*, context: Context | None = None) -> bool:

@@ -18,14 +18,13 @@ from actors.ros.rclpy.executor_errors import (
     ShutdownException,
     TimeoutException,
 )
+from actors.ros.rclpy.entity import Entity, EntityExecutor
 from actors.ros.rclpy.task import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Sequence
 
     from actors.ros.rclpy.context import Context
-    from actors.ros.rclpy.entity import Entity
-    from actors.ros.rclpy.node import Node
     from actors.ros.rclpy.task import Future
 
 Work: TypeAlias = "tuple[Callable[[], Any], Entity] | Task[Any]"
@@ -55,7 +54,28 @@ class WakeUp:
         self._lock.acquire(timeout=-1 if timeout_sec == inf else min(timeout_sec, threading.TIMEOUT_MAX))
 
 
-class WorkOwner(Protocol):
+class DueTimer(Protocol):
+    """What the queue needs of a timer."""
+
+    def remaining_sec(self) -> float:
+        """Return the seconds until it is due."""
+        ...
+
+    def notify(self) -> None:
+        """Enter the queue."""
+        ...
+
+
+class TimersNode(Protocol):
+    """What the queue needs of a node."""
+
+    @property
+    def timers(self) -> Iterable[DueTimer]:
+        """The timers."""
+        ...
+
+
+class WorkOwner(EntityExecutor, Protocol):
     """What the queue needs of its executor."""
 
     @property
@@ -72,7 +92,7 @@ class WorkOwner(Protocol):
         """Return whether another piece of work can be run now."""
         ...
 
-    def get_nodes(self) -> list[Node]:
+    def get_nodes(self) -> Sequence[TimersNode]:
         """Return the nodes."""
         ...
 
