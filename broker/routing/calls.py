@@ -94,8 +94,10 @@ class Calls:
         Raises:
             ProtocolError: A call id is in use.
         """
+        # One frame for each server and each direction, in the order of the entries: calls coalesce as messages do.
         routed: dict[ServiceRecord, list[RequestEntry]] = {}
         refused: list[ReplyEntry] = []
+        # A stopping broker still routes the calls of a link that owes an answer: the answer may depend on them.
         closed = self.closed and not client.peer.owed_calls
         for entry in entries:
             if entry.call in client.pending:
@@ -110,6 +112,7 @@ class Calls:
             if pool is None or server is None:
                 refused.append(answer(entry.call, Status.UNAVAILABLE, STOPPING if closed else NO_SERVER))
                 continue
+            # Counted before the next entry chooses, so that the entries of one frame are spread over the servers.
             call = self._open(client, entry.call, server)
             pool.update(server)
             routed.setdefault(server, []).append(RequestEntry(call, *entry[1:]))
@@ -124,6 +127,7 @@ class Calls:
         self, client: ClientRecord, server: ServiceRecord, entries: list[RequestEntry]
     ) -> None:
         raw = encode(frames.Request(server.id, tuple(entries)))
+        # The broker's call ids may be longer than the client's, so that a frame can outgrow its limit here.
         if len(entries) > 1 and self._must_split(raw):
             for part in _split(entries, len(raw)):
                 self._send_requests(client, server, part)
@@ -136,6 +140,7 @@ class Calls:
         if not refused and share.admit(raw):
             self._emit(SendCalls(server.peer.id, raw, (server.id, entries[0].call), share))
             return
+        # They count as refused, not as routed: `request` has counted them before their size was known.
         self.routed -= len(entries)
         self.refused += len(entries)
         self.overloaded += len(entries)
@@ -187,6 +192,7 @@ class Calls:
         return call
 
     def _close(self, pending: PendingCall) -> None:
+        # Both sides and both peers at once: `pending` of a graph is always the sum of its clients' and its servers'.
         server = pending.server
         del server.pending[pending.call]
         server.peer.owed_calls -= 1
@@ -200,6 +206,7 @@ class Calls:
         """Route a server's replies; count and drop those to calls that are no longer pending."""
         answered: dict[ClientRecord, list[ReplyEntry]] = {}
         for entry in entries:
+            # Only the chosen server can answer: another one does not have the id, even if it guesses it.
             pending = server.pending.get(entry.call)
             if pending is None:
                 self.late += 1
@@ -242,6 +249,7 @@ class Calls:
         """Cancel all calls of a client; if it is only suspended, tell it that they have failed."""
         calls = tuple(client.pending)
         self.cancel(client, calls)
+        # A client that is gone for good hears nothing; a suspended one may come back and still wait.
         if calls and client.peer.suspended:
             self._send_replies(client, [answer(call, Status.UNAVAILABLE, CLIENT_SILENT) for call in calls])
 
@@ -249,6 +257,7 @@ class Calls:
         """Answer all calls of a server with an error."""
         if server.pending and server.peer.suspended:  # if it comes back, it should not work on them any more
             self._emit(CancelCalls(server.peer.id, server.id, list(server.pending)))
+        # All calls are closed before anything is sent, so that no reply meets a half-ended server.
         failed: dict[ClientRecord, list[ReplyEntry]] = {}
         for pending in tuple(server.pending.values()):
             self._close(pending)

@@ -151,6 +151,8 @@ class Declarations:
             if len(peer.endpoints) >= self._max_endpoints:
                 text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
+            # A key is used up by a refusal, too: keys are never given twice, so that a late frame cannot meet another
+            # endpoint.
             endpoint = self._make(peer, frame, next(self._keys))
             check_right(peer, endpoint.action, endpoint.name)
             if not self.fits(endpoint):
@@ -163,6 +165,8 @@ class Declarations:
             if code is ErrorCode.LIMIT:
                 self._refusals.add(peer, str(error))
             return
+        # ACCEPTED goes out before `join`: what matching sends (ATTACHED, MATCHED) names an endpoint that the client
+        # knows.
         self._add(peer, endpoint)
         number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
         self._emit(SendEncoded(peer.id, _accepted(endpoint.id, number)))
@@ -282,11 +286,14 @@ class Declarations:
 
     def join(self, endpoint: Endpoint) -> None:
         """Take an endpoint that is new or back into the graph, and match it."""
+        # A retired server only finishes its calls, also after a suspension.
         if isinstance(endpoint, ServiceRecord) and endpoint.retired:
             return
         exports = self._exports_of(endpoint)
         if exports is not None:
             endpoint.private = not exports.allows(endpoint)
+        # First the graph, then the matches, then other brokers: whoever is told of a match finds both ends in the
+        # graph.
         self._graph.add(endpoint)
         if isinstance(endpoint, NodeRecord):
             self._names.report_duplicates(endpoint)
@@ -320,6 +327,7 @@ class Declarations:
     def renew_exports(self, exports: ExportListener) -> None:
         """Let endpoints leave and join again if other brokers may now know them, or not any more."""
         own = [each for each in self._graph.endpoints() if not each.mirrored]
+        # Nodes first: an endpoint is announced to other brokers after its node.
         for endpoint in sorted(own, key=lambda each: each.kind is not EntryKind.NODE):
             if endpoint.private == exports.allows(endpoint):
                 self.leave(endpoint)
@@ -327,6 +335,7 @@ class Declarations:
 
     def revoke(self, peer: Peer) -> None:
         """Remove what a peer has declared and its user may not have any more; tell it with REFUSED."""
+        # Nodes first, as each takes its endpoints with it.
         for endpoint in sorted(peer.endpoints.values(), key=lambda each: each.kind is not EntryKind.NODE):
             try:
                 check_right(peer, endpoint.action, endpoint.name)
@@ -338,6 +347,7 @@ class Declarations:
             for child in tuple(endpoint.endpoints.values()):
                 self._revoke(child, text)
         if isinstance(endpoint, PublisherRecord):
+            # Batches of it may be on their way; they are ignored instead of ending the link as an unknown id would.
             endpoint.peer.revoked.add(endpoint.key)
         if endpoint.id in endpoint.peer.endpoints:  # not if its node has been removed before
             self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, ErrorCode.DENIED, text)))

@@ -123,6 +123,7 @@ class Graph:
             of_type[key] = endpoint
             self._visible_types.clear()
         if self._watches:
+            # Only the last state before a flush counts: what came and went in between is not told.
             self._added[key] = endpoint
             self._removed.pop(key, None)
 
@@ -133,6 +134,7 @@ class Graph:
         self._encoded.pop(key, None)
         if shown is not None and shown.type_hash:
             self._forget_type(shown)
+        # Watchers were told of a suspended entry, so they must be told of its end, although it is not in the graph.
         known = self._suspended.pop(key, None) or shown
         if suspended:
             self._suspended[key] = endpoint
@@ -224,12 +226,14 @@ class Graph:
     def flush(self) -> None:
         """Send the watchers the changes since the last call, and then answer new watches, as many as fit."""
         if self._added or self._removed:
+            # Replaced, not cleared: the values that are sent below belong to the old ones.
             added, removed = self._added.values(), self._removed.values()
             self._added = {}
             self._removed = {}
             for rights, watches in _by_rights(self._watches.items()).items():
                 self._send(watches, self._encode(rights, added, removed))
         if self._unanswered:
+            # Changes came first: an answer below has them already, and its watch is kept only afterwards.
             most = max(1, ENTRIES_PER_REPORT // (len(self._entries) or 1))
             now = dict(islice(self._unanswered.items(), most))
             for rights, watches in _by_rights((key, watch.rights) for key, watch in now.items()).items():
@@ -250,6 +254,7 @@ class Graph:
             self._unanswered[key] = self._unanswered[key]._replace(rights=peer.rights)
         if not watches:
             return
+        # What the watches know must be complete before it is compared with what they may see now.
         self.flush()
         shown = self._entries.values()
         known = [*shown, *self._suspended.values()]

@@ -21,6 +21,7 @@ def exceeds(peer: Peer, others: Collection[EndpointT], fits: Callable[[EndpointT
         fits: Whether one of them matches.
         most: The limit.
     """
+    # Usually far from the limit: then no pair is looked at. A pair within one peer counts twice, hence the 2.
     left = most - peer.matches
     if 2 * len(others) <= left:
         return False

@@ -48,6 +48,8 @@ class NodeNames:
 
     def _take(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
         peers = (holder.peer for holder in holders.values())
+        # Only silent holders can lose a name, and only after a grace time: a node must not lose its name to a
+        # second copy of itself because its process was busy or frozen for a moment.
         keeper = next((each for each in peers if not each.suspended), None)
         if keeper is None:
             silent = {holder.peer.id: holder.peer for holder in holders.values()}.values()
@@ -57,6 +59,7 @@ class NodeNames:
                 for each in silent:
                     self._replace_peer(each, text)
                 return
+        # Check the holder closely from now on: if it is dead, the newcomer need not wait for the idle keepalive.
         keeper.relied_on.add(keeper.id)
         name = f"A node named '{_any(holders).name}'"
         if keeper.suspended and not peer.endpoints:

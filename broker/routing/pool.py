@@ -40,6 +40,7 @@ class Pool(Generic[ServerT]):
 
     def add(self, server: ServerT) -> None:
         """Add a server."""
+        # With the second server the levels begin, and both are put on theirs: their calls may differ by now.
         self._servers[server] = 0
         if len(self._servers) == 2:
             for each in self._servers:
@@ -65,11 +66,13 @@ class Pool(Generic[ServerT]):
 
     def update(self, server: ServerT) -> None:
         """Note that a server has got a call, or has ended one."""
+        # A retired server is in no pool any more, but still ends its pending calls.
         if self._levels and server in self._servers:
             self._take(server, self._servers[server])
             self._put(server)
 
     def _put(self, server: ServerT) -> None:
+        # To the end of its level: ties rotate.
         level = self._servers[server] = len(server.pending)
         self._levels.setdefault(level, {})[server] = None
         self._lowest = min(self._lowest, level)

@@ -67,11 +67,14 @@ class Topics:
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or restored."""
+        # Empty departed queues go first: a publisher that comes back must resume a queue only if something is left
+        # in it.
         self._routes.prune()
         self._routes.add_publisher(publisher)
         name = publisher.name
         topic = publisher.topic = self.by_name.get(name) or self.by_name.setdefault(name, TopicRecord(name))
         topic.publishers[publisher.key] = publisher
+        # It has come back from a suspension, so that nobody has to learn any more how that ends.
         for subscription in publisher.awaited_by.values():  # each is attached again below
             del subscription.awaits[publisher.key]
         publisher.awaited_by.clear()
@@ -79,6 +82,7 @@ class Topics:
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
         self._notices.end()
+        # While the broker stops, a publisher that reconnects late must not send what nobody can read any more.
         if self._held:
             self._hold(publisher)
 
@@ -107,6 +111,7 @@ class Topics:
             ProtocolError: The peer does not have the publisher.
         """
         publisher = self._routes.publisher(peer, frame.publisher)
+        # Its last reader here left while the Open was under way; the next reader asks the other broker again.
         if not publisher.matched:
             return
         announced = publisher.unattached.intersection(frame.subscriptions)
@@ -130,9 +135,11 @@ class Topics:
         self._routes.detach_all(publisher)
         for subscription in publisher.matched.values():
             subscription.matched.pop(publisher.key, None)
+            # A stalled subscription is not attached, so that `detach_all` has not told it.
             if subscription.stalled and publisher.waits_for_readers:
                 self._routes.report_left(publisher, subscription, leaving_reason(publisher))
             self._notices.set_count(subscription, subscription.peers - 1)
+            # The subscription has heard SUSPENDED. If the publisher does not come back, it needs GONE as well.
             if publisher.peer.suspended:
                 publisher.awaited_by[subscription.key] = subscription
                 subscription.awaits[publisher.key] = publisher
@@ -190,6 +197,7 @@ class Topics:
             self._report_qos(publisher, subscription, policy, strict=strict)
             if strict:
                 return
+        # Both sides know each other before the count changes: NOTICE and MATCHED follow from these maps.
         publisher.matched[subscription.key] = subscription
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
@@ -262,6 +270,7 @@ class Topics:
         Returns:
             What has happened, for the log.
         """
+        # Held publishers wait for the broker, not for a reader.
         if self._held:
             return []
         stalled = self.stalls.check(self._routes.publishers.values(), now)
@@ -277,6 +286,7 @@ class Topics:
             for publisher in subscription.matched.values():
                 if publisher.waits_for_readers:
                     publishers.setdefault(publisher, []).append(subscription)
+        # By publisher: one CREDIT and at most `MAX_NOTICES` NOTICEs each, however many readers stall at once.
         for publisher, subscriptions in publishers.items():
             self._suspend_credit(publisher, subscriptions)
         return [
@@ -317,11 +327,13 @@ class Topics:
     def hold(self) -> None:
         """Let no publisher, present or future, send more than it has sent."""
         self._held = True
+        # KEEP_LAST publishers are stopped by the hold below, too: their readers' credit has no say any more.
         self._routes.reader_credit.remove_all(self._routes.publishers.values())
         for publisher in self._routes.publishers.values():
             self._hold(publisher)
 
     def _hold(self, publisher: PublisherRecord) -> None:
+        # As one more reader that takes nothing: its limit is what has been sent already.
         publisher.credit.limits.add(HOLD, publisher.next_sequence, 0, publisher.credit.bytes)
         self._update_credit(publisher)
 
