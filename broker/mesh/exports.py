@@ -35,7 +35,7 @@ _COUNTERPARTS: Final = {
 
 
 class MeshExports:
-    """The endpoints of one graph that its own nodes have declared (`export_listener.ExportListener`).
+    """The endpoints of one graph that its own nodes have declared (`mirrored.ExportListener`).
 
     Args:
         emit: Takes each change.
@@ -93,6 +93,8 @@ class MeshExports:
         """Note an endpoint that is new or back."""
         if isinstance(endpoint, SubscriptionRecord):
             self._touch(endpoint.name)
+        # It is back before its last messages were sent. A node goes on as if nothing had been; others are
+        # declared again, since their numbers have changed.
         if endpoint.key in self._leaving:
             if isinstance(endpoint, NodeRecord):
                 del self._leaving[endpoint.key]
@@ -107,6 +109,8 @@ class MeshExports:
         """Note an endpoint that is gone or suspended."""
         if endpoint.number not in self._declarations and endpoint.number not in self._retired:
             return
+        # UNDECLARE would overtake the messages that still wait for other brokers, and they would ignore them
+        # then. For the same reason a node waits for its endpoints.
         if isinstance(endpoint, PublisherRecord):
             route = endpoint.routes.get(self._peer)
             waits = route is not None
@@ -154,6 +158,7 @@ class MeshExports:
         self._declarations.pop(endpoint.number, None)
         self._retired.discard(endpoint.number)
         self._change(frames.Undeclare(endpoint.number))
+        # The last endpoint of a node that has left takes the node along.
         node = endpoint.node
         if node is not None:
             self._endpoints[node.key] -= 1
@@ -209,8 +214,8 @@ def declaration_of(endpoint: Endpoint) -> Frame:
 class WantedTopics:
     """The topics to which this broker's nodes subscribe in one graph.
 
-    Whether there are publishers elsewhere makes no difference: a publisher that is told of a subscription may
-    send at once.
+    A topic is wanted even if no other broker has a publisher on it: one may come, and send as soon as it
+    learns of the subscription.
 
     Args:
         router: The graph's router.
@@ -232,7 +237,7 @@ class WantedTopics:
         for topic in self._touched:
             record = self._router.topics.by_name.get(topic)
             subscriptions = () if record is None else record.subscriptions.values()
-            wanted = not all(each.peer.mesh or each.private for each in subscriptions)
+            wanted = not all(each.mirrored or each.private for each in subscriptions)
             if wanted != (topic in self._wanted):
                 (self._wanted.add if wanted else self._wanted.discard)(topic)
                 self._emit(Subscribe(topic, wanted=wanted))

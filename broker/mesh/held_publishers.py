@@ -45,6 +45,9 @@ class HeldPublishers:
             if route is None:
                 continue
             next_sequence = route.queue.next_sequence or publisher.next_sequence
+            # The last message before a silence shows no gap when it is lost. A publisher that waits for
+            # credit is silent for sure; a latched message matters to late joiners for as long as it is kept,
+            # but not for ever.
             heartbeats = 0
             if publisher.keep and route.queue.empty:
                 before, heartbeats = latched.get(publisher.key, (next_sequence, -1))
@@ -60,7 +63,7 @@ class HeldPublishers:
         brokers = {
             subscription.broker
             for key, subscription in publisher.matched.items()
-            if subscription.peer.mesh and credit.limits.used_up(key, next_sequence, credit.bytes)
+            if subscription.mirrored and credit.limits.used_up(key, next_sequence, credit.bytes)
         }
         return tuple(sorted(brokers))
 
@@ -77,7 +80,7 @@ def has_lost(router: Router, broker: int, held: Mapping[int, Held]) -> bool:
     publishers = router.routes.publishers
     for number, (next_sequence, _) in held.items():
         publisher = publishers.get(mesh_key(broker, number))
-        if publisher is None or not (publisher.peer.mesh and publisher.opened):
+        if publisher is None or not (publisher.mirrored and publisher.opened):
             continue
         if publisher.next_sequence < next_sequence:
             return True

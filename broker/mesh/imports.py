@@ -125,6 +125,8 @@ class MeshImports:
         numbers: set[int] = {frame.id for frame in snapshot.declarations}  # type: ignore[union-attr]
         if len(numbers) < len(snapshot.declarations):
             raise ProtocolError(ErrorCode.UNEXPECTED, "its snapshot has a number twice")
+        # Backwards, as endpoints come after their nodes. What both have stays as it is: its matches and
+        # credit go on.
         for number in [number for number in reversed(known.ids) if number not in numbers]:
             self._remove(broker, number)
         for frame in snapshot.declarations:
@@ -184,6 +186,7 @@ class MeshImports:
             text = f"one broker may declare {self._max_endpoints} endpoints (--max-mesh-endpoints)"
             self._refuse(broker, text)
             return
+        # Known even if it is refused below: its endpoints, its UNDECLARE and its RETIRE must find it.
         known.ids[number] = 0
         remote = Remote(broker, number)
         action, name = _ACTIONS[type(frame)], str(getattr(frame, "name", "") or getattr(frame, "topic", ""))
@@ -208,6 +211,8 @@ class MeshImports:
         endpoint = self._brokers[broker].ids.pop(number, 0)
         if endpoint:
             del self._remotes[endpoint]
+            # First: the router answers the calls as it handles the frame, and answers that come late must
+            # find nothing.
             self._calls.server_left(endpoint)
             self._handle(frames.Undeclare(endpoint))
 

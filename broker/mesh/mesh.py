@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
 
 def _ignore(*_: object) -> None:
-    """Take a line for the log, and do nothing."""
+    """Log nothing."""
 
 
 REFUSED: Final = "refused an endpoint of"
-"""What a warning says that this broker has done: the other broker follows."""
+"""Text of the warning about a refused endpoint; the other broker's name follows."""
 
 MAX_EPOCH: Final = 2**63
-"""Epochs that brokers reach are far smaller."""
+"""A greater epoch is refused. Brokers count epochs up from 1, so that they never get near it."""
 
 
 class Mesh:
@@ -55,8 +55,8 @@ class Mesh:
         router: The graph's router.
         deliver: Takes what the router returns; a `report` must follow.
         warn: For logs. Called with what was done ("rejected"; "the broker NAME" follows), a broker, and why.
-        max_endpoints: Nodes and endpoints that one other broker may have. Others are refused.
-        name: This broker's name for people.
+        max_endpoints: Nodes and endpoints that one other broker may have; more are refused.
+        name: This broker's name in lists and logs.
 
     Attributes:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
@@ -144,6 +144,7 @@ class Mesh:
             broker: The broker that asks; 0 for a program that is none.
             epoch: As in its request.
         """
+        # An empty answer, not none: it need not ask again and again, and learns nothing.
         if broker in self._rejected:
             return Snapshot(0, 0, (), self._name, VERSION)
         session = self.sessions.get(broker)
@@ -153,6 +154,8 @@ class Mesh:
         own = Snapshot(0 if session is None else session.epoch, version, declarations, self._name, VERSION)
         if broker and len(self._snapshot_sent_to) < MAX_BROKERS:
             self._snapshot_sent_to.add(broker)
+        # Its own snapshot came before it had asked for this one. Now it knows the endpoints here, so that
+        # what follows from matching with its own can be sent.
         if session is not None and session.snapshot is not None:
             self._import(broker, session, session.snapshot)
         return own
@@ -195,6 +198,8 @@ class Mesh:
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
+        # Its presence has ended, so that it may begin again: whoever restarts a faulty broker need not
+        # restart others.
         self._rejected.discard(broker)
         self._snapshot_sent_to.discard(broker)
         if self.sessions.remove(broker):
@@ -234,6 +239,7 @@ class Mesh:
         except ProtocolError as error:
             self.reject(broker, str(error))
             return
+        # `_agree` has begun another epoch, and asked again: this snapshot is of the earlier one.
         if session.asked:
             return
         session.snapshot, session.heartbeats = snapshot, 0
@@ -251,6 +257,8 @@ class Mesh:
         session.ready = True
         epoch = session.epoch
         session.asked = True  # if changes are missing again, the next heartbeat has it asked
+        # In the order in which they came. If one of them resets the session, the rest is of an earlier epoch
+        # and is ignored by its number.
         for message, topic in session.take_waiting():
             self.receive(broker, message, topic)
         session.asked = False
@@ -272,6 +280,7 @@ class Mesh:
         if not session.ready:
             if session.snapshot is None:
                 self._ask(broker, session)
+        # A broker names all to which it has a session. Not to be named means that it has forgotten this one.
         elif session.sent and self._number not in heartbeat.sent:
             self._reset(broker, session)  # it does not take messages of this broker
         elif epoch == session.epoch and sent > session.received:
@@ -303,6 +312,8 @@ class Mesh:
     def _receive(self, broker: int, session: BrokerSession, message: Received, topic: str) -> None:
         if isinstance(message, Direct):
             self._agree(broker, session, message.epoch)
+        # Before the snapshot nobody knows whether a message is in it already. The wait is limited: a broker
+        # that never answers would fill it.
         if not session.ready:
             self.ignored += not session.wait(message, topic)
         elif isinstance(message, Change):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Change(NamedTuple):
-    """To all brokers: an endpoint has come or gone. `version` begins with 1 and has no gaps."""
+    """To all brokers: an endpoint was added or removed. `version` starts at 1 and has no gaps."""
 
     version: int
     frame: Frame
@@ -49,7 +49,7 @@ class Heartbeat(NamedTuple):
 
 
 class Publish(NamedTuple):
-    """To all brokers that subscribe to the topic: a BATCH or ASSERT frame, encoded."""
+    """To all brokers that subscribe to a topic: an encoded BATCH or ASSERT frame."""
 
     topic: str
     raw: Buffer
@@ -97,7 +97,7 @@ class Snapshot(NamedTuple):
         epoch: Of its session with the broker that has asked; 0 for none.
         version: The number of changes that it includes.
         declarations: Frames that declare the endpoints.
-        name: The broker's name for people.
+        name: The broker's name in lists and logs.
         software: Its version of callboard.
     """
 

@@ -49,6 +49,7 @@ class MeshOverflows:
 
     def handle(self) -> None:
         """Reset the sessions with the brokers that have been noted."""
+        # Not at once in `note`: that is called while the router routes, and a reset changes its routes.
         while self._noted:
             broker, text = self._noted.popitem()
             self.reset((broker,), text)

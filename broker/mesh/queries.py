@@ -42,7 +42,7 @@ class _Request:
 
 
 def _ignore(_broker: int, _token: int) -> None:
-    """Take the answer to a PING, and do nothing."""
+    """Ignore the answer to a PING."""
 
 
 class MeshQueries:
@@ -99,6 +99,8 @@ class MeshQueries:
     def _describe(self, broker: int, frame: frames.Describe) -> None:
         """Answer another broker's request."""
         definition = self._router.declarations.definitions.get(frame.type_hash)
+        # Only definitions of types that other brokers may know of: the type of a private endpoint stays
+        # private.
         if definition is not None and not self._exports.has_type(frame.type_hash):
             definition = None
         self._direct(broker, frames.Definition(frame.type_hash, definition))
@@ -108,6 +110,7 @@ class MeshQueries:
         request = self._requests.get(frame.type_hash)
         if request is None or request.broker != broker:
             return
+        # A definition is what has its hash, whoever sends it; a wrong one only costs the next question.
         if frame.definition is not None and hash_of(frame.definition) == frame.type_hash:
             self._answer(frame, request)
         else:

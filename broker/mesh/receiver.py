@@ -88,6 +88,8 @@ class MeshReceiver:
         if record is None or not record.opened or (topic and topic != record.name):
             self.unexpected += frame.length if isinstance(frame, frames.Batch) else 0
             return
+        # The gap alone is no loss: a KEEP_LAST publisher may have dropped messages. It only counts if credit
+        # is missing, too (`held_publishers.stuck_publishers`).
         if isinstance(frame, frames.Batch) and frame.first_sequence > record.next_sequence:
             record.has_gap = True
         self._handle(frame)
@@ -150,6 +152,7 @@ class MeshReceiver:
             if server is None or remote is None:
                 self.unexpected += 1
                 continue
+            # Call ids are the router's and can be guessed by nobody else; a foreign answer is no accident.
             if remote.broker != broker:
                 raise ProtocolError(ErrorCode.UNEXPECTED, "it has answered a call to another broker")
             self._calls.end(entry.call)

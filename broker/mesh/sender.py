@@ -80,6 +80,7 @@ class MeshSender:
         self._publish(frame.publisher, encode(frame))
 
     def _publish(self, publisher: int, raw: Buffer) -> None:
+        # Of a publisher that has left, the last messages still go out under its topic.
         record = self._router.routes.publishers.get(publisher) or self._exports.leaving(publisher)
         if record is not None:
             self._emit_publish(Publish(record.name, raw))
@@ -114,6 +115,8 @@ class MeshSender:
         record = self._router.endpoint(self._peer, frame.endpoint)
         if server is None or not isinstance(record, ServiceRecord):
             return
+        # The router numbers calls of all clients together; the other broker matches them by client, as it
+        # does for its own.
         clients: dict[int, list[frames.RequestEntry]] = {}
         for entry in frame.entries:
             pending = record.pending.get(entry.call)

@@ -94,10 +94,12 @@ class Calls:
         Raises:
             ProtocolError: A call id is in use.
         """
-        # One frame for each server and each direction, in the order of the entries: calls coalesce as messages do.
+        # One frame for each server and each direction, in the order of the entries: calls coalesce as
+        # messages do.
         routed: dict[ServiceRecord, list[RequestEntry]] = {}
         refused: list[ReplyEntry] = []
-        # A stopping broker still routes the calls of a link that owes an answer: the answer may depend on them.
+        # A stopping broker still routes the calls of a link that owes an answer: the answer may depend on
+        # them.
         closed = self.closed and not client.peer.owed_calls
         for entry in entries:
             if entry.call in client.pending:
@@ -112,7 +114,8 @@ class Calls:
             if pool is None or server is None:
                 refused.append(answer(entry.call, Status.UNAVAILABLE, STOPPING if closed else NO_SERVER))
                 continue
-            # Counted before the next entry chooses, so that the entries of one frame are spread over the servers.
+            # Counted before the next entry chooses, so that the entries of one frame are spread over the
+            # servers.
             call = self._open(client, entry.call, server)
             pool.update(server)
             routed.setdefault(server, []).append(RequestEntry(call, *entry[1:]))
@@ -192,7 +195,8 @@ class Calls:
         return call
 
     def _close(self, pending: PendingCall) -> None:
-        # Both sides and both peers at once: `pending` of a graph is always the sum of its clients' and its servers'.
+        # Both sides and both peers at once: `pending` of a graph is always the sum of its clients' and its
+        # servers'.
         server = pending.server
         del server.pending[pending.call]
         server.peer.owed_calls -= 1

@@ -151,8 +151,8 @@ class Declarations:
             if len(peer.endpoints) >= self._max_endpoints:
                 text = f"one connection may declare {self._max_endpoints} endpoints (--max-endpoints)"
                 raise Refusal(ErrorCode.LIMIT, text)
-            # A key is used up by a refusal, too: keys are never given twice, so that a late frame cannot meet another
-            # endpoint.
+            # A key is used up by a refusal, too: keys are never given twice, so that a late frame cannot meet
+            # another endpoint.
             endpoint = self._make(peer, frame, next(self._keys))
             check_right(peer, endpoint.action, endpoint.name)
             if not self.fits(endpoint):
@@ -165,8 +165,8 @@ class Declarations:
             if code is ErrorCode.LIMIT:
                 self._refusals.add(peer, str(error))
             return
-        # ACCEPTED goes out before `join`: what matching sends (ATTACHED, MATCHED) names an endpoint that the client
-        # knows.
+        # ACCEPTED goes out before `join`: what matching sends (ATTACHED, MATCHED) names an endpoint that the
+        # client knows.
         self._add(peer, endpoint)
         number = endpoint.key if isinstance(endpoint, PublisherRecord) else 0
         self._emit(SendEncoded(peer.id, _accepted(endpoint.id, number)))
@@ -292,8 +292,8 @@ class Declarations:
         exports = self._exports_of(endpoint)
         if exports is not None:
             endpoint.private = not exports.allows(endpoint)
-        # First the graph, then the matches, then other brokers: whoever is told of a match finds both ends in the
-        # graph.
+        # First the graph, then the matches, then other brokers: whoever is told of a match finds both ends in
+        # the graph.
         self._graph.add(endpoint)
         if isinstance(endpoint, NodeRecord):
             self._names.report_duplicates(endpoint)
@@ -347,7 +347,8 @@ class Declarations:
             for child in tuple(endpoint.endpoints.values()):
                 self._revoke(child, text)
         if isinstance(endpoint, PublisherRecord):
-            # Batches of it may be on their way; they are ignored instead of ending the link as an unknown id would.
+            # Batches of it may be on their way; they are ignored instead of ending the link as an unknown id
+            # would.
             endpoint.peer.revoked.add(endpoint.key)
         if endpoint.id in endpoint.peer.endpoints:  # not if its node has been removed before
             self._emit(Send(endpoint.peer.id, frames.Refused(endpoint.id, ErrorCode.DENIED, text)))

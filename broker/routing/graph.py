@@ -134,7 +134,8 @@ class Graph:
         self._encoded.pop(key, None)
         if shown is not None and shown.type_hash:
             self._forget_type(shown)
-        # Watchers were told of a suspended entry, so they must be told of its end, although it is not in the graph.
+        # Watchers were told of a suspended entry, so they must be told of its end, although it is not in the
+        # graph.
         known = self._suspended.pop(key, None) or shown
         if suspended:
             self._suspended[key] = endpoint

@@ -59,7 +59,8 @@ class NodeNames:
                 for each in silent:
                     self._replace_peer(each, text)
                 return
-        # Check the holder closely from now on: if it is dead, the newcomer need not wait for the idle keepalive.
+        # Check the holder closely from now on: if it is dead, the newcomer need not wait for the idle
+        # keepalive.
         keeper.relied_on.add(keeper.id)
         name = f"A node named '{_any(holders).name}'"
         if keeper.suspended and not peer.endpoints:

@@ -42,8 +42,8 @@ class Stalls:
 
     def check(self, publishers: Iterable[PublisherRecord], now: float) -> list[SubscriptionRecord]:
         """Return the subscriptions that have stalled for too long; call it regularly."""
-        # Rebuilt at each check instead of being kept up to date: nothing per message, and readers that are gone or
-        # served again drop out by themselves.
+        # Rebuilt at each check instead of being kept up to date: nothing per message, and readers that are
+        # gone or served again drop out by themselves.
         before = self._since
         self._since = {
             reader: before.get(reader, now) for each in publishers for reader in _holding_back(each)

@@ -67,8 +67,8 @@ class Topics:
 
     def join_publisher(self, publisher: PublisherRecord) -> None:
         """Match a publisher that is new or restored."""
-        # Empty departed queues go first: a publisher that comes back must resume a queue only if something is left
-        # in it.
+        # Empty departed queues go first: a publisher that comes back must resume a queue only if something is
+        # left in it.
         self._routes.prune()
         self._routes.add_publisher(publisher)
         name = publisher.name
@@ -82,7 +82,8 @@ class Topics:
         for subscription in topic.subscriptions.values():
             self._match(publisher, subscription)
         self._notices.end()
-        # While the broker stops, a publisher that reconnects late must not send what nobody can read any more.
+        # While the broker stops, a publisher that reconnects late must not send what nobody can read any
+        # more.
         if self._held:
             self._hold(publisher)
 
@@ -139,7 +140,8 @@ class Topics:
             if subscription.stalled and publisher.waits_for_readers:
                 self._routes.report_left(publisher, subscription, leaving_reason(publisher))
             self._notices.set_count(subscription, subscription.peers - 1)
-            # The subscription has heard SUSPENDED. If the publisher does not come back, it needs GONE as well.
+            # The subscription has heard SUSPENDED. If the publisher does not come back, it needs GONE as
+            # well.
             if publisher.peer.suspended:
                 publisher.awaited_by[subscription.key] = subscription
                 subscription.awaits[publisher.key] = publisher
