@@ -82,7 +82,7 @@ class BrokerSession:
         self.ready = False
         self.snapshot = None
         self.stuck = {}
-        self.take_waiting()
+        self.pop_waiting()
 
     def wait(self, message: Received, topic: str) -> bool:
         """Keep a message and its topic until the snapshot arrives; return False if it is dropped."""
@@ -102,7 +102,7 @@ class BrokerSession:
         self.stuck = {each: self.stuck.get(each, 0) + 1 for each in stuck}
         return any(count > STUCK_HEARTBEATS for count in self.stuck.values())
 
-    def take_waiting(self) -> list[tuple[Received, str]]:
+    def pop_waiting(self) -> list[tuple[Received, str]]:
         """Remove and return the messages that wait, each with its topic."""
         waiting, self.waiting = self.waiting, []
         self.waiting_bytes = 0

@@ -110,7 +110,7 @@ class MeshImports:
         """Return which endpoint has an id at the router; None if it has gone."""
         return self._remotes.get(endpoint)
 
-    def take_snapshot(self, broker: int, snapshot: Snapshot) -> None:
+    def accept_snapshot(self, broker: int, snapshot: Snapshot) -> None:
         """Replace what is known of a broker.
 
         Raises:
@@ -133,7 +133,7 @@ class MeshImports:
             if frame.id not in known.ids:  # type: ignore[union-attr]
                 self._declare(broker, known, frame)
 
-    def take_change(self, broker: int, change: Change) -> bool:
+    def accept_change(self, broker: int, change: Change) -> bool:
         """Take a change; return False if a snapshot is needed, because changes are missing.
 
         Raises:

@@ -131,7 +131,7 @@ class Mesh:
 
     # What goes out
 
-    def take(self) -> list[Message]:
+    def pop_messages(self) -> list[Message]:
         """Return the messages to send, in order."""
         out = self._out[:]
         self._out.clear()
@@ -219,7 +219,7 @@ class Mesh:
             self._rejected.add(broker)
             self.rejected += 1
 
-    def take_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
+    def accept_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
         """Replace what is known of a broker.
 
         Args:
@@ -250,7 +250,7 @@ class Mesh:
         """Take a broker's endpoints, once it has the declarations of what will be sent to it."""
         session.snapshot = None
         try:
-            self._imports.take_snapshot(broker, snapshot)
+            self._imports.accept_snapshot(broker, snapshot)
         except ProtocolError as error:
             self.reject(broker, str(error))
             return
@@ -259,13 +259,13 @@ class Mesh:
         session.asked = True  # if changes are missing again, the next heartbeat has it asked
         # In the order in which they came. If one of them resets the session, the rest is of an earlier epoch
         # and is ignored by its number.
-        for message, topic in session.take_waiting():
+        for message, topic in session.pop_waiting():
             self.receive(broker, message, topic)
         session.asked = False
         if session.epoch != epoch:
             self._ask(broker, session)
 
-    def take_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
+    def accept_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
         """Reset the session if messages have been lost."""
         session = self.sessions.get(broker)
         if session is None:
@@ -317,7 +317,7 @@ class Mesh:
         if not session.ready:
             self.ignored += not session.wait(message, topic)
         elif isinstance(message, Change):
-            if not self._imports.take_change(broker, message):
+            if not self._imports.accept_change(broker, message):
                 self._ask_again(broker, session)
                 session.wait(message, topic)
         elif isinstance(message, Direct):

@@ -74,7 +74,7 @@ class MeshQueries:
         self.ponged: Callable[[int, int], None] = _ignore
         self.handlers: Mapping[type[Any], Callable[[int, Any], None]] = {
             frames.Describe: self._describe,
-            frames.Definition: self._take_definition,
+            frames.Definition: self._accept_definition,
             frames.Ping: lambda broker, frame: direct(broker, frames.Pong(frame.token)),
             frames.Pong: lambda broker, frame: self.ponged(broker, frame.token),
         }
@@ -105,7 +105,7 @@ class MeshQueries:
             definition = None
         self._direct(broker, frames.Definition(frame.type_hash, definition))
 
-    def _take_definition(self, broker: int, frame: frames.Definition) -> None:
+    def _accept_definition(self, broker: int, frame: frames.Definition) -> None:
         """Take another broker's answer; one that has not been asked is ignored."""
         request = self._requests.get(frame.type_hash)
         if request is None or request.broker != broker:

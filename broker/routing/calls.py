@@ -136,7 +136,7 @@ class Calls:
                 self._send_requests(client, server, part)
             return
         if len(raw) > self._max_bytes:
-            self._take_back(client, server, entries, Status.UNAVAILABLE, TOO_LARGE)
+            self._refuse_unsent(client, server, entries, Status.UNAVAILABLE, TOO_LARGE)
             return
         share = self._share(client, server)
         refused = is_large(raw) and self._memory_full()
@@ -151,7 +151,7 @@ class Calls:
         if not refused:
             waiting = share.bytes
             text = f"{waiting} bytes of this link's calls, {share.all.bytes} of all links, {OVERLOADED}"
-        self._take_back(client, server, entries, Status.OVERLOADED, text, waiting_bytes=waiting)
+        self._refuse_unsent(client, server, entries, Status.OVERLOADED, text, waiting_bytes=waiting)
         self._report_refusal(client.peer, "calls", text)
 
     def _share(self, client: ClientRecord, server: ServiceRecord) -> CallShare:
@@ -161,7 +161,7 @@ class Calls:
             queued = server.peer.queued_calls = QueuedCalls(*self._max_queued)
         return queued.share(client.broker << 32 | client.peer.id)  # all other brokers are one peer
 
-    def _take_back(
+    def _refuse_unsent(
         self,
         client: ClientRecord,
         server: ServiceRecord,

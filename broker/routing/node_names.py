@@ -44,9 +44,9 @@ class NodeNames:
         """
         holders = self.holders(name)
         if holders and not (shared and _any(holders).shared):  # several have shared it with each other
-            self._take(peer, holders, shared=shared)
+            self._displace(peer, holders, shared=shared)
 
-    def _take(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
+    def _displace(self, peer: Peer, holders: dict[int, NodeRecord], *, shared: bool) -> None:
         peers = (holder.peer for holder in holders.values())
         # Only silent holders can lose a name, and only after a grace time: a node must not lose its name to a
         # second copy of itself because its process was busy or frozen for a moment.

@@ -52,7 +52,7 @@ class Pool(Generic[ServerT]):
         """Remove a server."""
         level = self._servers.pop(server)
         if self._levels:
-            self._take(server, level)
+            self._unlist(server, level)
             if len(self._servers) == 1:
                 self._levels.clear()
 
@@ -68,7 +68,7 @@ class Pool(Generic[ServerT]):
         """Note that a server has got a call, or has ended one."""
         # A retired server is in no pool any more, but still ends its pending calls.
         if self._levels and server in self._servers:
-            self._take(server, self._servers[server])
+            self._unlist(server, self._servers[server])
             self._put(server)
 
     def _put(self, server: ServerT) -> None:
@@ -77,7 +77,7 @@ class Pool(Generic[ServerT]):
         self._levels.setdefault(level, {})[server] = None
         self._lowest = min(self._lowest, level)
 
-    def _take(self, server: ServerT, level: int) -> None:
+    def _unlist(self, server: ServerT, level: int) -> None:
         on_level = self._levels[level]
         del on_level[server]
         if not on_level:

@@ -139,7 +139,7 @@ class Router:
     def _emit(self, delivery: Delivery) -> None:
         self._out.append(delivery)
 
-    def _take(self) -> list[Delivery]:
+    def _pop_deliveries(self) -> list[Delivery]:
         """Return the deliveries, with ATTACHED and DETACHED frames."""
         self.routes.flush()
         out, self._out = self._out, []
@@ -154,7 +154,7 @@ class Router:
         self._assertions.report()
         self._notices.flush()
         self.graph.flush()
-        return self._take()
+        return self._pop_deliveries()
 
     # Peers
 
@@ -188,14 +188,14 @@ class Router:
             if old is not None:
                 self._replace_peer(old, "the same node has connected again")
             self._instances[instance] = peer
-        return peer.id, self._take()
+        return peer.id, self._pop_deliveries()
 
     def disconnect(self, peer_id: int) -> list[Delivery]:
         """Remove a peer whose connection is gone; ignore one that has been replaced."""
         peer = self._peers.get(peer_id)
         if peer is not None:
             self._remove_peer(peer, "")
-        return self._take()
+        return self._pop_deliveries()
 
     def _replace_peer(self, peer: Peer, reason: str) -> None:
         """Remove a peer because another takes its place, and close its connection."""
@@ -228,7 +228,7 @@ class Router:
             before, peer.principal = peer.rights, principal
             self.graph.reassess(peer, before)
             self.declarations.revoke(peer)
-        return self._take()
+        return self._pop_deliveries()
 
     def drop_denied(self, renew: Callable[[Principal], Principal | None]) -> list[Delivery]:
         """Drop messages in departed queues that changed access rules deny to their publisher or reader.
@@ -237,12 +237,12 @@ class Router:
             renew: Returns a user by the changed rules; None if it has none. For publishers that are gone.
         """
         self.routes.drop_denied(self._peers, renew)
-        return self._take()
+        return self._pop_deliveries()
 
     def hold_publishers(self) -> list[Delivery]:
         """Let the publishers send no more messages than they have sent, as the broker stops."""
         self.topics.hold()
-        return self._take()
+        return self._pop_deliveries()
 
     def mark_alive(self, peer_id: int) -> None:
         """Record a sign of life of a peer: after a graph query it needs no closer check any more."""
@@ -257,7 +257,7 @@ class Router:
             peer.suspended = True
             for endpoint in peer.endpoints.values():
                 self.declarations.leave(endpoint)
-        return self._take()
+        return self._pop_deliveries()
 
     def release_names(self, peer_id: int) -> None:
         """Let other nodes take the names of a peer that has been suspended for too long."""
@@ -281,12 +281,12 @@ class Router:
                     notice = frames.Notice(endpoint.id, NoticeKind.SUSPENDED, WAS_SILENT, policy=0, peers=1)
                     self._emit(Send(peer.id, notice))
                 self.declarations.join(endpoint)
-        return self._take()
+        return self._pop_deliveries()
 
     def check_stalls(self, now: float) -> tuple[list[str], list[Delivery]]:
         """Suspend the credit of KEEP_ALL subscriptions that take nothing; return lines for the log, too."""
         lines = self.topics.check_stalls(now)
-        return lines, self._take()
+        return lines, self._pop_deliveries()
 
     # Frames
 

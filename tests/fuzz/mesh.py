@@ -70,7 +70,7 @@ def check(data: bytes) -> None:
     for other in BROKERS:
         broker.mesh.remove_broker(other)
     broker.forward()
-    broker.mesh.take()
+    broker.mesh.pop_messages()
     assert {key >> 32 for key in endpoint_keys(broker.router)} == {1}
     assert remote_endpoints(broker.mesh) == calls_between_brokers(broker.mesh) == 0
     check_tables(broker)
@@ -83,7 +83,7 @@ def step(broker: MeshBroker, node: int, source: Source) -> None:
         mesh.remove_broker(other)
         mesh.add_broker(other)
         mesh.snapshot(other, 1)
-        mesh.take_snapshot(other, Snapshot(1, 0, GOOD))
+        mesh.accept_snapshot(other, Snapshot(1, 0, GOOD))
         attached = frames.Attached(other << 32 | 2, (1,), make.GID, 0, "/a", {})
         mesh.receive(other, Direct(1, _session(mesh, other).epoch, 1, 0, attached))
     action = source.below(24)
@@ -92,7 +92,7 @@ def step(broker: MeshBroker, node: int, source: Source) -> None:
             broker.send(node, _local(source))
     elif action < 10:
         broker.forward()
-        for message in mesh.take():
+        for message in mesh.pop_messages():
             if isinstance(message, Change):
                 wire.encode_change(message)
             elif isinstance(message, Direct):
@@ -117,9 +117,9 @@ def _administer(mesh: Mesh, other: int, source: Source) -> None:
     elif action == 1:
         declarations = tuple(_declaration(source) for _ in range(source.below(6)))
         snapshot = Snapshot(_epoch(source), number(source), (frames.Node(1, "/a"), *declarations))
-        mesh.take_snapshot(other, DECODER.snapshot(wire.encode_snapshot(snapshot)))
+        mesh.accept_snapshot(other, DECODER.snapshot(wire.encode_snapshot(snapshot)))
     elif action == 2:
-        mesh.take_heartbeat(other, Heartbeat(number(source), {1: (_epoch(source), number(source))}))
+        mesh.accept_heartbeat(other, Heartbeat(number(source), {1: (_epoch(source), number(source))}))
     else:
         mesh.snapshot(other, _epoch(source))
 

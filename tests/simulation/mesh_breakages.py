@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 @contextmanager
 def ignores_versions() -> Iterator[None]:
     """A lost change is not noticed."""
-    take = MeshImports.take_change
+    take = MeshImports.accept_change
 
     def take_any(imports: MeshImports, broker: int, change: Change) -> bool:
         set_version(imports, broker, change.version - 1)
         return take(imports, broker, change)
 
-    with mock.patch.object(MeshImports, "take_change", take_any):
+    with mock.patch.object(MeshImports, "accept_change", take_any):
         yield
 
 

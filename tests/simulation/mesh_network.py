@@ -286,7 +286,7 @@ class SimulatedEngine:
 
     def _unanswered(self, domain: int, broker: int) -> None:
         if self.alive:
-            self.meshes[domain].take_snapshot(broker, None)
+            self.meshes[domain].accept_snapshot(broker, None)
 
     def _later(self, seconds: float, call: Callable[[], None]) -> None:
         self._network.loop.call_later(seconds, call, context=self.context)
@@ -352,7 +352,7 @@ class SimulatedEngine:
     def hear_heartbeat(self, broker: int, domain: int, payload: bytes) -> None:
         """Take a heartbeat."""
         if domain in self.meshes:
-            self.meshes[domain].take_heartbeat(broker, wire.decode_heartbeat(payload))
+            self.meshes[domain].accept_heartbeat(broker, wire.decode_heartbeat(payload))
 
     def answer(self, asker: SimulatedEngine, domain: int, token: int, payload: bytes) -> None:
         """Answer a request for the snapshot, most of the time."""
@@ -367,7 +367,7 @@ class SimulatedEngine:
         asked = self._asked.pop(token, None)
         if asked is not None:
             domain, broker = asked
-            self.meshes[domain].take_snapshot(broker, DECODER.snapshot(payload))
+            self.meshes[domain].accept_snapshot(broker, DECODER.snapshot(payload))
 
 
 class MeshNetwork:

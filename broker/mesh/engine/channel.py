@@ -123,5 +123,5 @@ class MeshChannel:
         self.outbox.dropped = before.dropped
 
     def _pass_on(self) -> None:
-        if messages := self.mesh.take():
+        if messages := self.mesh.pop_messages():
             self._engine.send(self._router.domain, messages)

@@ -83,7 +83,7 @@ class Host(Protocol):
     def mesh(self, domain: int) -> Mesh:
         """Return the mesh of a domain, in which this broker takes part from now on.
 
-        The engine calls its `add_broker`, `remove_broker`, `take_snapshot`, `take_heartbeat` and `receive`,
+        The engine calls its `add_broker`, `remove_broker`, `accept_snapshot`, `accept_heartbeat` and `receive`,
         and answers other brokers with its `snapshot`.
         """
         ...

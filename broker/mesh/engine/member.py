@@ -55,7 +55,7 @@ class RoundTrips:
         self._began_us = now_us
         return True
 
-    def take(self, broker: int, token: int, now_us: int) -> None:
+    def record(self, broker: int, token: int, now_us: int) -> None:
         """Take a broker's answer, unless it answers an earlier PING."""
         if token == self._began_us:
             self.by_broker[broker] = max(1, now_us - token)
@@ -152,7 +152,7 @@ class MeshMember:
         def ponged(broker: int, token: int) -> None:
             if token == LAST_PING:
                 self._unanswered.discard((domain, broker))
-            self._round_trips.take(broker, token, self._now_us())
+            self._round_trips.record(broker, token, self._now_us())
 
         mesh.queries.ponged = ponged
         rules = self._dispatcher.admission.rules

@@ -221,7 +221,7 @@ class ZenohEngine:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker) as mesh:
-                mesh.take_heartbeat(broker, wire.decode_heartbeat(self._payload(broker, sample)))
+                mesh.accept_heartbeat(broker, wire.decode_heartbeat(self._payload(broker, sample)))
 
     def _on_direct(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 6)
@@ -284,12 +284,12 @@ class ZenohEngine:
         if reply is None or reply.ok is None:
 
             def ask_again(_domain: int, number: int) -> None:
-                mesh.take_snapshot(number, None)
+                mesh.accept_snapshot(number, None)
 
             self._loop.call_later(ASK_AGAIN_SEC, self._received.put, ask_again, domain, broker)
         else:
             with self._from(domain, broker):
-                mesh.take_snapshot(broker, self._decode.snapshot(reply.ok.payload.to_bytes()))
+                mesh.accept_snapshot(broker, self._decode.snapshot(reply.ok.payload.to_bytes()))
 
     def _on_query(self, domain: int, query: zenoh.Query) -> None:
         asked = b"" if query.payload is None else query.payload.to_bytes()

@@ -41,7 +41,7 @@ class Attack:
         for broker in (THERE, OTHER):
             self.mesh.add_broker(broker)
             self.mesh.snapshot(broker, 1)
-            self.mesh.take_snapshot(broker, Snapshot(1, 0, ()))
+            self.mesh.accept_snapshot(broker, Snapshot(1, 0, ()))
         self.change(NODE, make.publisher(2, node=1), make.subscription(3, node=1), make.client(4, node=1))
         self.change(frames.Node(1, "/third"), make.service(2, "/other", node=1), broker=OTHER)
         self.direct(self.attached())
@@ -51,7 +51,7 @@ class Attack:
         """Answer the request for a snapshot of broker 2, which has come back."""
         self.version[THERE], self.number[THERE] = 10, 0
         self.mesh.snapshot(THERE, 2)
-        self.mesh.take_snapshot(THERE, Snapshot(2, 10, declarations))
+        self.mesh.accept_snapshot(THERE, Snapshot(2, 10, declarations))
 
     def change(self, *changed: Any, broker: int = THERE) -> None:
         """Send changes with their right versions."""
@@ -77,7 +77,7 @@ class Attack:
     def settle(self) -> list[Any]:
         """Let the broker do what there is to do, and return its messages."""
         self.broker.forward()
-        return self.mesh.take()
+        return self.mesh.pop_messages()
 
     def sent(self) -> list[tuple[Any, int]]:
         """Return the frames that it has sent to one broker, and the broker's number."""

@@ -82,7 +82,7 @@ class Network:
             busy = False
             for broker in self:
                 broker.forward()
-                for message in broker.mesh.take():
+                for message in broker.mesh.pop_messages():
                     busy = True
                     self.carry(broker, message)
 
@@ -138,8 +138,8 @@ def _hand_over(sender: MeshBroker, other: MeshBroker, message: Message) -> None:
     elif isinstance(message, Ask):
         if message.broker == other.number:
             snapshot = other.mesh.snapshot(sender.number, message.epoch)
-            sender.mesh.take_snapshot(other.number, snapshot)
+            sender.mesh.accept_snapshot(other.number, snapshot)
     elif isinstance(message, Heartbeat):
-        other.mesh.take_heartbeat(sender.number, message)
+        other.mesh.accept_heartbeat(sender.number, message)
     elif isinstance(message, Change) or (isinstance(message, Direct) and message.broker == other.number):
         other.mesh.receive(sender.number, message)

@@ -32,8 +32,8 @@ def _answer_for_another(attack: Attack) -> None:
 
 
 def _snapshot(attack: Attack, declarations: tuple[frames.Frame, ...]) -> None:
-    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {HERE: (1, attack.number[THERE])}))
-    attack.mesh.take_snapshot(THERE, Snapshot(1, 99, declarations))
+    attack.mesh.accept_heartbeat(THERE, Heartbeat(99, {HERE: (1, attack.number[THERE])}))
+    attack.mesh.accept_snapshot(THERE, Snapshot(1, 99, declarations))
 
 
 def _call_twice(attack: Attack) -> None:
@@ -66,7 +66,7 @@ ATTACKS: dict[str, Callable[[Attack], None]] = {
     "call-again": _call_twice,
     "wrong-kind": lambda attack: attack.direct(frames.Undeclare(1)),
     "epoch": lambda attack: attack.mesh.receive(THERE, Direct(HERE, MAX_U64, 1, 0, attack.attached())),
-    "heartbeat-epoch": lambda attack: attack.mesh.take_heartbeat(THERE, Heartbeat(0, {HERE: (MAX_U64, 0)})),
+    "heartbeat-epoch": lambda attack: attack.mesh.accept_heartbeat(THERE, Heartbeat(0, {HERE: (MAX_U64, 0)})),
 }
 
 
@@ -78,7 +78,7 @@ def test_a_broker_that_breaks_a_rule_is_rejected(attack: Callable[[Attack], None
     under.assert_rejected()
     under.direct(under.attached())
     under.change(frames.Node(20, "/more"))
-    under.mesh.take_heartbeat(THERE, Heartbeat(50, {}))
+    under.mesh.accept_heartbeat(THERE, Heartbeat(50, {}))
     under.mesh.add_broker(THERE)
     under.assert_rejected()
 
@@ -151,7 +151,7 @@ def test_messages_under_the_key_of_another_topic_are_ignored() -> None:
     attack.mesh.receive(THERE, _batch(PUBLISHER), "/other")
     attack.mesh.receive(THERE, Change(99, frames.Undeclare(50)))  # changes are missing
     attack.mesh.receive(THERE, _batch(PUBLISHER), "/other")
-    attack.mesh.take_snapshot(THERE, Snapshot(1, 99, (NODE, make.publisher(2, node=1))))
+    attack.mesh.accept_snapshot(THERE, Snapshot(1, 99, (NODE, make.publisher(2, node=1))))
     assert attack.broker.read(attack.node, frames.Batch) == []
     attack.mesh.receive(THERE, _batch(PUBLISHER), "/t")
     assert len(attack.broker.read(attack.node, frames.Batch)) == 1
@@ -171,15 +171,15 @@ def test_a_version_far_ahead_leads_to_one_request_per_heartbeat() -> None:
     attack.mesh.receive(THERE, Change(MAX_U64, frames.Node(30, "/never")))
     for _ in range(3):
         assert [type(message) for message in attack.settle()] == [Ask]
-        attack.mesh.take_snapshot(THERE, Snapshot(1, 5, ()))
+        attack.mesh.accept_snapshot(THERE, Snapshot(1, 5, ()))
         assert attack.settle() == []
-        attack.mesh.take_heartbeat(THERE, Heartbeat(5, {HERE: (1, 0)}))
+        attack.mesh.accept_heartbeat(THERE, Heartbeat(5, {HERE: (1, 0)}))
 
 
 def test_messages_that_wait_for_a_snapshot_have_a_limit_in_bytes() -> None:
     """A broker that never answers cannot fill the memory."""
     attack = Attack()
-    attack.mesh.take_heartbeat(THERE, Heartbeat(99, {}))
+    attack.mesh.accept_heartbeat(THERE, Heartbeat(99, {}))
     batch = make.batch(PUBLISHER, 0, 1, 4 * 1024 * 1024)
     for _ in range(10):
         attack.mesh.receive(THERE, batch)

@@ -108,4 +108,4 @@ def _numbers(broker: MeshBroker, reader: int) -> list[int]:
 
 def _sent(broker: MeshBroker) -> list[Message]:
     broker.forward()
-    return broker.mesh.take()
+    return broker.mesh.pop_messages()

@@ -25,7 +25,7 @@ def _entries(broker: MeshBroker, other: int) -> set[int]:
 
 def _changes(broker: MeshBroker) -> list[frames.Frame]:
     broker.forward()
-    return [message.frame for message in broker.mesh.take() if isinstance(message, Change)]
+    return [message.frame for message in broker.mesh.pop_messages() if isinstance(message, Change)]
 
 
 def test_a_suspended_node_leaves_and_returns() -> None:

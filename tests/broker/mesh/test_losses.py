@@ -108,8 +108,8 @@ def test_heartbeats_of_brokers_that_are_gone_are_ignored() -> None:
     network = Network()
     a, _ = network
     network.partition(2)
-    a.mesh.take_heartbeat(2, Heartbeat(9, {1: (9, 9)}))
-    assert a.mesh.take() == []
+    a.mesh.accept_heartbeat(2, Heartbeat(9, {1: (9, 9)}))
+    assert a.mesh.pop_messages() == []
     assert a.mesh.ignored == 1
 
 
@@ -117,7 +117,7 @@ def test_what_is_lost_before_a_snapshot_is_noticed_with_it() -> None:
     """A direct message that waits for the snapshot shows that an earlier one is missing: both begin anew."""
     network = Network()
     a, b = network
-    a.mesh.take_heartbeat(2, Heartbeat(9, {}))
+    a.mesh.accept_heartbeat(2, Heartbeat(9, {}))
     a.mesh.receive(2, Direct(1, 1, 5, 0, frames.Grant(1, 1, 1, 1)))
     network.settle()
     assert (a.mesh.resets, b.mesh.resets) == (1, 1)
@@ -172,7 +172,7 @@ def test_nothing_is_sent_to_a_broker_that_does_not_know_who_sends() -> None:
         a.publisher(talker, make.publisher(1))
         b.send(listener, make.subscription(1))
         a.mesh.add_broker(2)
-        a.mesh.take_snapshot(2, b.mesh.snapshot(0, 0))
+        a.mesh.accept_snapshot(2, b.mesh.snapshot(0, 0))
         a.forward()
         assert a.read(talker, frames.Matched) == []
         if asks:
@@ -274,9 +274,9 @@ def test_the_last_latched_message_is_sent_again_if_it_was_lost() -> None:
     for _ in range(20):
         network.beat()
     assert a.mesh.resets == resets
-    a.mesh.take()
+    a.mesh.pop_messages()
     a.mesh.send_heartbeat()
-    assert [each.held for each in a.mesh.take() if isinstance(each, Heartbeat)] == [{}]
+    assert [each.held for each in a.mesh.pop_messages() if isinstance(each, Heartbeat)] == [{}]
 
 
 def test_latched_messages_that_have_come_are_no_loss() -> None:

@@ -26,7 +26,7 @@ def test_a_warning_names_the_broker_if_its_name_is_known() -> None:
     mesh = member.add(Router()).mesh
     for broker in (2, 3):
         mesh.add_broker(broker)
-    mesh.take_snapshot(2, Snapshot(1, 0, (), "robot\n"))
+    mesh.accept_snapshot(2, Snapshot(1, 0, (), "robot\n"))
     for broker in (2, 3):
         mesh.reject(broker, "why")
     assert lines == [

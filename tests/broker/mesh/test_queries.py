@@ -113,8 +113,8 @@ def test_round_trips_are_measured_again_after_a_pause_and_forgotten_later() -> N
     trips = RoundTrips()
     now = 5 * PAUSE_US
     assert trips.begin(now)
-    trips.take(2, now, now + 300)
-    trips.take(3, now - 1, now + 300)
+    trips.record(2, now, now + 300)
+    trips.record(3, now - 1, now + 300)
     assert trips.by_broker == {2: 300}
     assert not trips.begin(now + PAUSE_US - 1)
     assert trips.begin(now + PAUSE_US)

@@ -117,7 +117,7 @@ def test_definitions_are_sent_of_exported_types_only(topic: str, answer: bytes |
     network.settle()
     question = Direct(a.number, 1, 1, 0, frames.Describe(declared.type_hash))
     network.carry(b, question)
-    answers = [message.frame for message in a.mesh.take() if isinstance(message, Direct)]
+    answers = [message.frame for message in a.mesh.pop_messages() if isinstance(message, Direct)]
     assert answers == [frames.Definition(declared.type_hash, answer)]
 
 
