@@ -83,8 +83,8 @@ class Host(Protocol):
     def mesh(self, domain: int) -> Mesh:
         """Return the mesh of a domain, in which this broker takes part from now on.
 
-        The engine calls its `add_broker`, `remove_broker`, `accept_snapshot`, `accept_heartbeat` and `receive`,
-        and answers other brokers with its `snapshot`.
+        The engine calls its `add_broker`, `remove_broker`, `accept_snapshot`, `accept_heartbeat` and
+        `receive`, and answers other brokers with its `snapshot`.
         """
         ...
 
