@@ -24,6 +24,7 @@ from proto.errors import ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.broker.rawclient import DEADLINE_SEC, read_frame
+from tests.seams.limits import set_limits
 from tests.seams.nodes import queries_of
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def test_commands_end_with_the_code_for_no_broker(
     verb: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Case 58: `topic list` of a broker that never finishes its answer exits with 3."""
-    monkeypatch.setattr("actors.cli.broker_target.CONNECT_TIMEOUT_SEC", 0.1)
+    set_limits(monkeypatch, connect_sec=0.1)
     with endless(frames.Graph(1, True, ENTRIES, (), ())) as url:
         assert main([*verb, "--url", url]) == 3
     assert "No complete answer from the broker" in capsys.readouterr().err

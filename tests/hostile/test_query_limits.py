@@ -19,6 +19,7 @@ from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link
 from tests.broker.switch import ManualSwitch, Switch
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -114,7 +115,7 @@ async def test_statistics_are_collected_once_for_all_links_that_ask() -> None:
 
 async def test_inspects_that_wait_for_an_answer_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 54: where a snapshot takes long, a flood of INSPECTs ends its link; a bystander is answered."""
-    monkeypatch.setattr("broker.serving.inspections.MAX_UNANSWERED", 50)
+    set_limits(monkeypatch, unanswered_inspects=50)
     ticks = itertools.count()
     options = BrokerOptions(port=0, drain_timeout_sec=0.2)
     async with (

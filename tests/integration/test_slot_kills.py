@@ -10,6 +10,7 @@ import pytest
 
 from tests.integration.slot_kills import calls_before_death, survivors
 from tests.integration.slot_victims import STEPS
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from tests.integration.conftest import System
@@ -36,7 +37,7 @@ async def test_one_dies_at_each_step(
     system: System, names: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The others go on by reference; what arrives is whole, in order, and nothing of the dead is mapped."""
-    monkeypatch.setattr("actors.session.connector.LAST_RETRY_SEC", 0.1)
+    set_limits(monkeypatch, reconnect_sec=0.1)
     chance = random.Random(0)
     async with survivors(system) as living:
         for name in names:

@@ -12,6 +12,7 @@ from actors.endpoints.endpoint import endpoint_of
 from broker.options import BrokerOptions
 from proto import limits
 from tests.seams.brokers import dispatcher_of
+from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, link_of
 from tests.simulation.network import LinkFaults
 from tests.simulation.records import Ask, Note
@@ -345,8 +346,7 @@ def test_many_keep_all_publishers_share_what_may_wait(
     """Windows of few or many publishers fit under the limit; publishers wait, and nothing is lost."""
     ceiling = 36 * 2**20
     if count == CROWD:
-        monkeypatch.setattr("actors.endpoints.flow_control.window.LEAST_BYTES", 4 * KIB)
-        monkeypatch.setattr("actors.endpoints.flow_control.window.SHARED_BYTES", 2**20)
+        set_limits(monkeypatch, window_least_bytes=4 * KIB, window_shared_bytes=2**20)
         ceiling = CROWD * (4 + 1 + 3) * KIB  # a window, the message that overruns it, and each run's own cost
 
     async def scene(stage: Stage) -> None:
@@ -410,7 +410,7 @@ def test_a_reader_that_stops_for_a_flood_gets_the_newest(
 def test_publishers_that_come_and_go_add_nothing_to_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     """KEEP_ALL: a stuck reader holds one window; when it continues it gets everything."""
     window, lives = 100, 30
-    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", window)
+    set_limits(monkeypatch, window_messages=window)
     each = window - 10  # so that a publisher can send all it has, and leave
 
     async def scene(stage: Stage) -> None:

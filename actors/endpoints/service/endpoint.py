@@ -88,7 +88,7 @@ class ServiceEndpoint(DeclaredService):
         self.posted = False
         self.calls = 0
         self.timing = context.watch.of(callback, "the service", name)
-        self.waiting = RequestQueue()
+        self.waiting = RequestQueue(MAX_QUEUED)
         self.running: dict[int, CallbackTask] = {}
         self._callback = callback
         self.concurrent = concurrent

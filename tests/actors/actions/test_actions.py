@@ -22,6 +22,7 @@ from actors.qos.profile import qos_profile_action_status_default
 from actors.testing import SimulatedClock
 from proto.wire.names import is_hidden
 from tests.actors.meeting import DEADLINE_SEC, MIB, matched, until
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -197,7 +198,7 @@ async def test_a_result_does_not_wait_for_feedback_for_long(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A callback that waits for the result elsewhere, and so keeps the feedback waiting, only delays it."""
-    monkeypatch.setattr("actors.actions.feedback_order.MAX_WAIT_SEC", 0.05)
+    set_limits(monkeypatch, feedback_wait_sec=0.05)
     both = await pair(meeting, five)
     entered, gate, taken = asyncio.Event(), asyncio.Event(), list[Any]()
 
@@ -282,7 +283,7 @@ async def test_feedback_that_nobody_takes_is_bounded_and_counted(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Beyond the limit the oldest is dropped."""
-    monkeypatch.setattr("actors.actions.client_goal.FEEDBACK_DEPTH", 2)
+    set_limits(monkeypatch, feedback_depth=2)
     both = await pair(meeting, succeed)
     handle = await both.send()
     await handle.result(DEADLINE_SEC)
@@ -328,7 +329,7 @@ async def test_of_two_goals_with_one_id_one_is_accepted(meeting: Meeting) -> Non
 
 async def test_one_goal_too_many_is_rejected(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
     """The number of goals that have not ended is limited, and the refusal is counted."""
-    monkeypatch.setattr("actors.actions.server_endpoint.MAX_GOALS", 1)
+    set_limits(monkeypatch, goals=1)
     gate = Gate()
     both = await pair(meeting, gate.execute)
     first, second = await both.send(), await both.send()

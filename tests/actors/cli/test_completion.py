@@ -18,6 +18,7 @@ from actors.config.contexts import Context, Contexts
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk
@@ -28,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[3]
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No broker but one that a test names, with time for its answer, and no contexts but its own."""
-    monkeypatch.setattr("actors.cli.completion.BROKER_TIMEOUT_SEC", 20.0)
+    set_limits(monkeypatch, completion_broker_sec=20.0)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("CALLBOARD_URL", "callboard+unix:///nowhere")
     for name in ("CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT"):

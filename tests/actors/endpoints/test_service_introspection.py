@@ -18,6 +18,7 @@ from actors.time.clock import Clock
 from actors.time.types import ClockType
 from proto.errors import InvalidTopicNameError
 from tests.actors.meeting import KEEP_ALL, MIB, Blow, matched, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, invalid_requests
 
 if TYPE_CHECKING:
@@ -201,7 +202,7 @@ async def test_an_event_that_does_not_fit_is_lost_and_the_call_goes_on(
 
 async def test_a_full_topic_does_not_stop_calls(watch: Watch, monkeypatch: pytest.MonkeyPatch) -> None:
     """KEEP_ALL behind a reader that does not read: events are lost, calls are not."""
-    monkeypatch.setattr("actors.endpoints.flow_control.queue_limits.KEEP_ALL_MESSAGES", 3)
+    set_limits(monkeypatch, keep_all_messages=3)
     await watch.open(add)
     await watch.tell(State.METADATA, State.OFF)
     calls = [watch.client.call_async(ASK) for _ in range(100)]

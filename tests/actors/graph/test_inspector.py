@@ -27,6 +27,7 @@ from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.actors.meeting import DEADLINE_SEC, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import note_greetings
 
 if TYPE_CHECKING:
@@ -212,7 +213,7 @@ def test_a_broker_that_does_not_answer(answer: bytes, text: str) -> None:
 
 def test_it_stays_connected_until_the_broker_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """It answers PINGs, for as long as there is a connection."""
-    monkeypatch.setattr("actors.graph.inspector._STAY_SEC", 0.01)
+    set_limits(monkeypatch, inspector_stay_sec=0.01)
     with listener(WELCOME + encode(frames.Ping(1)), encode(frames.Goodbye("bye"))) as url:
         inspector = Inspector(url)
         inspector.connect()

@@ -10,6 +10,7 @@ import pytest
 
 import actors
 from actors import Child, ChildEventKind, ChildState, Restart, Strategy, Supervisor
+from tests.seams.limits import set_limits
 from tests.seams.processes import lost_events
 from tests.simulation.loop import simulate
 from tests.simulation.stage import play
@@ -437,7 +438,7 @@ def test_watchers_see_what_happens() -> None:
 def test_a_slow_watcher_misses_the_oldest_and_counts_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """A watcher's queue is bounded; what it cannot hold is dropped, oldest first."""
     limit = 20
-    monkeypatch.setattr("actors.processes.child_events.WATCHER_EVENTS", limit)
+    set_limits(monkeypatch, child_events=limit)
 
     async def scene(loop: SimulatedLoop, diary: Diary) -> None:
         async def short() -> None:

@@ -17,6 +17,7 @@ from actors.testing import Direction, FaultProxy
 from actors.testing.pipe import HELD_BYTES
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import DEADLINE_SEC, matched, until
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -208,7 +209,7 @@ async def test_more_connections_than_it_takes_are_refused(
     proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whom a black hole makes try again and again cannot use up the process's descriptors."""
-    monkeypatch.setattr("actors.testing.fault_proxy.MAX_CONNECTIONS", 1)
+    set_limits(monkeypatch, proxied_connections=1)
     async with dialled(proxy) as (reader, writer), dialled(proxy) as (refused, _):
         with pytest.raises(ConnectionResetError):
             await refused.read(1)

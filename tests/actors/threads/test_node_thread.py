@@ -18,6 +18,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
 from tests.actors.meeting import DEADLINE_SEC
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
@@ -145,7 +146,7 @@ def test_a_future_can_be_cancelled() -> None:
 
 def test_the_number_of_calls_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     """One too many is refused, and not made; when one has ended another one can be made."""
-    monkeypatch.setattr("actors.threads.loop_thread.MAX_CALLS", 2)
+    set_limits(monkeypatch, thread_calls=2)
     with NodeThread("worker") as thread:
         first, _ = thread.submit(Endless().wait), thread.submit(Endless().wait)
         with pytest.raises(TooManyCallsError, match="2 calls in 'worker' have not ended"):
@@ -246,7 +247,7 @@ def test_a_node_without_a_broker_is_the_callers_error(host: Host) -> None:
 
 def test_what_is_entered_too_late_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """`enter` cancels it, and `stop` waits for its end, before it leaves what was entered earlier."""
-    monkeypatch.setattr("actors.threads.loop_thread.GRACE_SEC", 0)
+    set_limits(monkeypatch, thread_grace_sec=0)
     started, left = threading.Event(), list[str]()
 
     @asynccontextmanager

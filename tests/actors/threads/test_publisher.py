@@ -14,6 +14,7 @@ import actors
 from actors.interfaces.std_msgs.msg import Int64, String
 from actors.threads import NodeThread, ThreadStoppedError
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
@@ -122,7 +123,7 @@ def test_keep_all_drops_nothing(host: Host, monkeypatch: pytest.MonkeyPatch) -> 
         pair.publisher.ready()
         assert (pair.publisher.published, pair.publisher.dropped) == (3, 0)
         assert pair.received(3) == [0, 1, 2]
-        monkeypatch.setattr("actors.endpoints.flow_control.queue_limits.KEEP_ALL_MESSAGES", 0)
+        set_limits(monkeypatch, keep_all_messages=0)
         with pytest.raises(actors.PublisherFull):
             pair.publish([3])
         monkeypatch.undo()
@@ -136,7 +137,7 @@ def test_what_the_caller_was_not_refused_is_sent(host: Host, monkeypatch: pytest
         pair = Pair(host, thread, KEEP_ALL)
         with blocked(thread):
             pair.publish(range(3))
-            monkeypatch.setattr("actors.endpoints.flow_control.queue_limits.KEEP_ALL_MESSAGES", 0)
+            set_limits(monkeypatch, keep_all_messages=0)
         assert pair.received(3) == [0, 1, 2]
 
 

@@ -19,6 +19,7 @@ from broker import AddressInUseError, Broker, BrokerOptions, ListenError
 from broker.serving.listening import listen_unix
 from proto.aio.process import new_event_loop
 from proto.wire.url import parse_url
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,7 +35,7 @@ def test_a_listener_between_bind_and_listen_wins(
     new_loop: Callable[[], asyncio.AbstractEventLoop], host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """uvloop does not report this failure: the broker detects it, on each loop."""
-    monkeypatch.setattr("broker.serving.probe.PROBE_TIMEOUT_SEC", 0.1)
+    set_limits(monkeypatch, probe_sec=0.1)
     with asyncio.Runner(loop_factory=new_loop) as runner, socket.socket() as rival:
         rival.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         rival.bind(("127.0.0.1", 0))
@@ -204,7 +205,7 @@ async def test_an_address_in_use_by_something_else_is_reported_as_such(
     monkeypatch: pytest.MonkeyPatch, answer: bytes
 ) -> None:
     """Whatever it answers, or if it answers nothing until the deadline."""
-    monkeypatch.setattr("broker.serving.probe.PROBE_TIMEOUT_SEC", 0.1)
+    set_limits(monkeypatch, probe_sec=0.1)
 
     ended = asyncio.Event()
 

@@ -12,6 +12,7 @@ from proto.wire import frames
 from proto.wire.codes import EntryKind
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     import pytest
@@ -115,7 +116,7 @@ async def test_the_periodic_check_reports_what_was_left_out(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It needs no further change, once a second has passed."""
-    monkeypatch.setattr("broker.serving.presence_log.MAX_LINES_PER_SEC", 1)
+    set_limits(monkeypatch, log_lines_per_sec=1)
     caplog.set_level(logging.INFO, LOGGER)
     async with verbose_broker() as broker, link(broker, "/a"), link(broker, "/b"):
         await until(lambda: len(lines(caplog, logging.INFO)) == 2)
@@ -126,7 +127,7 @@ async def test_what_a_broker_left_out_of_its_log_is_counted_at_its_end(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nothing of it is lost. A check of the links may have reported a part."""
-    monkeypatch.setattr("broker.serving.presence_log.MAX_LINES_PER_SEC", 2)
+    set_limits(monkeypatch, log_lines_per_sec=2)
     caplog.set_level(logging.INFO, LOGGER)
     async with verbose_broker() as broker, link(broker, "/talker") as client:
         client.send(frames.Node(1, "/a"), frames.Node(2, "/b"), frames.Node(3, "/c"))

@@ -20,6 +20,7 @@ from actors.cli.commands.param.set import add_arguments
 from actors.cli.completion import Offer, offers
 from actors.cli.parsing import Parser
 from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -337,8 +338,7 @@ async def test_a_callback_that_raises(desk: Desk) -> None:
 
 async def test_names_are_completed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes, then the parameters of the node; of `param set` each second word."""
-    monkeypatch.setattr("actors.cli.completion.BROKER_TIMEOUT_SEC", 20.0)
-    monkeypatch.setattr("actors.cli.completion.PARAMETERS_TIMEOUT_SEC", 3.0)
+    set_limits(monkeypatch, completion_broker_sec=20.0, completion_parameters_sec=3.0)
     place = ("--url", desk.url)
     async with driver(desk):
 

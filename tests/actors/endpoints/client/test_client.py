@@ -17,6 +17,7 @@ from proto.errors import InvalidServiceNameError
 from proto.wire.codes import Status
 from proto.wire.frames import ReplyEntry
 from tests.actors.meeting import DEADLINE_SEC, turns, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
@@ -338,7 +339,7 @@ async def test_too_many_calls_of_a_client_fail_before_they_leave(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The client has a limit of its own; those within it are not harmed."""
-    monkeypatch.setattr("actors.endpoints.client.endpoint.MAX_PENDING", 3)
+    set_limits(monkeypatch, pending_calls=3)
     sloth = Sloth()
     _, client = await pair(meeting, sloth)
     calls = [client.call_async(ASK) for _ in range(3)]

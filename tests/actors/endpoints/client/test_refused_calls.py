@@ -15,6 +15,7 @@ from actors.interfaces.message import type_hash, type_name
 from proto.wire import frames
 from tests.actors.meeting import DEADLINE_SEC, Blow, until
 from tests.broker.rawclient import RawClient, link
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -102,7 +103,7 @@ async def test_two_large_calls_at_once_succeed(slow: Slow) -> None:
 
 async def test_refused_calls_are_sent_in_order(slow: Slow, monkeypatch: pytest.MonkeyPatch) -> None:
     """Calls that are made while others wait are sent after them, if the broker answers within the delay."""
-    monkeypatch.setattr("actors.endpoints.client.refused_calls._MIN_DELAY_SEC", 0.3)
+    set_limits(monkeypatch, refused_call_delay_sec=0.3)
     slow.client = slow.node.create_client(Blow, "blow")
     calls = [await slow.first()]
     for number in range(1, 4):
@@ -167,8 +168,7 @@ async def test_the_end_of_the_node_ends_refused_calls(slow: Slow) -> None:
 
 async def test_too_many_refused_calls_fail(slow: Slow, monkeypatch: pytest.MonkeyPatch) -> None:
     """What waits in the client is limited; calls within the limit are not harmed."""
-    monkeypatch.setattr("actors.endpoints.client.refused_calls.MAX_REFUSED", 1)
-    monkeypatch.setattr("actors.endpoints.client.refused_calls._MIN_DELAY_SEC", 60)
+    set_limits(monkeypatch, refused_calls=1, refused_call_delay_sec=60)
     slow.client = slow.node.create_client(Blow, "blow")
     first = await slow.first()
     second = slow.call(2)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from actors.endpoints.flow_control import queue_limits
 from proto.queues.publisher_queue import PublisherQueue
 from tests.broker.frame_makers import batch
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     import pytest
@@ -34,8 +35,7 @@ def test_keep_all_is_crowded_long_before_it_is_full() -> None:
 def test_keep_all_is_bounded_in_bytes_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """However few messages they are."""
     queue = PublisherQueue(0, None)
-    monkeypatch.setattr(queue_limits, "READY_BYTES", 1000)
-    monkeypatch.setattr(queue_limits, "KEEP_ALL_BYTES", 3000)
+    set_limits(monkeypatch, ready_bytes=1000, keep_all_bytes=3000)
     queue.put(batch(1, 0, 1, 2000))
     assert queue_limits.crowded(queue, 1)
     assert queue_limits.left(queue, 1) > 0

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.endpoints.flow_control import queue_limits
 from actors.interfaces.codec import Codec, codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, UInt8MultiArray
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, until
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -61,7 +61,7 @@ async def test_a_latched_message_reaches_late_joiners(meeting: Meeting) -> None:
 
 async def test_keep_all_is_full_at_its_limit(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
     """PublisherFull, as with `publish`; nothing is lost."""
-    monkeypatch.setattr(queue_limits, "KEEP_ALL_MESSAGES", 3)
+    set_limits(monkeypatch, keep_all_messages=3)
     node = await meeting.node("node")
     publisher = node.create_publisher(Int64, "number", KEEP_ALL)
     subscription = node.create_subscription(Int64, "number", qos=KEEP_ALL)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
-from actors.endpoints.flow_control import queue_limits
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
@@ -17,6 +16,7 @@ from actors.node.node_runner import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
 from proto.queues.outbox import Outbox
 from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, link_of
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ async def test_a_keep_all_publisher_is_full_at_its_limit_in_bytes(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What waits is within the limit, or one message over it, however many messages there is room for."""
-    monkeypatch.setattr(queue_limits, "KEEP_ALL_BYTES", 100_000)
+    set_limits(monkeypatch, keep_all_bytes=100_000)
     publisher = meeting.absent("talker").create_publisher(UInt8MultiArray, "numbers", KEEP_ALL)
     message = UInt8MultiArray(data=bytes(60_000))
     for _ in range(2):
@@ -224,9 +224,7 @@ async def test_a_keep_all_publisher_is_full_at_its_limit_in_bytes(
 
 async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
     """At the limit `publish` raises PublisherFull; `ready` waits for room; nothing that was taken is lost."""
-    monkeypatch.setattr(queue_limits, "KEEP_ALL_MESSAGES", 300)
-    monkeypatch.setattr(queue_limits, "READY_MESSAGES", 100)
-    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 50)
+    set_limits(monkeypatch, keep_all_messages=300, ready_messages=100, window_messages=50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     other = talker.create_publisher(Int64, "others", 10)
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)

@@ -16,6 +16,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Empty
 from proto.wire.frames import RequestEntry
 from tests.actors.meeting import MIB, Blow, turns, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, invalid_requests, link_of
 
 if TYPE_CHECKING:
@@ -413,7 +414,7 @@ async def test_a_node_without_a_broker_stops_with_a_handler_that_runs(tmp_path: 
 
 async def test_more_requests_than_may_wait_are_refused(adder: Adder, monkeypatch: pytest.MonkeyPatch) -> None:
     """The surplus is ServiceOverloaded at once and never handled; what waits is answered."""
-    monkeypatch.setattr("actors.endpoints.service.request_queue.MAX_QUEUED", 3)
+    set_limits(monkeypatch, queued_requests=3)
     leave = asyncio.Event()
     handled: list[int] = []
 
@@ -439,7 +440,7 @@ async def test_abandoned_handlers_count_until_they_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Handlers that ignore their cancellation keep to the limit over sessions, and are shown."""
-    monkeypatch.setattr("actors.endpoints.service.endpoint.MAX_RUNNING", 2)
+    set_limits(monkeypatch, running_requests=2)
     finish = asyncio.Event()
     handled: list[int] = []
 

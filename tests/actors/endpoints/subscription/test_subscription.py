@@ -23,6 +23,7 @@ from proto.queues.batches import BatchBuilder
 from proto.wire.codes import DetachReason
 from proto.wire.frames import Attached, Batch, Detached, Replay
 from tests.actors.meeting import KEEP_ALL, matched, turns, until
+from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, link_of
 
 if TYPE_CHECKING:
@@ -295,7 +296,7 @@ async def test_keep_all_loses_nothing_with_a_slow_reader(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """KEEP_ALL pushes its publisher back by credit; everything comes, in order; others are not held up."""
-    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 20)
+    set_limits(monkeypatch, window_messages=20)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[int] = []
     swift: list[int] = []
@@ -331,7 +332,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Messages of an earlier session give no credit when taken: their publisher's number may be another's."""
-    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 4)
+    set_limits(monkeypatch, window_messages=4)
     listener = await meeting.node("listener")
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
     link = link_of(listener)
@@ -352,7 +353,7 @@ async def test_messages_of_earlier_sessions_count_against_the_window(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A stuck KEEP_ALL reader holds one window, however often its links break; taken, it opens again."""
-    monkeypatch.setattr("actors.endpoints.flow_control.window.WINDOW_MESSAGES", 50)
+    set_limits(monkeypatch, window_messages=50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
     publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)

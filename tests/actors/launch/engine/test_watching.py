@@ -15,6 +15,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, Level, Message, ProcessStarted
 from actors.launch.planning.process_spec import ProcessSpec
 from actors.launch.planning.steps import Start
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -197,7 +198,7 @@ async def test_leaving_does_not_wait_for_a_thread_that_hangs(
     """Such as one that reads a file system that does not answer: it is abandoned."""
     looks = Looks(None)
     monkeypatch.setattr("watchfiles.watch", looks.watch)
-    monkeypatch.setattr("actors.launch.engine.watching.END_TIMEOUT_SEC", 0.01)
+    set_limits(monkeypatch, watching_end_sec=0.01)
     witness = Witness(process("one-1", tmp_path))
     async with asyncio.timeout(20):
         async with witness.watch.running():

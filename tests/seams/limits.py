@@ -1,0 +1,64 @@
+"""Limits inside nodes and brokers that no argument reaches: tests make them small to reach them soon.
+
+They are no options, because nobody but a test has a reason to change one of them alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.actions import client_goal, feedback_order, server_endpoint
+from actors.cli import broker_target, completion
+from actors.endpoints.client import endpoint as client_endpoint
+from actors.endpoints.client import refused_calls
+from actors.endpoints.flow_control import queue_limits, window
+from actors.endpoints.service import endpoint as service_endpoint
+from actors.graph import inspector
+from actors.launch.engine import watching
+from actors.processes import child_events
+from actors.session import connector
+from actors.testing import fault_proxy
+from actors.threads import loop_thread
+from broker.serving import inspections, presence_log, probe
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import pytest
+
+_HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
+    "window_messages": (window, "WINDOW_MESSAGES"),
+    "window_least_bytes": (window, "LEAST_BYTES"),
+    "window_shared_bytes": (window, "SHARED_BYTES"),
+    "keep_all_messages": (queue_limits, "KEEP_ALL_MESSAGES"),
+    "keep_all_bytes": (queue_limits, "KEEP_ALL_BYTES"),
+    "ready_messages": (queue_limits, "READY_MESSAGES"),
+    "ready_bytes": (queue_limits, "READY_BYTES"),
+    "pending_calls": (client_endpoint, "MAX_PENDING"),
+    "refused_calls": (refused_calls, "MAX_REFUSED"),
+    "refused_call_delay_sec": (refused_calls, "_MIN_DELAY_SEC"),
+    "queued_requests": (service_endpoint, "MAX_QUEUED"),
+    "running_requests": (service_endpoint, "MAX_RUNNING"),
+    "goals": (server_endpoint, "MAX_GOALS"),
+    "feedback_depth": (client_goal, "FEEDBACK_DEPTH"),
+    "feedback_wait_sec": (feedback_order, "MAX_WAIT_SEC"),
+    "reconnect_sec": (connector, "LAST_RETRY_SEC"),
+    "thread_calls": (loop_thread, "MAX_CALLS"),
+    "thread_grace_sec": (loop_thread, "GRACE_SEC"),
+    "child_events": (child_events, "WATCHER_EVENTS"),
+    "inspector_stay_sec": (inspector, "_STAY_SEC"),
+    "proxied_connections": (fault_proxy, "MAX_CONNECTIONS"),
+    "connect_sec": (broker_target, "CONNECT_TIMEOUT_SEC"),
+    "completion_broker_sec": (completion, "BROKER_TIMEOUT_SEC"),
+    "completion_parameters_sec": (completion, "PARAMETERS_TIMEOUT_SEC"),
+    "watching_end_sec": (watching, "END_TIMEOUT_SEC"),
+    "log_lines_per_sec": (presence_log, "MAX_LINES_PER_SEC"),
+    "probe_sec": (probe, "PROBE_TIMEOUT_SEC"),
+    "unanswered_inspects": (inspections, "MAX_UNANSWERED"),
+}
+
+
+def set_limits(monkeypatch: pytest.MonkeyPatch, **values: Any) -> None:
+    """Set limits by the names in `_HOMES`, for one test."""
+    for name, value in values.items():
+        monkeypatch.setattr(*_HOMES[name], value)
