@@ -197,7 +197,7 @@ def anchors(path: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", each.lower()).replace(" ", "-") for each in headings}
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*DOCUMENTS, ROOT / "ARCHITECTURE.md"], ids=lambda path: path.stem)
 def test_every_link_in_the_documents_resolves(path: Path) -> None:
     """Each leads to an existing file, and to a heading in it."""
     for link, (file, heading) in links(path).items():
@@ -245,6 +245,33 @@ def test_every_make_target_in_the_documents_exists() -> None:
     assert {"demo", "test"} <= targets
     for target in targets:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def files_named_in(path: Path) -> set[str]:
+    """Return the paths in backquotes in a document, outside of code blocks: "a/b.py", "b.py" or "a/"."""
+    text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return set(
+        re.findall(r"`((?:[\w.*-]+/)*[\w.*-]+\.(?:js|json|md|mjs|py|toml|yaml)|(?:[\w.*-]+/)+)`", text)
+    )
+
+
+def test_every_file_that_a_document_names_exists() -> None:
+    """Below a folder of the repository; documents about the code may leave out the beginning of the path."""
+    folders = [each for each in ROOT.iterdir() if each.is_dir() and each.name not in {"build", "dist"}]
+    folders = [each for each in folders if not each.name.startswith(".")]
+    paths = [
+        f"/{file.relative_to(ROOT)}{'/' if file.is_dir() else ''}"
+        for folder in folders
+        for file in (folder, *folder.rglob("*"))
+    ]
+    guides = (ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *(ROOT / "tests").rglob("*.md"))
+    for path in (*DOCUMENTS, *guides, ROOT / "ARCHITECTURE.md"):
+        about_code = path.name == "ARCHITECTURE.md" or "development" in path.parts
+        for name in files_named_in(path):
+            if name.split("/")[0] in {each.name for each in folders}:
+                assert any(ROOT.glob(name)), f"{path.relative_to(ROOT)}: {name}"
+            elif about_code:
+                assert any(each.endswith(f"/{name}") for each in paths), f"{path.relative_to(ROOT)}: {name}"
 
 
 def test_the_architecture_names_every_package() -> None:
