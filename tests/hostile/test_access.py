@@ -76,6 +76,13 @@ async def test_a_connection_without_valid_credentials_is_refused(
         assert await greet(broker, auth=TOKEN) is None
 
 
+async def test_welcome_names_the_user(rules: Path) -> None:
+    """A client learns whose rights it has."""
+    async with Broker(BrokerOptions(port=0, auth=rules)) as broker, RawClient().connected(broker) as client:
+        client.send(hello(auth=TOKEN))
+        assert (await client.next(frames.Welcome)).options["user"] == "robot"
+
+
 async def test_nothing_is_read_after_a_refusal(rules: Path) -> None:
     """Frames behind a HELLO that is refused have no effect."""
     async with Broker(BrokerOptions(port=0, auth=rules)) as broker:

@@ -268,6 +268,22 @@ def test_extra_fields_in_entries_are_ignored() -> None:
     assert decode(raw) == frames.Stats(5, False, {}, (TopicStats(*topic),), (LinkStats(*link),))
 
 
+@pytest.mark.parametrize(
+    ("op", "fields"),
+    [
+        (Op.REQUEST, [5, ((1, None, None),)]),
+        (Op.REPLY, [5, ((1, 0, False, None),)]),
+        (Op.GRAPH, [5, False, ((1, 0, "/n", "", "", ""),), (), ()]),
+        (Op.GRAPH, [5, False, ((1, 0, {}),), (), ()]),
+        (Op.STATS, [5, False, {}, ((0, "/t", *range(10)),), ()]),
+        (Op.STATS, [5, False, {}, (), ((0, 1, "test", ("/n",), 2, False, *range(8)),)]),
+    ],
+)
+def test_entries_with_too_few_fields_are_refused(op: Op, fields: list[Any]) -> None:
+    """One field less than the first version had."""
+    refused(header_of(op, fields))
+
+
 def test_later_counts_of_topics_are_checked_and_may_be_missing() -> None:
     """§5.6.3: an earlier broker does not send the count of references; what is sent is a count."""
     topic = (0, "/t", *range(1, 12))

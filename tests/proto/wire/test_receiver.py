@@ -69,6 +69,15 @@ def test_any_split_gives_the_same_frames(sizes: list[int]) -> None:
     assert [type(frame).__name__ for frame in found] == names
 
 
+def test_what_follows_an_abort_comes_with_it() -> None:
+    """An ABORT is a frame like others: what was read behind it does not wait for the next read."""
+    receiver = open_receiver()
+    head, payload, _ = Transfer(7, bytes(make_batch(1, [bytes(3 * limits.MAX_FRAME_BYTES)]).raw)).next()
+    assert feed(receiver, head + payload + encode(frames.Abort(7)) + encode(frames.Pong(6))) == [
+        frames.Pong(6)
+    ]
+
+
 def test_receivers_may_share_a_scratch_buffer() -> None:
     """Half a frame of one survives what another reads into the same buffer."""
     scratch = memoryview(bytearray(SCRATCH_BYTES))
