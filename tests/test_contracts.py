@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import tomllib
 from copy import deepcopy
 from pathlib import Path
@@ -21,6 +23,18 @@ def imports() -> grimp.ImportGraph:
     """Return all imports of the product, including those for type checking."""
     configuration.configure()
     return grimp.build_graph(*PACKAGES, include_external_packages=True, cache_dir=None)
+
+
+def test_each_package_says_what_it_may_import(imports: grimp.ImportGraph) -> None:
+    """Except generated ones, groups of commands, and those that have the names of ROS 2's packages."""
+    others = ("actors", "actors.interfaces.", "actors.cli.", "actors.ros.")
+    for name in sorted(imports.modules):
+        if name.startswith(others[1:]) or name == others[0]:
+            continue
+        if name.split(".")[0] in PACKAGES and imports.find_children(name):
+            source = ROOT.joinpath(*name.split("."), "__init__.py").read_text(encoding="utf-8")
+            says = ast.get_docstring(ast.parse(source)) or ""
+            assert re.search(r"\b[Ii]mports?\b", says), name
 
 
 def is_pure(imports: grimp.ImportGraph) -> bool:

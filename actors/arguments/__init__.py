@@ -1,4 +1,4 @@
 """ROS 2's command-line arguments (`--ros-args`), and the remapping rules among them.
 
-Imports config, logging, parameters and proto.
+Imports logging, parameters and proto.
 """

@@ -1,1 +1,4 @@
-"""The `callboard` command line."""
+"""The `callboard` command line.
+
+The top layer of `actors`: may import everything.
+"""

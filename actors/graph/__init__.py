@@ -1,4 +1,4 @@
 """The graph: queries and changes as a node sees them, snapshots, and the blocking inspector.
 
-Imports endpoints.context, endpoints.endpoint, qos, time and proto.
+Imports session, endpoints (its context and base classes), config, qos, time and proto.
 """

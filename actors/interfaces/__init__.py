@@ -1,4 +1,7 @@
-"""Message types: the standard packages, and the tools that define, parse and generate them."""
+"""Message types: the standard packages, and the tools that define, parse and generate them.
+
+Imports proto only. The generated packages in it import its `message` module and each other.
+"""
 
 from typing import TYPE_CHECKING
 

@@ -6,6 +6,8 @@
         return LaunchDescription([Node(package="my_package", executable="talker", namespace="ns1")])
 
 `Launch`, which runs a description, is loaded when it is first used.
+
+Imports tools, processes, lifecycle and the packages below them, and broker.
 """
 
 # ruff: noqa: I001 - isort would give each name an import of its own

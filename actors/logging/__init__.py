@@ -1,4 +1,4 @@
 """rclpy's loggers on top of the standard `logging` module.
 
-Imports nothing of callboard.
+Imports config for colours, and no other package of `actors`.
 """

@@ -1,4 +1,4 @@
 """The parameters of one node: types, values, overrides and errors.
 
-Imports proto only.
+Imports interfaces and proto.
 """

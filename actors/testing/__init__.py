@@ -1,6 +1,8 @@
 """Tools for tests of nodes: whole launches, a proxy that breaks connections on demand, and pytest fixtures.
 
 The fixtures come with the package: pytest finds them by itself (`actors/testing/plugin.py`).
+
+Imports launch, processes, node and the packages below them, and broker.
 """
 
 from __future__ import annotations

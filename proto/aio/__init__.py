@@ -3,4 +3,6 @@
 `channel` connects a socket to the pure protocol core, `tasks` restarts background tasks that fail, `process`
 configures the event loop and the memory of callboard's own processes, and `forks` keeps connections out of
 forked children.
+
+May import the rest of `proto`; nobody but `broker` and `actors` imports it.
 """

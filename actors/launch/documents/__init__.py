@@ -8,4 +8,6 @@
 table come the actions (`reading.py`) and the schema for editors (`schema.py`), so that these two agree.
 `kinds.py` and `parameters.py` are the kinds of values, `templates.py` the texts with `$(…)` in them. All of
 it is pure.
+
+Imports description.
 """

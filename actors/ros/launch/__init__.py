@@ -1,6 +1,8 @@
 """`launch` for launch files written for ROS 2: the classes of `actors.launch`, with ROS 2's arguments.
 
 `LaunchService` runs descriptions from programs.
+
+Imports `actors.launch` and what is below it.
 """
 
 from __future__ import annotations

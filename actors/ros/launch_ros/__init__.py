@@ -1,4 +1,7 @@
-"""`launch_ros` for launch files written for ROS 2: the classes of `actors.launch`, with ROS 2's arguments."""
+"""`launch_ros` for launch files written for ROS 2: the classes of `actors.launch`, with ROS 2's arguments.
+
+Imports `actors.launch`, `actors.ros.launch` and what is below them.
+"""
 
 from __future__ import annotations
 

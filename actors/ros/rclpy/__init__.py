@@ -1,4 +1,7 @@
-"""rclpy's functions: programs import this package as `rclpy`."""
+"""rclpy's functions: programs import this package as `rclpy`.
+
+Imports what `actors.ros` may, and nothing of `launch`.
+"""
 
 from __future__ import annotations
 

@@ -9,4 +9,6 @@
 
 `model.py` chooses the nodes, topics and services to draw. `wiring.py`, `layering.py`, `ordering.py` and
 `placing.py` are the steps of `layout.py`, which text and SVG share. Everything here is pure.
+
+Imports the graph's snapshots and proto.
 """
