@@ -6,13 +6,13 @@ The connector opens sessions; `dispatch.py` has the method for each frame that a
 
 from __future__ import annotations
 
+import math
 import secrets
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.errors import BrokerUnreachable
 from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
-from actors.session.linger import Linger
 from actors.session.shared_memory import SharedMemory
 from proto import limits
 from proto.loop_lag import LoopLag
@@ -30,12 +30,65 @@ HEADER_BYTES: Final = 256
 """Bytes reserved for the rest of a frame with one message, request or reply, here and at the broker."""
 
 
+LINGER_SEC: Final = 0.001
+"""The longest wait of a message in shared memory for others."""
+
+LINGER_BYTES: Final = 1024 * 1024
+"""The most that waits so."""
+
+
 class FlushSource(Protocol):
     """Something that collects what is sent in one loop turn."""
 
     def flush_turn(self) -> None:
         """Put everything collected into the channel's outbox."""
         ...
+
+
+class Linger:
+    """Lets messages in shared memory that follow others at once wait for one loop turn more.
+
+    Such a message costs next to nothing itself, but each frame with references wakes the broker and the
+    reader, which costs as much as a small message. A turn that adds another message prolongs the wait. The
+    limits are checked at the end of a turn, so that a turn's messages are never parted.
+
+    Attributes:
+        size: Bytes of the messages that wait.
+    """
+
+    __slots__ = ("_added", "_left", "_until", "size")
+
+    def __init__(self) -> None:
+        self.size = 0
+        self._added = False
+        """Whether this turn has added a message that may wait."""
+        self._until = 0.0
+        """The end of the longest wait of the first message that waits."""
+        self._left = -math.inf
+        """When the last ones were sent: a message that comes much later does not wait for others."""
+
+    def add(self, size: int, now: float) -> None:
+        """Count a message; it may wait if others were sent less than `LINGER_SEC` ago.
+
+        Args:
+            size: Its bytes.
+            now: The loop's time in seconds.
+        """
+        if not self.size:
+            self._until = now + LINGER_SEC
+        self.size += size
+        self._added = now - self._left < LINGER_SEC
+
+    def goes_on(self, now: float) -> bool:
+        """Return whether to wait for the next turn; called once at the end of each."""
+        added, self._added = self._added, False
+        return added and self.size < LINGER_BYTES and now < self._until
+
+    def end(self, now: float) -> None:
+        """Note that the messages are sent."""
+        self.size = 0
+        self._added = False
+        self._left = now
 
 
 class Link:

@@ -11,7 +11,7 @@ from actors.actions import client_goal, feedback_order, server_endpoint
 from actors.cli import broker_target, completion
 from actors.endpoints.client import endpoint as client_endpoint
 from actors.endpoints.client import refused_calls
-from actors.endpoints.flow_control import queue_limits, window
+from actors.endpoints.flow_control import credit, queue_limits
 from actors.endpoints.service import endpoint as service_endpoint
 from actors.graph import inspector
 from actors.launch.engine import watching
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     import pytest
 
 _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
-    "window_messages": (window, "WINDOW_MESSAGES"),
-    "window_least_bytes": (window, "LEAST_BYTES"),
-    "window_shared_bytes": (window, "SHARED_BYTES"),
+    "window_messages": (credit, "WINDOW_MESSAGES"),
+    "window_least_bytes": (credit, "LEAST_BYTES"),
+    "window_shared_bytes": (credit, "SHARED_BYTES"),
     "keep_all_messages": (queue_limits, "KEEP_ALL_MESSAGES"),
     "keep_all_bytes": (queue_limits, "KEEP_ALL_BYTES"),
     "ready_messages": (queue_limits, "READY_MESSAGES"),

@@ -1,7 +1,10 @@
-"""When a KEEP_ALL subscription grants credit to its publishers.
+"""When a KEEP_ALL subscription grants credit to its publishers, and how much.
 
 A publisher begins without credit. It is granted a window when it is attached, and more as the consumer takes
-messages. While messages of detached publishers wait, no credit is granted: they may fill the whole window by
+messages. A window is how much one publisher may send before the consumer has taken it. Everything granted may
+wait on the subscription's link at once, so the window of each publisher is smaller if there are many.
+
+While messages of detached publishers wait, no credit is granted: they may fill the whole window by
 themselves. This bounds the messages that wait, however many publishers are attached one after the other.
 """
 
@@ -9,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.endpoints.flow_control.window import CreditWindows
+from proto.limits import MAX_U64
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,6 +26,62 @@ DECLARED: Final = (0, 0)
 
 It would hold for every later publisher, also while messages of detached ones wait. Without it the first
 message needs a round trip to the subscription."""
+
+LEAST_MESSAGES: Final = 256
+LEAST_BYTES: Final = 64 * 1024
+"""The smallest window of a publisher."""
+
+WINDOW_MESSAGES: Final = 32_768
+WINDOW_BYTES: Final = 8 * 1024 * 1024
+"""The window of one among few publishers."""
+
+SHARED_MESSAGES: Final = 65_536
+SHARED_BYTES: Final = 32 * 1024 * 1024
+"""The windows of many publishers together, unless the smallest windows add up to more."""
+
+
+class CreditWindows:
+    """The windows of one subscription.
+
+    Attributes:
+        messages, bytes: The window of each publisher, as of its next grant.
+    """
+
+    __slots__ = ("bytes", "messages")
+
+    def __init__(self) -> None:
+        self.messages = WINDOW_MESSAGES
+        self.bytes = WINDOW_BYTES
+
+    def divide(self, publishers: int) -> None:
+        """Set the windows for a number of publishers."""
+        share = max(1, publishers)
+        self.messages = min(WINDOW_MESSAGES, max(LEAST_MESSAGES, SHARED_MESSAGES // share))
+        self.bytes = min(WINDOW_BYTES, max(LEAST_BYTES, SHARED_BYTES // share))
+
+    def attached(self, attachment: Attachment) -> None:
+        """Begin without credit."""
+        attachment.taken_sequence = attachment.granted_sequence = attachment.first_sequence
+        attachment.granted_bytes = 0
+
+    def open(self, attachment: Attachment) -> bool:
+        """Grant a whole window; return whether that is new credit, for a GRANT."""
+        before = attachment.granted_sequence, attachment.granted_bytes
+        # A publisher of another implementation may number its messages up to the greatest number.
+        limit = min(attachment.taken_sequence + self.messages, MAX_U64)
+        attachment.granted_sequence = max(attachment.granted_sequence, limit)
+        attachment.granted_bytes = max(attachment.granted_bytes, attachment.taken_bytes + self.bytes)
+        return (attachment.granted_sequence, attachment.granted_bytes) != before
+
+    def taken(self, attachment: Attachment, end: int, size: int) -> bool:
+        """Note messages taken below `end`, of `size` bytes; return whether half the window is used up."""
+        attachment.taken_bytes += size
+        if end > attachment.taken_sequence:  # noqa: PLR1730 - max() takes longer, and this is the hot path
+            attachment.taken_sequence = end
+        return (
+            attachment.granted_sequence - end < self.messages // 2
+            or attachment.granted_bytes - attachment.taken_bytes < self.bytes // 2
+        )
 
 
 class SubscriptionCredit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from actors.session.linger import LINGER_BYTES, LINGER_SEC, Linger
+from actors.session.link import LINGER_BYTES, LINGER_SEC, Linger
 
 
 def after_others() -> Linger:

@@ -13,8 +13,7 @@ import pytest
 from proto.aio.process import new_event_loop
 from proto.aio.read_budget import ReadBudget
 from proto.aio.tls import client_context, server_context
-from proto.aio.tls_cipher import SHARE_RECORDS, Cipher
-from proto.aio.tls_transport import TlsTransport
+from proto.aio.tls_transport import SHARE_RECORDS, Cipher, TlsTransport
 from tests.certificates import Authority
 from tests.seams.protocol import encrypt_apart, raw_transport
 

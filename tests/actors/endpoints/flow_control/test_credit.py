@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.endpoints.flow_control.credit import SubscriptionCredit
-from actors.endpoints.flow_control.window import SHARED_MESSAGES, WINDOW_MESSAGES
+from actors.endpoints.flow_control.credit import SHARED_MESSAGES, WINDOW_MESSAGES, SubscriptionCredit
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.session.attachments import Attachment
