@@ -52,7 +52,7 @@ class EntryBatch(Generic[E]):
                 return True
         return False
 
-    def take(self) -> tuple[E, ...]:
+    def pop_all(self) -> tuple[E, ...]:
         """Remove and return the collected entries."""
         entries, self._entries = tuple(self._entries), []
         self._bytes = 0

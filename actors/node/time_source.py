@@ -80,7 +80,7 @@ class ClockSubscription(SubscriptionEndpoint):
         super().receive(attachment, batch)
         consumer = self.consumer
         while consumer.backlog.pending:
-            stamp = consumer.backlog.take().clock
+            stamp = consumer.backlog.pop().clock
             consumer.calls += 1
             if stamp.sec >= 0:
                 self.context.ros_time.set(stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec)

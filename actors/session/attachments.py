@@ -136,8 +136,8 @@ class Attachments:
         publishers = self._publishers.pop(subscription, ())
         if reader is not None:
             for publisher in publishers:
-                _take(self._attachments, publisher, reader)
-                _take(self._suspended, publisher, reader)
+                _remove(self._attachments, publisher, reader)
+                _remove(self._suspended, publisher, reader)
 
     def attached(self, frame: frames.Attached) -> None:
         """Handle ATTACHED."""
@@ -165,13 +165,13 @@ class Attachments:
             self._detach(frame.publisher, reader, suspended=suspended)
 
     def _detach(self, publisher: int, reader: Reader, *, suspended: bool = False) -> None:
-        for attachment in _take(self._attachments, publisher, reader):
+        for attachment in _remove(self._attachments, publisher, reader):
             if suspended:
                 self._suspended.setdefault(publisher, []).append(attachment)
             reader.detached(attachment, suspended=suspended)
 
     def _end_suspension(self, publisher: int, reader: Reader) -> None:
-        for _ in _take(self._suspended, publisher, reader):
+        for _ in _remove(self._suspended, publisher, reader):
             reader.suspension_ended()
 
     def batch_received(self, batch: Batch) -> None:
@@ -192,7 +192,7 @@ class Attachments:
             attachment.reader.asserted(attachment)
 
 
-def _take(attachments: dict[int, list[Attachment]], publisher: int, reader: Reader) -> list[Attachment]:
+def _remove(attachments: dict[int, list[Attachment]], publisher: int, reader: Reader) -> list[Attachment]:
     """Remove and return a reader's attachments to a publisher."""
     of_publisher = attachments.get(publisher, [])
     taken = [attachment for attachment in of_publisher if attachment.reader is reader]

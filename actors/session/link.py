@@ -265,9 +265,9 @@ class Link:
 
     def answer_received(self, key: int | str, frame: Any) -> None:
         """Give an answer, or a part of one, to its query."""
-        take = self.answers.get(key)
-        if take is not None:
-            take(frame)
+        handle = self.answers.get(key)
+        if handle is not None:
+            handle(frame)
             self.wake()
 
     def opened(self, channel: Channel, max_message_bytes: int, welcome: Options) -> None:

@@ -185,7 +185,7 @@ class LatchedReplay(ReplaySource):
         batch = self._next()
         return 0 if batch is None else len(batch.payload)
 
-    def take(self) -> frames.Replay:
+    def pop(self) -> frames.Replay:
         """Return the next latched batch. Needs `next_bytes` > 0."""
         batch = self._next()
         assert batch is not None

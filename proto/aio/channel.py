@@ -262,7 +262,7 @@ class Channel(asyncio.BufferedProtocol):
             return
         outbox.large_budget = TURN_BYTES
         while not self.busy and not transport.is_closing():
-            parts, size = outbox.take(GATHER_BYTES)
+            parts, size = outbox.pop_frames(GATHER_BYTES)
             if not parts:
                 break
             self.bytes_sent += size

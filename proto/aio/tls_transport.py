@@ -130,7 +130,7 @@ class Cipher:
             self._total.bytes += size - self._largest_input
             self._largest_input = size
 
-    def take(self) -> bytes:
+    def pop_output(self) -> bytes:
         """Return the encrypted bytes to send."""
         size = self._outgoing.pending
         if size > self._largest_output:
@@ -328,7 +328,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
             _go_on_later(self, self._loop, budget)
 
     def _flush(self) -> None:
-        data = self._cipher.take()
+        data = self._cipher.pop_output()
         if data and self._raw is not None:
             self._raw.write(data)
 

@@ -65,7 +65,7 @@ class BatchBuilder:
         self.slot = slot
         self._slot_ends.append(slot.size)
 
-    def take(self, publisher: int, stamp_ns: int) -> Batch:
+    def build(self, publisher: int, stamp_ns: int) -> Batch:
         """Return the collected messages as one batch, encoded or in shared memory, and start the next one."""
         slot = self.slot
         if slot is not None:

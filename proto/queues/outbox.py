@@ -8,7 +8,7 @@ it the fullest KEEP_LAST queues lose their oldest batches. Everything else is ne
 its memory, and the owner ends the link above its limits. Requests to a server are limited before they are
 queued (see queued_calls.py), because their senders are at fault if there are too many.
 
-The module does no I/O: the owner of a socket takes frames with `take` and calls `trim` afterwards.
+The module does no I/O: the owner of a socket takes frames with `pop_frames` and calls `trim` afterwards.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class LargeCall(PublisherQueue):
 class Outbox:
     """Everything that waits on one link.
 
-    The owner puts items in, calls `take` until it returns nothing or the transport is full, and then `trim`:
+    The owner puts items in, calls `pop_frames` until it returns nothing or the transport is full, and then `trim`:
     so only messages that cannot be sent are dropped.
     """
 
@@ -215,7 +215,7 @@ class Outbox:
     def enqueue_source(self, queue: PublisherQueue, source: ReplaySource) -> None:
         """Put latched messages into a publisher queue, most of them only when they can be sent."""
         while 0 < (size := source.next_bytes()) <= REPLAY_AHEAD_BYTES - self.replay_bytes:
-            self.enqueue(queue, source.take())
+            self.enqueue(queue, source.pop())
         if size:
             self.enqueue(queue, source)
 
@@ -256,7 +256,7 @@ class Outbox:
             queue.scheduled = True
             self._ready.append(queue)
 
-    def take(self, max_bytes: int) -> tuple[list[Buffer], int]:
+    def pop_frames(self, max_bytes: int) -> tuple[list[Buffer], int]:
         """Remove and return the next frames to write.
 
         Args:
@@ -284,17 +284,17 @@ class Outbox:
                 parts.append(raw)
                 size += len(raw)
                 continue
-            if not self._ready or not (taken := self._take_from_queues(parts)):
+            if not self._ready or not (taken := self._pop_from_queues(parts)):
                 break
             size += taken
         return parts, size
 
     @property
     def has_more(self) -> bool:
-        """Whether queues wait to be served; after `take` has returned nothing, for large frames only."""
+        """Whether queues wait to be served; after `pop_frames` has returned nothing, for large frames only."""
         return bool(self._ready)
 
-    def _take_from_queues(self, parts: list[Buffer]) -> int:
+    def _pop_from_queues(self, parts: list[Buffer]) -> int:
         """Append the next frame of the next queue to `parts`; return its size, 0 if no queue may send."""
         for _ in range(len(self._ready)):
             queue = self._ready.popleft()
@@ -303,7 +303,7 @@ class Outbox:
                 continue
             queue.scheduled = False
             control, bulk, count = queue.control_bytes, queue.bulk_bytes, len(parts)
-            size = queue.take_next(self.transfers, parts)
+            size = queue.pop_frame(self.transfers, parts)
             if len(parts) - count > 1:  # the head and the payload of a fragment
                 self.large_budget -= size
             if queue.counted_bytes:  # not if it was put in since the last `trim`
@@ -332,7 +332,7 @@ class Outbox:
     def trim(self) -> None:
         """Drop the messages beyond the depths of their queues and beyond `max_held_bytes`.
 
-        Call it after `take`: what is still queued then cannot be sent now. If `held_bytes` exceeds
+        Call it after `pop_frames`: what is still queued then cannot be sent now. If `held_bytes` exceeds
         `max_held_bytes` afterwards, nothing is left that may be dropped, and the owner must end the link.
         """
         for queue in self._touched:

@@ -48,7 +48,7 @@ class ReplaySource(ABC):
         """Return the size of the next latched batch; 0 if there is none."""
 
     @abstractmethod
-    def take(self) -> Replay:
+    def pop(self) -> Replay:
         """Return the next latched batch. Needs `next_bytes` > 0."""
 
 
@@ -365,7 +365,7 @@ class PublisherQueue:
             return is_large(head.payload)
         return is_large(head.raw if isinstance(head, Batch) else head)
 
-    def take_next(self, transfers: Transfers, parts: list[Buffer]) -> int:
+    def pop_frame(self, transfers: Transfers, parts: list[Buffer]) -> int:
         """Append the next frame to `parts`, if one may be sent.
 
         A FRAGMENT is appended as two parts, its head and its payload, to avoid a copy.
@@ -440,7 +440,7 @@ class PublisherQueue:
         """Put the next batch of the first item, a source, in front of it; remove a source that has ended."""
         items = self._front or self._queue
         if source.next_bytes():
-            replay = source.take()
+            replay = source.pop()
             items.appendleft(replay)
             self._count_control(replay, 1)
         else:

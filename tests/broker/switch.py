@@ -132,7 +132,7 @@ class Switch:
         """
         read: list[frames.Frame] = []
         outbox = self._outboxes.get(peer) or Outbox()
-        while pieces > 0 and (raw := b"".join(outbox.take(1)[0])):
+        while pieces > 0 and (raw := b"".join(outbox.pop_frames(1)[0])):
             pieces -= 1
             assert len(raw) <= limits.MAX_FRAME_BYTES + limits.PREFIX_BYTES
             frame = decode(raw)

@@ -21,7 +21,7 @@ def make_batch(first: int, parts: list[bytes], publisher: int = 1) -> Batch:
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
-    return builder.take(publisher, 0)
+    return builder.build(publisher, 0)
 
 
 def request(call: int, size: int) -> bytes:
@@ -31,7 +31,7 @@ def request(call: int, size: int) -> bytes:
 
 def take_one(outbox: Outbox) -> bytes | None:
     """Take the next frame."""
-    parts, size = outbox.take(1)
+    parts, size = outbox.pop_frames(1)
     assert size == sum(map(len, parts))
     return b"".join(parts) or None
 
@@ -54,6 +54,6 @@ class Replays(ReplaySource):
         """Return the size of the next one."""
         return len(self.left[0].payload) if self.left else 0
 
-    def take(self) -> Replay:
+    def pop(self) -> Replay:
         """Return the next one."""
         return self.left.popleft()

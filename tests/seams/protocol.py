@@ -67,7 +67,7 @@ def encrypt_apart(transport: TlsTransport, data: bytes) -> bytes:
     records: list[bytes] = []
     for byte in data:
         transport._cipher.encrypt(bytes((byte,)))
-        records.append(transport._cipher.take())
+        records.append(transport._cipher.pop_output())
     return b"".join(records)
 
 

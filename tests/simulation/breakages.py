@@ -181,7 +181,7 @@ def latches_backwards() -> Iterator[None]:
     def backwards(*ends: Any) -> Replays:
         source, taken = broker.routing.latched.LatchedReplay(*ends), []
         while source.next_bytes():
-            taken.append(source.take())
+            taken.append(source.pop())
         return Replays(taken[::-1])
 
     with mock.patch.object(broker.routing.attachment_frames, "LatchedReplay", backwards):

@@ -187,14 +187,14 @@ class ClientEndpoint(IntrospectedEndpoint):
         for call in early:
             self._deadlines.remove(call)
             self._fail(self.pending.pop(call), self._no_broker())
-        for call in self._refused.take():
+        for call in self._refused.pop_all():
             self._deadlines.remove(call)
             self._fail(self.pending.pop(call), overloaded(self.srv_name))
 
     def flush_turn(self) -> None:
         """Put the calls and cancellations of this loop turn into the outbox. Called by the link."""
         channel = self.context.link.channel
-        outgoing = self._outgoing.take()
+        outgoing = self._outgoing.pop_all()
         cancelled, self._cancelled = self._cancelled, []
         if channel is None or self.destroyed:
             return
@@ -277,11 +277,11 @@ class ClientEndpoint(IntrospectedEndpoint):
             self._cancelled.append(call)
             self.context.link.flush_later(self)
 
-    def _take_pending(self) -> list[CallFuture]:
+    def _pop_pending(self) -> list[CallFuture]:
         pending, self.pending = self.pending, {}
-        self._outgoing.take()
+        self._outgoing.pop_all()
         self._early.clear()
-        self._refused.take()
+        self._refused.pop_all()
         self._deadlines.clear()
         return list(pending.values())
 
@@ -295,7 +295,7 @@ class ClientEndpoint(IntrospectedEndpoint):
                 channel.outbox.drop_call((self.id, call))
         # Not cancelled: in a task that nobody cancelled, CancelledError would look like a cancellation, and a
         # TaskGroup would swallow it.
-        for future in self._take_pending():
+        for future in self._pop_pending():
             self._fail(future, NodeDestroyed(f"Service '{self.srv_name}': the client has been destroyed"))
             if not future.cancelled():
                 future.exception()  # if nobody awaits it, asyncio must not report what the caller did himself
@@ -304,13 +304,13 @@ class ClientEndpoint(IntrospectedEndpoint):
     def refused(self, code: int, text: str) -> None:
         """Fail all calls."""
         super().refused(code, text)
-        for future in self._take_pending():
+        for future in self._pop_pending():
             self._fail(future, ServiceUnavailable(f"Service '{self.srv_name}': {text}"))
 
     def session_ended(self) -> None:
         """Fail calls in flight at once."""
         super().session_ended()
-        for future in self._take_pending():
+        for future in self._pop_pending():
             text = f"Service '{self.srv_name}': the link to the broker broke before the reply"
             self._fail(future, ServiceUnavailable(text))
 

@@ -99,7 +99,7 @@ class RefusedCalls:
         """Forget a call; return whether it waited."""
         return self._waiting.pop(call, None) is not None
 
-    def take(self) -> list[int]:
+    def pop_all(self) -> list[int]:
         """Forget all calls; return their numbers."""
         calls = sorted(self._waiting)
         self._waiting.clear()
@@ -114,7 +114,7 @@ class RefusedCalls:
         self._timer = None
         channel, loop = self._link.channel, self._link.loop
         if not self._waiting or channel is None or loop is None:
-            self.take()
+            self.pop_all()
             return
         self._delay_sec = min(2 * self._delay_sec, _MAX_DELAY_SEC) if self._backs_off else _MIN_DELAY_SEC
         self._timer = loop.call_later(self._delay_sec, self._resend)

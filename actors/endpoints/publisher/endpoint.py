@@ -186,7 +186,7 @@ class PublisherEndpoint(Endpoint):
     def flush_turn(self) -> None:
         """Put the batch of this loop turn into the publisher queue. Called by the link."""
         if self._batch.length:
-            self._put(self._batch.take(self.queue.publisher, time.time_ns()))
+            self._put(self._batch.build(self.queue.publisher, time.time_ns()))
 
     def _put(self, batch: frames.Batch) -> None:
         if self._keep:

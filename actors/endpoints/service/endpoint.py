@@ -129,7 +129,7 @@ class ServiceEndpoint(DeclaredService):
     def dispatch(self, share: Share) -> CallbackTask | None:
         """CallbackSource: run the handler for what waits, until it returns something to await."""
         while self.has_work():
-            callback_task = self._handle(self.waiting.take())
+            callback_task = self._handle(self.waiting.pop())
             if callback_task is not None:
                 if not self.concurrent:
                     return callback_task
@@ -226,7 +226,7 @@ class ServiceEndpoint(DeclaredService):
         if channel is not None and self.running:
             channel.send(frames.Retire(self.id))
         while self.waiting.entries:
-            self.replies.send_text(self.waiting.take().call, Status.UNAVAILABLE, STOPPING)
+            self.replies.send_text(self.waiting.pop().call, Status.UNAVAILABLE, STOPPING)
         self._destroy_if_done()
 
     def _destroy_if_done(self) -> None:

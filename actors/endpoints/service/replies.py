@@ -75,7 +75,7 @@ class Replies:
 
     def flush_turn(self) -> None:
         """Put the replies of this loop turn into the outbox. Called by the link."""
-        outgoing = self._outgoing.take()
+        outgoing = self._outgoing.pop_all()
         endpoint, channel = self._endpoint, self._link.channel
         if outgoing and channel is not None and not endpoint.destroyed:
             raw = encode(frames.Reply(endpoint.id, outgoing))
@@ -83,4 +83,4 @@ class Replies:
 
     def discard(self) -> None:
         """Discard replies that have not been sent."""
-        self._outgoing.take()
+        self._outgoing.pop_all()

@@ -27,7 +27,7 @@ class RequestQueue:
         max_bytes: How many bytes of them may wait.
 
     Attributes:
-        entries: By call, oldest first. Read-only: `put`, `take` and `remove` keep `size` right.
+        entries: By call, oldest first. Read-only: `put`, `pop` and `remove` keep `size` right.
         size: Their bytes.
     """
 
@@ -51,7 +51,7 @@ class RequestQueue:
         self.size = size
         return None
 
-    def take(self) -> RequestEntry:
+    def pop(self) -> RequestEntry:
         """Remove and return the oldest request. There must be one."""
         _, entry = self.entries.popitem(last=False)
         self.size -= len(entry.body)

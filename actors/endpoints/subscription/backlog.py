@@ -107,7 +107,7 @@ class Backlog:
         self.batches.append(queued_batch)
         self.pending += len(queued_batch.messages)
 
-    def take(self) -> Any:
+    def pop(self) -> Any:
         """Remove and return the oldest message. There must be one."""
         queued_batch = self.batches[0]
         message = queued_batch.messages[queued_batch.index]
@@ -160,7 +160,7 @@ class Backlog:
 class SharedBacklog(Backlog):
     """A backlog that any thread takes from; messages are added and dropped in the loop's thread.
 
-    Whoever calls `take`, `expire` or `finish` holds the lock.
+    The caller of `pop`, `expire` or `finish` holds the lock.
 
     Args:
         finished: As for `Backlog`; called in the loop's thread.

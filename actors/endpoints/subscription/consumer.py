@@ -221,7 +221,7 @@ class Consumer:
                     if not batches or (batches[0].expires_at < inf and not self._next_is_fresh()):
                         break
                     self.calls += 1
-                    queued_batch = batches[0]  # as in `Backlog.take`, without the call
+                    queued_batch = batches[0]  # as in `Backlog.pop`, without the call
                     message = queued_batch.messages[queued_batch.index]
                     queued_batch.index += 1
                     shared.pending -= 1
@@ -248,7 +248,7 @@ class Consumer:
                 return None
             self.calls += 1
             queued_batch = shared.batches[0]
-            return shared.take(), queued_batch.info()
+            return shared.pop(), queued_batch.info()
 
     def _require_no_callback(self, purpose: str) -> SharedBacklog:
         if self._shared is None:

@@ -70,7 +70,7 @@ class MeshChannel:
         outbox.max_held_bytes = self._options().max_link_bytes
         self.mesh.overflows.handle()
         while not engine.full:
-            parts, _ = outbox.take(1)
+            parts, _ = outbox.pop_frames(1)
             if not parts:
                 break
             head = parts[0] if len(parts) > 1 else b""  # of a large REPLAY

@@ -40,7 +40,7 @@ def batch_of(*parts: bytes, first: int = 0) -> Batch:
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
-    return builder.take(1, 0)
+    return builder.build(1, 0)
 
 
 SAMPLES: tuple[Frame, ...] = (

@@ -28,7 +28,7 @@ def build(parts: list[bytes], *, first: int = 100, publisher: int = 7) -> Batch:
     builder = BatchBuilder(first)
     for part in parts:
         builder.add(part)
-    return builder.take(publisher, 5)
+    return builder.build(publisher, 5)
 
 
 def parts_of(batch: Batch) -> list[bytes]:
@@ -106,9 +106,9 @@ def test_the_builder_continues_after_take() -> None:
     builder = BatchBuilder(10)
     for part in (b"a", b"b", b"c"):
         builder.add(part)
-    first = builder.take(1, 0)
+    first = builder.build(1, 0)
     builder.add(b"d")
-    second = builder.take(1, 0)
+    second = builder.build(1, 0)
     assert (first.first_sequence, first.length, second.first_sequence) == (10, 3, 13)
     assert parts_of(second) == [b"d"]
     assert (builder.length, builder.next_sequence) == (0, 14)
@@ -119,7 +119,7 @@ def test_the_builder_reports_a_full_batch() -> None:
     builder = BatchBuilder(0)
     assert not builder.add(bytes(limits.BATCH_FLUSH_BYTES - 1))
     assert builder.add(b"x")
-    builder.take(1, 0)
+    builder.build(1, 0)
     full = [builder.add(b"x") for _ in range(limits.BATCH_FLUSH_COUNT)]
     assert full == [False] * (limits.BATCH_FLUSH_COUNT - 1) + [True]
 
@@ -136,7 +136,7 @@ def test_a_single_large_message_is_a_batch(number: int) -> None:
     """§6: it is numbered like any other, and it is not copied; the longest head still fits before it."""
     builder = BatchBuilder(number)
     builder.add(b"a")
-    builder.take(7, 5)
+    builder.build(7, 5)
     buffer = bytearray(MAX_HEAD_BYTES) + b"large"
     batch = builder.single(buffer, limits.MAX_U64, limits.MAX_U64)
     back = decode(bytes(batch.raw))

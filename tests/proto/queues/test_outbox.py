@@ -63,12 +63,12 @@ def test_a_transport_without_a_limit_gets_large_frames_whole() -> None:
     outbox.put_calls(request(1, size), (1, 1))
     outbox.enqueue(queue, replay)
     outbox.enqueue(queue, batch)
-    taken = [outbox.take(1)[0] for _ in range(3)]
+    taken = [outbox.pop_frames(1)[0] for _ in range(3)]
     assert taken[0][1] == request(1, size)
     assert b"".join(taken[1]) == encode(replay)
     assert taken[2][1] is batch.raw
     assert queue.empty
-    assert outbox.take(1) == ([], 0)
+    assert outbox.pop_frames(1) == ([], 0)
     assert (outbox.undroppable_bytes, outbox.bulk_bytes, outbox.replay_bytes) == (0, 0, 0)
 
 
@@ -91,7 +91,7 @@ def test_a_batch_is_forwarded_without_a_copy() -> None:
     outbox, queue = Outbox(), PublisherQueue(1, 10)
     batch = make_batch(0, [b"a", b"b"])
     outbox.enqueue(queue, batch)
-    parts, _ = outbox.take(1)
+    parts, _ = outbox.pop_frames(1)
     assert parts[0] is batch.raw
 
 
@@ -184,7 +184,7 @@ def test_cancelling_calls_takes_back_the_large_and_names_the_others() -> None:
     outbox = Outbox()
     outbox.put_calls(request(1, limits.MAX_FRAME_BYTES), (1, 1))
     outbox.cancel_calls(1, range(1, 2 * limits.MAX_CALLS_PER_FRAME + 2))
-    parts, _ = outbox.take(2**20)
+    parts, _ = outbox.pop_frames(2**20)
     cancels = [decode(bytes(part)) for part in parts]
     assert [frame.calls for frame in cancels if isinstance(frame, Cancel)] == [
         tuple(range(2, limits.MAX_CALLS_PER_FRAME + 2)),
@@ -475,7 +475,7 @@ def test_a_large_latched_message_is_sent_without_a_copy() -> None:
     source = Replays([Replay(1, *latched[:-1])])
     outbox.enqueue_source(queue, source)
     assert source.left
-    parts, _ = outbox.take(2 * limits.FRAGMENT_BYTES)
+    parts, _ = outbox.pop_frames(2 * limits.FRAGMENT_BYTES)
     assert isinstance(parts[3], memoryview)
     assert parts[3].obj is memoryview(latched.payload).obj
     received = Reassembler()
@@ -495,7 +495,7 @@ def test_a_discarded_queue_forgets_its_source() -> None:
     outbox, queue = Outbox(), PublisherQueue(1, 100)
     source = Replays(Replay(1, *make_batch(first, [bytes(REPLAY_AHEAD_BYTES)])[:-1]) for first in range(3))
     outbox.enqueue_source(queue, source)
-    outbox.take(1)
+    outbox.pop_frames(1)
     outbox.discard_queue(queue)
     assert (outbox.ordered_bytes, outbox.replay_bytes, queue.empty) == (0, 0, True)
     assert [type(decode(raw)) for raw in drain(outbox)] == [Abort]

@@ -158,7 +158,7 @@ def example() -> list[tuple[str, Frame]]:
     }  # fmt: skip
     builder = BatchBuilder(0)
     builder.add(msgpack.packb({"data": "Hi"}))
-    batch = builder.take(1, 1_700_000_000_000_000_000)
+    batch = builder.build(1, 1_700_000_000_000_000_000)
     return [
         ("client: HELLO", frames.Hello(limits.PROTOCOL_VERSION, hello)),
         ("broker: WELCOME", frames.Welcome(limits.PROTOCOL_VERSION, welcome)),

@@ -69,7 +69,7 @@ class Peer:
 
     def sent(self) -> list[frames.Frame]:
         """Return what may be sent now."""
-        raw = b"".join(map(bytes, self.outbox.take(2**40)[0]))
+        raw = b"".join(map(bytes, self.outbox.pop_frames(2**40)[0]))
         self.outbox.trim()
         found: list[frames.Frame] = []
         while raw:

@@ -19,7 +19,7 @@ def test_the_oldest_comes_first() -> None:
     assert (len(queue.entries), queue.size) == (3, 12)
     assert queue.remove(3)
     assert not queue.remove(3)
-    assert [queue.take().call, queue.take().call] == [5, 4]
+    assert [queue.pop().call, queue.pop().call] == [5, 4]
     assert (len(queue.entries), queue.size) == (0, 0)
 
 
@@ -29,7 +29,7 @@ def test_one_too_many_is_refused() -> None:
     assert queue.put(entry(1)) is None
     assert queue.put(entry(2)) is None
     assert queue.put(entry(3)) == "2 requests wait already"
-    queue.take()
+    queue.pop()
     assert queue.put(entry(3)) is None
 
 

@@ -32,7 +32,7 @@ def taken(backlog: Backlog, count: int) -> list[int]:
     found = []
     for _ in range(count):
         queued_batch = backlog.batches[0]
-        found.append(backlog.take())
+        found.append(backlog.pop())
         assert queued_batch.info().publication_sequence_number == found[-1]
     return found
 

@@ -25,7 +25,7 @@ def batch_of(*encoded: bytes) -> Batch:
     builder = BatchBuilder(5)
     for message in encoded:
         builder.add(message)
-    return builder.take(1, 0)
+    return builder.build(1, 0)
 
 
 def test_a_good_run_is_decoded_with_its_numbers() -> None:

@@ -48,7 +48,7 @@ def batch_of(publisher: int, numbers: range) -> Batch:
     builder = BatchBuilder(numbers.start)
     for number in numbers:
         builder.add(codec_for(Int64).encode(Int64(data=number)))
-    return builder.take(publisher, 1)
+    return builder.build(publisher, 1)
 
 
 def replay_of(subscription: int, publisher: int, numbers: range) -> Replay:
@@ -423,10 +423,10 @@ async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest
     good = codec_for(Int64)
     for data in (good.encode(Int64(data=1)), b"\xa1x", b"\xc1", good.encode(Int64(data=2))):
         builder.add(data)
-    attachments.batch_received(builder.take(1, 1))
+    attachments.batch_received(builder.build(1, 1))
     bad = BatchBuilder(4)
     bad.add(b"\xc1")
-    attachments.batch_received(bad.take(1, 1))
+    attachments.batch_received(bad.build(1, 1))
     attachments.batch_received(batch_of(1, range(5, 6)))
     assert await heard_of(subscription, range(3)) == [1, 2, 5]
     assert (subscription.undecodable, subscription.lost) == (3, 0)
@@ -446,7 +446,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
     builder = BatchBuilder(0)
     for data in (codec_for(Int64).encode(Int64(data=0)), b"\xc1", codec_for(Int64).encode(Int64(data=2))):
         builder.add(data)
-    attachments.batch_received(builder.take(1, 1))
+    attachments.batch_received(builder.build(1, 1))
     assert numbers == [(0, 0), (2, 2)]
 
 
