@@ -20,7 +20,8 @@ E = TypeVar("E", RequestEntry, ReplyEntry)
 class EntryBatch(Generic[E]):
     """The entries of the next frame, within `limits.CALLS_FLUSH_BYTES` and `CALLS_FLUSH_COUNT`.
 
-    A single entry may be larger than that; it is then sent alone.
+    A single entry may be larger than that; it is then sent alone. So a large request or reply can be dropped,
+    or refused by the broker, without costing its neighbours.
     """
 
     __slots__ = ("_bytes", "_entries")

@@ -1,7 +1,8 @@
 """The publishers that the subscriptions of a link are attached to.
 
 The broker sends a publisher's batch to a link once; the link hands it to each of its subscriptions that is
-attached to the publisher. An `Attachment` is one such pair.
+attached to the publisher. An `Attachment` is one such pair. What its subscription must know of the publisher
+per message (numbers, credit, lease) is kept in it, so that a batch needs no further lookup.
 """
 
 from __future__ import annotations
@@ -176,6 +177,7 @@ class Attachments:
 
     def batch_received(self, batch: Batch) -> None:
         """Handle BATCH; ignore one for a publisher without attachments, which crossed an UNDECLARE."""
+        # A copy: a callback that runs within `receive` may destroy its subscription, or another.
         for attachment in tuple(self._attachments.get(batch.publisher, ())):
             attachment.reader.receive(attachment, batch)
 

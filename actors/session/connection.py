@@ -1,6 +1,7 @@
 """One connection to a broker: from the attempt to open it, through its session, to its end.
 
-Each attempt has its own object, so that late events of an old connection cannot affect the next one.
+Each attempt has its own object, so that late events of an old connection cannot affect the next one: `end`
+parts it from the link, once and for all, and what its channel reports afterwards goes nowhere.
 """
 
 from __future__ import annotations
@@ -134,6 +135,8 @@ class BrokerConnection:
             except TimeoutError:
                 now = self._loop.time()
                 link.lag.record(now, max(0.0, now - last_tick - tick))
+                # After a pause of this process (a debugger, a suspended laptop) the broker's signs of life
+                # may wait unread in the socket: it is judged at the next tick.
                 stalled, last_tick = now - last_tick > 2 * tick, now
                 for each in tuple(link.ticks):
                     each()

@@ -2,6 +2,11 @@
 
 Everything that an endpoint sends goes through `Link.channel`, which is None while there is no open session.
 The connector opens sessions; `dispatch.py` has the method for each frame that arrives.
+
+Endpoints do not write by themselves. They collect what a loop turn sends, and register with `flush_later`; at
+the end of the turn each puts one batch, or one frame of calls, into the outbox. The cost of a message is
+mostly that of its frame, here and in the broker, so collecting is what makes many messages cheap. It costs no
+delay: nothing else could run before the end of the turn.
 """
 
 from __future__ import annotations
@@ -194,6 +199,8 @@ class Link:
         if shared_bytes and self.loop is not None:
             self._linger.add(shared_bytes, self.loop.time())
         self._dirty[source] = None
+        # While frames are being read, `read_finished` flushes: what callbacks send leaves with the same
+        # write.
         if self._flush_due is None and self.loop is not None and not (self.channel and self.channel.reading):
             self._flush_due = self.loop.call_soon(self._end_turn)
 
@@ -211,6 +218,7 @@ class Link:
             self._flush_due = None
         if self._linger.size and self.loop is not None:
             self._linger.end(self.loop.time())
+        # Until nothing is left: a flush may log, for example, and the line is collected for /rosout.
         while self._dirty:
             dirty, self._dirty = self._dirty, {}
             for source in dirty:
@@ -237,6 +245,7 @@ class Link:
 
     def wake(self) -> None:
         """Let everything that waits in `changed` check its condition again."""
+        # One wake-up for all kinds of changes: waits are rare, and each checks its own condition anyway.
         for waiter in self._changed:
             if not waiter.done():
                 waiter.set_result(None)
@@ -282,6 +291,7 @@ class Link:
         self.connections += 1
         self.largest = _largest(max_message_bytes)
         self.shared_memory.begin(channel, self.capabilities, welcome)
+        # In the order of their ids, so nodes precede their endpoints. A copy: an endpoint may remove itself.
         for endpoint in tuple(self.endpoints.values()):
             channel.send(endpoint.declaration())
         channel.flush()
@@ -289,6 +299,7 @@ class Link:
 
     def lost(self) -> None:
         """End the session, or an attempt at one, and tell each endpoint once."""
+        # First: whatever endpoints do below must not send on the old session, whose ids are void.
         had_session, self.channel = self.channel is not None, None
         self.publishers.clear()
         self.matched.clear()

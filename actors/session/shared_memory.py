@@ -129,6 +129,8 @@ class SharedMemory:
         except ArenaError as error:
             self._failed(str(error))
             return
+        # A broker opens arenas only for clients that could read this secret: those of its own user. The proof
+        # names the connection, so that it is worth nothing on another one.
         ends = connection_ends(channel.extra_info, client=True)
         channel.send(frames.Proof(session_proof(secret, session & limits.MAX_U64, ends)))
         self._channel = channel
@@ -181,6 +183,7 @@ class SharedMemory:
                 self._stop_writing()
                 return None
         slot = behind
+        # Behind the message before it, if the broker has not been told of that yet: one reference for both.
         if (
             slot is None
             or slot.arena is not arena.announcement
@@ -242,6 +245,7 @@ class SharedMemory:
         read = self._readers.get(frame.arena)
         if read is None:
             raise ProtocolError(ErrorCode.UNKNOWN_ID, f"REFERENCE to arena {frame.arena}, which is not open")
+        # The broker numbers references in the order in which it sends them; only the numbers travel back.
         self._released.append(self._number)
         self._number += 1
         self._released_bytes += frame.size

@@ -230,6 +230,8 @@ class Routes:
         credit = publisher.credit
         if credit.limit is not None and not mirrored.is_checked_elsewhere(peer):
             credit.check(publisher.name, publisher.next_sequence, batch)
+        # Counted whole, repetitions included, as the publisher counts what it sends: both must agree on the
+        # bytes that its credit is for.
         seen = publisher.next_sequence - batch.first_sequence
         size = message_bytes(batch)
         credit.bytes += size
@@ -255,9 +257,11 @@ class Routes:
             return
         self.routed += batch.length
         self.copies += batch.length * len(routes)
+        # One object for all links: their queues share the batch, and the bytes of its frame.
         for route in routes.values():
             queue = route.queue
             self._emit(Enqueue(route.peer.id, queue, batch))
+            # The batch is not in the queue yet: the limit leaves space for one more message.
             if queue.depth is None and queue.pending_bytes > self._max_keep_all_queue_bytes:
                 self._overflow(publisher, route)
 

@@ -307,6 +307,8 @@ class Dispatcher:
 
     def deliver(self, router: Router, deliveries: list[Delivery]) -> None:
         """Put deliveries into the outboxes of their links; `flush` sends them."""
+        # Nothing is written here: a frame of one link may cause deliveries for many, and the frames behind it
+        # in the same read for the same ones again. `flush` writes once to each, at the end of the read.
         joined, unflushed = self.joined[router], self._unflushed
         most, most_bulk = self.options.max_queue_bytes, self.options.max_bulk_bytes
         for delivery in deliveries:
@@ -325,6 +327,8 @@ class Dispatcher:
             unflushed[link] = None
             delivery.deliver(channel)
             outbox = channel.outbox
+            # What is never dropped is compared with its limits after each delivery, as one frame may cause
+            # thousands. Messages are not: `trim` bounds them, once for each flush.
             waiting = outbox.urgent_bytes + outbox.ordered_bytes
             if (waiting > most and outbox.undroppable_bytes > most) or outbox.bulk_bytes > most_bulk:
                 channel.flush()
@@ -332,7 +336,7 @@ class Dispatcher:
 
     def flush(self) -> None:
         """Write to every link with new deliveries; close those that are over their limits."""
-        while self._unflushed:
+        while self._unflushed:  # closing a link below may cause deliveries for others
             unflushed, self._unflushed = self._unflushed, {}
             for link in unflushed:
                 channel = link.channel

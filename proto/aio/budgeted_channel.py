@@ -23,8 +23,9 @@ CONTENDED_READ_BYTES: Final = 64 * 1024
 class BudgetedChannel(Channel):
     """A channel that shares a read budget with others.
 
-    While received bytes wait for the budget, nothing more is read. They are discarded if the connection ends.
-    The handler gets all frames, PING and ERROR included, and must answer or close.
+    While received bytes wait for the budget, nothing more is read: the peer's kernel, and at last the peer,
+    waits instead of the broker's memory. They are discarded if the connection ends. The handler gets all
+    frames, PING and ERROR included, and must answer or close.
 
     Args:
         role: Which end of the link this is.
@@ -96,6 +97,7 @@ class BudgetedChannel(Channel):
             self._pause_for_a_turn()
 
     def _put_off(self, nbytes: int) -> None:
+        """Keep what was read for a later loop turn."""
         if self.connected:
             assert self._receiver is not None
             self.bytes_received += nbytes
@@ -120,6 +122,8 @@ class BudgetedChannel(Channel):
                 left -= 1
                 if type(frame) not in PARTS:
                     handle(frame)
+                # The clock is read only if there is another frame: a peer that sends one now and then pays
+                # nothing.
                 if receiver.has_unprocessed:
                     ended = not left or self._share_ended or self._budget.clock() >= self._until
                     if ended and self.connected:
@@ -136,7 +140,7 @@ class BudgetedChannel(Channel):
     def _wait(self) -> None:
         assert self._receiver is not None
         assert self._transport is not None
-        self._receiver.keep()
+        self._receiver.keep()  # the scratch buffer is for the next connection
         self.waiting = True
         self._in_a_row = 0
         self._transport.pause_reading()

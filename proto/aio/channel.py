@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from proto.wire.frames import Frame
 
 GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
-"""Frames are written together up to this size."""
+"""Frames are written together up to this size. One write of it fills an idle transport, so that the rest
+stays in the outbox, where depth and credit still apply: what the transport has cannot be dropped any more."""
 
 TURN_BYTES: Final = 256 * 1024
 """What one connection may read without a break, or write of large frames, before the other connections are
@@ -176,6 +177,7 @@ class Channel(asyncio.BufferedProtocol):
         """Called by asyncio."""
         self._transport = None
         self.connected = False
+        # After `close` only: the transport has sent everything, or was aborted.
         if self._linger is not None:
             self._linger.cancel()
         handler, self._handler = self._handler, _NO_HANDLER
@@ -213,6 +215,8 @@ class Channel(asyncio.BufferedProtocol):
         except ProtocolError as error:
             self.fail(error)
         finally:
+            # The handler first: what it does at the end of a read (a router's reports, the replies of
+            # callbacks) leaves with the same write as what the frames themselves have caused.
             self.reading = False
             self._handler.read_finished()
             if self._flush_due:
@@ -229,6 +233,7 @@ class Channel(asyncio.BufferedProtocol):
         receiver, handler, session = self._receiver, self._handler, self.session
         assert receiver is not None
         receiver.received(nbytes)
+        # A handler may close the connection: the frames behind that are not handled.
         while self.connected and (frame := receiver.next_frame()) is not None:
             if type(frame) is frames.Ping:
                 self.send(frames.Pong(frame.token))
@@ -247,7 +252,7 @@ class Channel(asyncio.BufferedProtocol):
         """Flush at the end of this loop turn, once, however often this is called."""
         if not self._flush_due:
             self._flush_due = True
-            if not self.reading:
+            if not self.reading:  # otherwise the end of the read flushes
                 self._loop.call_soon(self._flush_if_due)
 
     def _flush_if_due(self) -> None:
@@ -261,6 +266,7 @@ class Channel(asyncio.BufferedProtocol):
         if transport is None:
             return
         outbox.large_budget = TURN_BYTES
+        # `write` may set `busy` (`pause_writing`), or find out that the connection is gone.
         while not self.busy and not transport.is_closing():
             parts, size = outbox.pop_frames(GATHER_BYTES)
             if not parts:
@@ -274,8 +280,9 @@ class Channel(asyncio.BufferedProtocol):
                 transport.writelines(parts)
             if size < GATHER_BYTES:
                 break
+        # Only now: what is still there could not be sent.
         outbox.trim()
-        if outbox.has_more and not self.busy:
+        if outbox.has_more and not self.busy:  # large frames beyond this turn's budget
             self._continue_soon()
 
     def _continue_soon(self) -> None:
@@ -318,7 +325,11 @@ class Channel(asyncio.BufferedProtocol):
         return () if sock is None or sock.fileno() < 0 else (sock.fileno(),)
 
     def fail(self, error: ProtocolError) -> None:
-        """Send the peer an ERROR frame and close."""
+        """Send the peer an ERROR frame and close.
+
+        The frame does not wait in the outbox: the peer should learn the reason even if it has broken a limit
+        of what may wait there.
+        """
         if self._transport is None or not self.connected or self._transport.is_closing():
             return
         error_frame = frames.Error(error.code, str(error)[: limits.MAX_ERROR_TEXT])
@@ -328,7 +339,10 @@ class Channel(asyncio.BufferedProtocol):
         self.close()
 
     def close(self) -> None:
-        """Close when everything written so far is sent, or after `limits.CLOSE_TIMEOUT_SEC`."""
+        """Close when everything written so far is sent, or after `limits.CLOSE_TIMEOUT_SEC`.
+
+        Without a limit a peer that does not read would keep the connection, and its buffers, forever.
+        """
         self.connected = False
         transport = self._transport
         if transport is not None and not transport.is_closing():

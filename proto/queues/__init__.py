@@ -1,4 +1,4 @@
-"""What waits to travel: batches, the queues of publishers and of calls, and the order of sending.
+"""Unsent frames: batches, the queues of publishers and of calls, and the order in which a link sends them.
 
 Pure. May import `proto.wire` and the modules of `proto` itself.
 """

@@ -1,7 +1,10 @@
 """Batches: consecutive messages of one publisher in one frame (docs/protocol.md §6.1).
 
-The offsets of the message ends allow to split a batch at any message, and to change its publisher id, without
-decoding the messages.
+A batch carries the offsets at which its messages end. With them it can be split at any message, and get
+another publisher id, without decoding the messages: the broker never looks into a message.
+
+Batches are immutable and shared: the same object waits for several links, and its bytes for all of them. What
+changes one returns another, whose payload is a view of the same bytes where possible.
 """
 
 from __future__ import annotations
@@ -86,6 +89,7 @@ class BatchBuilder:
         """
         assert not self.length
         fields = self._number(publisher, stamp_ns, 1, ())
+        # The head is written right before the message, so the frame begins somewhere in the free bytes.
         payload_bytes = len(buffer) - MAX_HEAD_BYTES + ARRAY_HEAD_BYTES
         head = batch_head(fields, payload_bytes) + array_head(1)
         start = MAX_HEAD_BYTES - len(head)
@@ -133,7 +137,8 @@ def slice_batch(batch: Batch, start: int, stop: int) -> Batch:
 def fitting_stop(batch: Batch, start: int, max_bytes: int) -> int:
     """Return the index after the last message that begins within `max_bytes` bytes from message `start`.
 
-    Needs `max_bytes` > 0, so at least one message fits; the last one may end beyond.
+    The last message may end beyond the limit: otherwise a message larger than the whole credit could never be
+    sent. Needs `max_bytes` > 0, so that at least one message fits.
     """
     if batch.ends is None:
         return batch.length
@@ -143,7 +148,7 @@ def fitting_stop(batch: Batch, start: int, max_bytes: int) -> int:
 
 
 def with_publisher(batch: Batch, publisher: int) -> Batch:
-    """Return the batch with another publisher id: the broker assigns a new one on every link."""
+    """Return the batch with another publisher id: a publisher gets a new one in each session."""
     if batch.publisher == publisher:
         return batch
     if isinstance(batch, SharedBatch):

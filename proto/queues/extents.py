@@ -1,6 +1,7 @@
-"""Free space in a block of memory: first fit, so that the parts used last are used again first.
+"""Free space in a block of memory: first fit, so that the parts at the start are used again and again.
 
-Memory that has been written lately is in caches and has pages; the end of a large block may never get any.
+Memory that was written lately is in the processor's caches, and the kernel has provided its pages. The end of
+a large block may never need any.
 """
 
 from __future__ import annotations
@@ -13,25 +14,33 @@ PAGE_BYTES: Final = 4096
 
 
 class Extents:
-    """The free parts of a block, none next to another.
+    """The free parts of a block. Free parts that touch are joined, so a large part is found if there is one.
 
     Args:
-        start: Where the block begins; a multiple of `PAGE_BYTES`.
-        end: Where it ends; likewise.
+        start: The first offset of the block; a multiple of `PAGE_BYTES`.
+        end: The offset behind the block; likewise.
 
     Attributes:
-        free_bytes: What is free in all.
+        free_bytes: Free bytes in total. They may lie in parts that are too small for a message.
     """
 
     __slots__ = ("_sizes", "_starts", "free_bytes")
 
     def __init__(self, start: int, end: int) -> None:
+        # Two lists in the order of the offsets: there are few free parts, and bisecting integers is fast.
         self._starts = [start]
         self._sizes = [end - start]
         self.free_bytes = end - start
 
     def allocate(self, size: int) -> int | None:
-        """Take the first free part of this size, rounded up to pages; return where it begins, or None."""
+        """Allocate from the first free part that is large enough.
+
+        Args:
+            size: Bytes, rounded up to pages.
+
+        Returns:
+            The offset of the allocated part; None if no free part is large enough.
+        """
         size = rounded(size)
         for index, free in enumerate(self._sizes):
             if free >= size:
@@ -46,7 +55,16 @@ class Extents:
         return None
 
     def extend(self, start: int, size: int, larger: int) -> bool:
-        """Let an allocated part have a larger size; return whether what follows it is free."""
+        """Grow an allocated part in place.
+
+        Args:
+            start: Its offset.
+            size: Its present size.
+            larger: The new size.
+
+        Returns:
+            Whether it has grown: the space behind it was free. Otherwise nothing has changed.
+        """
         size, larger = rounded(size), rounded(larger)
         if larger == size:
             return True
@@ -64,7 +82,7 @@ class Extents:
         return True
 
     def free(self, start: int, size: int) -> None:
-        """Return an allocated part, and join it with the free parts next to it."""
+        """Free an allocated part of this size, and join it with the free parts next to it."""
         size = rounded(size)
         starts, sizes = self._starts, self._sizes
         self.free_bytes += size

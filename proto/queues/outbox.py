@@ -1,7 +1,9 @@
 """Everything that waits to be sent on one link, and the order in which it is sent.
 
 Control frames are sent first, then requests and replies, then the publisher queues in turn, one frame each
-(docs/protocol.md §6.7). Large frames leave in fragments, one per turn, so they never block the link.
+(docs/protocol.md §6.7). So a declaration or a reply never waits behind messages, and a fast publisher does
+not delay a slow one by more than a frame. Large frames leave in fragments, one per turn, so they never block
+the link.
 
 Two limits bound an outbox. The messages in all publisher queues together stay below `max_held_bytes`: above
 it the fullest KEEP_LAST queues lose their oldest batches. Everything else is never dropped; the outbox counts
@@ -38,7 +40,11 @@ REPLAY_AHEAD_BYTES: Final = 1024 * 1024
 
 
 class LargeCall(PublisherQueue):
-    """A queue that holds one large frame of requests or replies."""
+    """A queue that holds one large frame of requests or replies.
+
+    As a queue of its own it takes its turn among the publishers, fragment by fragment. Among the calls it
+    would hold up all smaller ones behind it.
+    """
 
     __slots__ = ("key", "share")
 
@@ -53,12 +59,15 @@ class LargeCall(PublisherQueue):
 class Outbox:
     """Everything that waits on one link.
 
-    The owner puts items in, calls `pop_frames` until it returns nothing or the transport is full, and then `trim`:
-    so only messages that cannot be sent are dropped.
+    The owner puts items in, calls `pop_frames` until it returns nothing or the transport is full, and then
+    `trim`. That order makes depth exact: only messages that really cannot be sent are dropped.
+
+    A publisher queue belongs to the publisher's endpoint in its node, or to a route in the broker. The outbox
+    only schedules it, and keeps the totals of what its queues hold.
     """
 
     large_budget: int = field(default=sys.maxsize, init=False)
-    """Bytes of large frames to send before other connections are served; set by the owner."""
+    """Bytes of large frames to send before other connections are served; set by the owner for each flush."""
     urgent_bytes: int = field(default=0, init=False)
     """Estimated memory of the control frames and calls that wait."""
     ordered_bytes: int = field(default=0, init=False)
@@ -70,7 +79,8 @@ class Outbox:
     shared_bytes: int = field(default=0, init=False)
     """The part of `urgent_bytes` that is requests with a share."""
     held_bytes: int = field(default=0, init=False)
-    """Estimated memory of the messages in all publisher queues, as of the last `trim`."""
+    """Estimated memory of the messages in all publisher queues, as of the last `trim`. Not exact in between:
+    on a fast link a batch enters and leaves within one loop turn, and to count it would cost for nothing."""
     max_held_bytes: int = field(default=sys.maxsize, init=False)
     """Limit of `held_bytes`; set by the owner."""
     transfers: Transfers = field(default_factory=Transfers)
@@ -203,6 +213,7 @@ class Outbox:
         """
         put = queue.put_front if first else queue.put
         if isinstance(item, Batch):
+            # Not counted before `trim`: most batches have left by then.
             put(item)
             self._touched[queue] = None
         else:
@@ -213,7 +224,10 @@ class Outbox:
         self.schedule(queue)
 
     def enqueue_source(self, queue: PublisherQueue, source: ReplaySource) -> None:
-        """Put latched messages into a publisher queue, most of them only when they can be sent."""
+        """Put latched messages into a publisher queue, most of them only when they can be sent.
+
+        Many late joiners at once would otherwise hold a copy of everything latched for each of them.
+        """
         while 0 < (size := source.next_bytes()) <= REPLAY_AHEAD_BYTES - self.replay_bytes:
             self.enqueue(queue, source.pop())
         if size:
@@ -227,6 +241,7 @@ class Outbox:
             shed: Whether its messages count as dropped, and its control frames are still sent.
         """
         pending, waiting = queue.pending, queue.pending + queue.leaving
+        # Its DETACHED must still arrive: the reader would otherwise wait for a publisher that is gone.
         kept = queue.control_frames() if shed else ()
         self.ordered_bytes -= queue.control_bytes
         self.replay_bytes -= queue.bulk_bytes
@@ -269,6 +284,7 @@ class Outbox:
         parts: list[Buffer] = []
         size = 0
         while size < max_bytes:
+            # Looked at again for each frame: a queue that ends may release frames that must follow it.
             urgent = self._control or self._calls
             if urgent:
                 item = urgent.popleft()
@@ -291,12 +307,12 @@ class Outbox:
 
     @property
     def has_more(self) -> bool:
-        """Whether queues wait to be served; after `pop_frames` has returned nothing, for large frames only."""
+        """Whether queues wait to be served. If `pop_frames` returned nothing, they have large frames only."""
         return bool(self._ready)
 
     def _pop_from_queues(self, parts: list[Buffer]) -> int:
         """Append the next frame of the next queue to `parts`; return its size, 0 if no queue may send."""
-        for _ in range(len(self._ready)):
+        for _ in range(len(self._ready)):  # each queue once: those that are put back must wait
             queue = self._ready.popleft()
             if self.large_budget <= 0 and queue.is_large:
                 self._ready.append(queue)
@@ -346,7 +362,7 @@ class Outbox:
                 continue  # all of it has been sent, as on any link that is fast enough
             self._recount(queue)
         if self.held_bytes > self.max_held_bytes:
-            # The margin makes the search over all queues rare, and each drop short.
+            # The margin makes the search over all queues rare: the next messages fit without another one.
             self.drop_from_fullest(self.max_held_bytes - self.max_held_bytes // 32)
         if self._touched:  # not if only calls were sent
             self._touched.clear()
@@ -358,6 +374,8 @@ class Outbox:
 
     def drop_from_fullest(self, enough: int) -> None:
         """Drop the oldest batches of the fullest KEEP_LAST queues until `held_bytes` is at most `enough`."""
+        # A heap by what queues hold. The number decides between equals, since queues cannot be compared.
+        # KEEP_ALL queues are not in it: credit bounds them, and nothing of them may be dropped.
         fullest = [
             (-queue.held_bytes, number, queue)
             for number, queue in enumerate(

@@ -1,7 +1,10 @@
-"""How much of one client's requests waits for one server's link: its share, which the broker limits.
+"""Requests that wait for one server's link, counted for each client: the broker limits each client's share.
 
 A server that reads slowly is not at fault if clients call it faster than it reads. So the broker refuses the
 calls of a client whose share is full instead of closing the server's link. The calls of others still pass.
+
+The outbox of the server's link subtracts a frame from its share when the frame is sent or dropped. A share
+that is empty may be forgotten: its client gets a new one with the next call.
 """
 
 from __future__ import annotations
@@ -28,7 +31,7 @@ class QueuedCalls:
         max_bytes: Bytes that may wait from all clients together.
 
     Attributes:
-        bytes: Bytes that wait.
+        bytes: Bytes that wait, from all clients.
     """
 
     __slots__ = ("_forget_at", "_shares", "bytes", "max_bytes", "max_share_bytes")
@@ -44,6 +47,7 @@ class QueuedCalls:
         """Return the share of the client link with this number."""
         share = self._shares.get(client)
         if share is None:
+            # At twice the number that stayed last time: a search for each new client would cost its square.
             if len(self._shares) >= self._forget_at:
                 self._shares = {number: each for number, each in self._shares.items() if each.bytes}
                 self._forget_at = max(_FORGET_SHARES, 2 * len(self._shares))
@@ -56,7 +60,7 @@ class CallShare:
 
     Attributes:
         all: The requests of all clients.
-        bytes: Bytes that wait.
+        bytes: Bytes that wait, from this client.
     """
 
     __slots__ = ("all", "bytes")
@@ -82,7 +86,7 @@ class CallShare:
         return True
 
     def add(self, raw: Buffer) -> None:
-        """Count a frame that is queued."""
+        """Count a frame that is queued whatever the limits are: a CANCEL makes space, so it must pass."""
         size = len(raw) + FRAME_OVERHEAD_BYTES
         self.bytes += size
         self.all.bytes += size

@@ -2,6 +2,11 @@
 
 Messages go into the batch of the loop turn, batches into the publisher queue, and the queue goes to the
 broker as far as credit and the transport allow.
+
+The batch belongs to this endpoint. The queue does, too, but while the broker of the session has accepted the
+publisher (`accepted_now`), batches enter it through the outbox, which sends them. Before, between sessions,
+and if the broker refuses the publisher, they enter it directly and wait. The numbers of messages are given
+when a batch is built and stay the same in all sessions: with them subscriptions find repetitions and gaps.
 """
 
 from __future__ import annotations
@@ -110,7 +115,11 @@ class PublisherEndpoint(Endpoint):
         return queue_limits.crowded(self.queue, self.queued)
 
     def require_space(self) -> None:
-        """Set how many messages may be published before the next check; raise PublisherFull if none may."""
+        """Set how many messages may be published before the next check; raise PublisherFull if none may.
+
+        `publish` counts `space` down instead of asking the queue for each message. Whatever may leave less
+        space than that sets it to 0, so that the next message asks again.
+        """
         self.require_alive()
         self.space = queue_limits.left(self.queue, self.queued)
         if not self.space:
@@ -159,15 +168,19 @@ class PublisherEndpoint(Endpoint):
         shared = link.shared_memory
         link.require_fits(f"A message on '{self._topic}'", size)
         slot = None
-        # Latched messages are kept for long: they would fill the memory.
+        # Latched messages are kept for long: they would fill the memory. Without a session nobody can read
+        # it.
         if size >= shared.min_bytes and self.accepted_now and not self._keep:
             slot = shared.put(message, batch.slot)
         self.shares = slot is not None
         self.large = self.shares or size > limits.BATCH_FLUSH_BYTES
+        # A batch is all bytes or all one slot: what has been collected elsewhere precedes this message.
         if slot is not batch.slot:
             self.flush_turn()
         if slot is not None:
             batch.add_shared(slot)
+            # Beyond the depth it goes into the queue at once, which drops the oldest: they only fill the
+            # memory.
             if queue.depth is None or queue.pending + batch.length <= queue.depth:
                 link.flush_later(self, size)
                 return
@@ -189,7 +202,7 @@ class PublisherEndpoint(Endpoint):
             self._put(self._batch.build(self.queue.publisher, time.time_ns()))
 
     def _put(self, batch: frames.Batch) -> None:
-        if self._keep:
+        if self._keep:  # for a broker that restarts, whatever the queue drops
             if self._retained is None:
                 self._retained = Retained(self._keep)
             self._retained.add(batch)
@@ -210,6 +223,7 @@ class PublisherEndpoint(Endpoint):
         """Take the publisher out of service, after everything it has published has been sent."""
         if self.destroyed:
             return
+        # What has been published is still sent: the queue outlives the publisher, in `context.departing`.
         self.flush_turn()
         self.destroyed = True
         if self.events is not None:
@@ -246,6 +260,7 @@ class PublisherEndpoint(Endpoint):
 
         Everything in the queue is sent for the first time: repetitions were dropped with the earlier session.
         """
+        # Numbers below the declared one are stale to the broker, so it must not exceed what is sent again.
         oldest = None if self._retained is None else self._retained.first_sequence
         first = self.queue.first_sequence
         if first is None:
@@ -270,6 +285,7 @@ class PublisherEndpoint(Endpoint):
         channel = link.channel
         if channel is None:
             return
+        # In this order: the latched messages are put in front of what waits, and must fit this broker, too.
         self.queue.restart(number, self._declared)
         self._drop_too_large()
         self._resend_retained()
@@ -324,7 +340,8 @@ class PublisherEndpoint(Endpoint):
             link.publishers.pop(frame.publisher, None)
             return
         if self._unlimited and frame.sequence_limit is not None:
-            # After a batch that is partly sent, before everything that waits for credit.
+            # An echo: from it on the broker holds the publisher to the limit. After a batch that is partly
+            # sent, before everything that waits for credit.
             channel.outbox.enqueue(self.queue, encode(frame), first=True)
         self._unlimited = frame.sequence_limit is None
         self.queue.sequence_limit = frame.sequence_limit

@@ -129,6 +129,8 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. `await ready()` first.
             NodeDestroyed: The publisher has been destroyed.
         """
+        # The hot path. The three questions here are those whose answers change between two messages; all
+        # others (the session, credit, the depth) are asked once for the batch, when the turn ends.
         endpoint = self._endpoint
         if endpoint.space <= 0:
             endpoint.require_space()

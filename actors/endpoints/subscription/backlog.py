@@ -2,6 +2,9 @@
 
 An idle consumer takes a whole batch. For a busy one only the newest `depth` messages stay. Where the
 publisher sets a lifespan, messages that expire while they wait are dropped when they would be taken.
+
+Batches are kept as they arrived, with an index, instead of message by message: only the first batch can be
+taken in part, and an object for each message would cost about as much as decoding it.
 """
 
 from __future__ import annotations
@@ -132,7 +135,7 @@ class Backlog:
             queued_batch.index += part
             excess -= part
             if queued_batch.index == len(queued_batch.messages):
-                self.batches.popleft()
+                self.batches.popleft()  # not `finish`: only KEEP_LAST drops, and it grants no credit
         self.pending -= dropped
         return dropped
 

@@ -98,7 +98,7 @@ class Consumer:
     def wake(self) -> None:
         """Hand over what the backlog holds, now or as soon as the mailbox is free."""
         if self.callback is not None:
-            self.context.mailbox.post(self)
+            self.context.mailbox.post(self)  # runs the callback here and now if the mailbox is free
         elif self.waiter is not None:
             # An idle iterator takes what is there in the step that it is woken for; the rest waits, and is
             # held to the depth.
@@ -173,6 +173,8 @@ class Consumer:
         clock, until, check_at = share.clock, share.until, index + 1
         checked = until - SHARE_SEC
         while index < size and not self._closed:
+            # Everything is counted before the callback runs: it may look at the counts, destroy the
+            # subscription, or raise.
             message = waiting[index]
             queued_batch.index = index = index + 1
             backlog.pending -= 1
@@ -188,6 +190,7 @@ class Consumer:
                 result = None
             if result is not None and (coroutine := as_coroutine(result)) is not None:
                 return coroutine
+            # A callback that has set a context variable gets no others after it in the same context.
             try:
                 if context != original:
                     break

@@ -3,6 +3,10 @@
 A batch for an idle consumer is decoded whole, in one call. For a busy consumer only the last `depth`
 messages of a batch are kept, before they are decoded. With KEEP_ALL nothing is dropped: the publisher gets
 credit as messages are taken.
+
+Every message of a batch ends in one count: handed to the callback, dropped or expired (consumer), undecodable
+(decoder), waiting (backlog), or a repetition, which is no message of its own. Numbers that never arrive are
+the tracker's `lost` and `lost_on_break`.
 """
 
 from __future__ import annotations
@@ -143,6 +147,7 @@ class SubscriptionEndpoint(Endpoint):
 
     def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
         """Reader: take a batch, or latched messages. Repetitions are discarded, gaps are counted."""
+        # A publisher that came back may be attached twice for a moment; its newest attachment counts.
         if not attachment.current:
             return
         if isinstance(batch, Batch):
@@ -152,6 +157,7 @@ class SubscriptionEndpoint(Endpoint):
         else:
             start, size = self.tracker.latched(attachment, batch), 0
         stop = batch.length
+        # A batch of which nothing is kept is done at once: its credit would otherwise never be granted again.
         if start < stop and self._keep(attachment, batch, start, size):
             self.consumer.wake()
         elif self._credit is not None:
@@ -161,6 +167,8 @@ class SubscriptionEndpoint(Endpoint):
         """Put the messages of a batch from `start` on into the backlog; return whether there are any."""
         stop, consumer = batch.length, self.consumer
         end = batch.first_sequence + stop
+        # Dropped before they are decoded, which costs more than all the rest. An idle consumer takes the
+        # batch as it arrives, so nothing of it is beyond the depth.
         depth = consumer.depth
         if depth is not None and stop - start > depth and not consumer.idle:
             consumer.drop(stop - start - depth)

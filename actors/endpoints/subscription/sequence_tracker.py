@@ -97,6 +97,7 @@ class SequenceTracker:
             self._give_up_missed(attachment, attachment.missed)
             known = Known(attachment.expected, attachment.due, 0)
         self.known[attachment.gid] = known
+        # The publishers that left first are forgotten first; one forgotten and back is a new one.
         self.known.move_to_end(attachment.gid)
         while len(self.known) > max(REMEMBERED_PUBLISHERS, len(self.attachments)):
             self.known.popitem(last=False)
@@ -105,6 +106,7 @@ class SequenceTracker:
         """Count a live batch; return how many of its messages are repetitions."""
         if attachment.missed:
             self._give_up_missed(attachment, attachment.missed)
+        # Positive: messages are missing. On an unbroken link the broker or the publisher has dropped them.
         gap = batch.first_sequence - attachment.expected
         if gap > 0:
             self.lost += gap
