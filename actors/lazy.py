@@ -7,10 +7,15 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from typing import TYPE_CHECKING
+from types import ModuleType
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+
+
+_HELPERS: Final = {"TYPE_CHECKING", "annotations", "lazy_names"}
+"""What the package roots import for themselves."""
 
 
 def lazy_names(
@@ -18,16 +23,34 @@ def lazy_names(
 ) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """Return the `__getattr__` and `__dir__` of a package.
 
+    `dir` and `__all__` have these names and those that the package imports for export, not its helpers.
+
     Args:
         package: Its `__name__`.
         homes: Full names of modules, each with the names to take from it.
     """
     home_of = {name: module for module, names in homes.items() for name in names}
+    get = lazy_getattr(package, home_of)
+
+    def exports() -> set[str]:
+        own = vars(sys.modules[package]).items()
+        return {
+            *home_of,
+            *(
+                name
+                for name, value in own
+                if name[0] != "_" and name not in _HELPERS and not isinstance(value, ModuleType)
+            ),
+        }
+
+    def get_name(name: str) -> object:
+        return sorted(exports()) if name == "__all__" else get(name)  # what `from package import *` takes
 
     def names() -> list[str]:
-        return sorted({*vars(sys.modules[package]), *home_of})
+        special = {name for name in vars(sys.modules[package]) if name[:2] == "__"}
+        return sorted(exports() | special)
 
-    return lazy_getattr(package, home_of), names
+    return get_name, names
 
 
 def lazy_getattr(package: str, home_of: Mapping[str, str]) -> Callable[[str], object]:

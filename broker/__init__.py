@@ -39,6 +39,8 @@ _HOME_OF = {
 
 
 def __getattr__(name: str) -> object:
+    if name == "__all__":  # what `from broker import *` takes
+        return sorted(_HOME_OF)
     if name not in _HOME_OF:
         raise AttributeError(f"module 'broker' has no attribute '{name}'")
     value = getattr(import_module(_HOME_OF[name]), name)
@@ -47,4 +49,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME_OF})
+    return sorted({*_HOME_OF, *(name for name in globals() if name[:2] == "__"), "__all__"})

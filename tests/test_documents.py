@@ -277,7 +277,7 @@ def test_every_file_that_a_document_names_exists() -> None:
 def test_the_architecture_names_every_package() -> None:
     """ARCHITECTURE.md names every top-level package."""
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
-    for package in ("proto", "broker", "actors", "tests", "examples", "benchmarks"):
+    for package in ("proto", "broker", "actors", "callboard", "tests", "examples", "benchmarks"):
         assert f"`{package}/`" in text
 
 

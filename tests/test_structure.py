@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 ROOT: Final = Path(__file__).resolve().parent.parent
-PACKAGES: Final = ("proto", "broker", "actors")
+PACKAGES: Final = ("proto", "broker", "actors", "callboard")
 MAX_MODULE_LINES: Final = 500
 MAX_FUNCTION_LINES: Final = 50
 MAX_METHODS: Final = 25

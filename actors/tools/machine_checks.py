@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
 OLDEST_PYTHON: Final = (3, 11)
-PACKAGES: Final = ("proto", "broker", "actors")
+PACKAGES: Final = ("proto", "broker", "actors", "callboard")
 """Callboard's import names."""
 FEW_FILES: Final = 1024
 """A broker needs an open file for each connection."""
@@ -109,7 +109,9 @@ def import_names(claims: Mapping[str, list[str]] | None = None) -> list[Check]:
             text = f"'{name}' also belongs to {', '.join(others)}: each overwrites files of the other"
             remedy = f"keep callboard and {others[0]} in separate environments: python -m venv"
             found.append(Check("import names", "fail", text, remedy))
-    return found or [Check("import names", "ok", f"proto, broker and actors are callboard's, in {home}")]
+    return found or [
+        Check("import names", "ok", f"proto, broker, actors and callboard are callboard's, in {home}")
+    ]
 
 
 def _folder(module: ModuleType) -> Path:

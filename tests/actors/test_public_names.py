@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -14,6 +15,10 @@ import actors.launch
 import actors.testing
 import actors.threads
 import broker
+import callboard
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
 @pytest.mark.parametrize("package", [actors, actors.launch, actors.testing, actors.threads, broker])
@@ -44,3 +49,39 @@ def test_importing_actors_loads_no_part_of_it() -> None:
     code = "import sys, actors; print([m for m in sys.modules if m[:7] in ('actors.', 'msgspec')])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "['actors.lazy']"
+
+
+@pytest.mark.parametrize(
+    "package", [actors, actors.launch, actors.testing, actors.threads, broker, callboard]
+)
+def test_a_package_shows_its_public_names_alone(package: ModuleType) -> None:
+    """`dir` and `__all__`, for editors and `import *`, have no helper and no import of the package's own."""
+    names: list[str] = package.__all__
+    assert set(names) == {name for name in dir(package) if not name.startswith("_")}
+    assert not {"TYPE_CHECKING", "annotations", "lazy_names", "import_module"} & set(names)
+
+
+def test_callboard_has_the_names_of_actors_and_broker() -> None:
+    """They are the same objects."""
+    for package in (actors, broker):
+        for name in package.__all__:
+            assert getattr(callboard, name) is getattr(package, name)
+    with pytest.raises(AttributeError, match="'callboard' has no attribute 'Nod'"):
+        callboard.Nod  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_importing_callboard_loads_nothing() -> None:
+    """It costs less than `import actors`."""
+    code = "import sys, callboard; print(sys.modules.keys() & {'actors', 'broker'})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+def test_callboard_can_be_imported_above_a_checkout(tmp_path: Path) -> None:
+    """Not the folder of that name in the current one, which Python would take for an empty namespace."""
+    (tmp_path / "callboard" / "actors").mkdir(parents=True)
+    code = "import callboard; print(callboard.Node.__name__)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "Node"
