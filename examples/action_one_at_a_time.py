@@ -6,13 +6,13 @@ Beside it run `callboard broker`.
 import asyncio
 from typing import Any
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.action import Fibonacci
 
-Goal = actors.ServerGoalHandle[Any, Any, Any]
+Goal = callboard.ServerGoalHandle[Any, Any, Any]
 
 
-class OneAtATime(actors.Node):
+class OneAtATime(callboard.Node):
     def __init__(self) -> None:
         super().__init__("one_at_a_time")
         self.current: Goal | None = None
@@ -37,7 +37,7 @@ class OneAtATime(actors.Node):
 
 
 async def main() -> None:
-    async with OneAtATime(), actors.Node("client") as node:
+    async with OneAtATime(), callboard.Node("client") as node:
         client = node.create_action_client(Fibonacci, "fibonacci")
         await client.wait_for_server()
         first = await client.send_goal(Fibonacci.Goal(order=40))
@@ -47,4 +47,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

@@ -7,13 +7,13 @@ import asyncio
 from collections import deque
 from typing import Any
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.action import Fibonacci
 
-Goal = actors.ServerGoalHandle[Any, Any, Any]
+Goal = callboard.ServerGoalHandle[Any, Any, Any]
 
 
-class Queue(actors.Node):
+class Queue(callboard.Node):
     def __init__(self) -> None:
         super().__init__("queue")
         self.waiting: deque[Goal] = deque()
@@ -43,7 +43,7 @@ class Queue(actors.Node):
 
 
 async def main() -> None:
-    async with Queue(), actors.Node("client") as node:
+    async with Queue(), callboard.Node("client") as node:
         client = node.create_action_client(Fibonacci, "fibonacci")
         await client.wait_for_server()
         handles = [await client.send_goal(Fibonacci.Goal(order=order)) for order in (1, 2, 3)]
@@ -53,4 +53,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

@@ -5,11 +5,11 @@ Beside it run `callboard broker` and `python examples/add_two_ints_server.py`, i
 
 import sys
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 
 
-class AddTwoIntsClient(actors.Node):
+class AddTwoIntsClient(callboard.Node):
     def __init__(self) -> None:
         super().__init__("add_two_ints_client")
         self.client = self.create_client(AddTwoInts, "add_two_ints")
@@ -23,21 +23,23 @@ class AddTwoIntsClient(actors.Node):
 
 async def main() -> int:
     try:
-        a, b = map(int, actors.parse_ros_arguments(sys.argv[1:]).remaining)
+        a, b = map(int, callboard.parse_ros_arguments(sys.argv[1:]).remaining)
     except ValueError:
         print("usage: add_two_ints_client X Y", file=sys.stderr)
         return 1
     async with AddTwoIntsClient() as node:
         try:
             node.get_logger().info(f"Sum: {await node.add(a, b)}")
-        except (actors.CallFailed, actors.InvalidMessageError) as error:
+        except (callboard.CallFailed, callboard.InvalidMessageError) as error:
             node.get_logger().error(f"Failed to call service add_two_ints: {error}")
             return 1
     return 0
 
 
 if __name__ == "__main__":
-    status = actors.run(main)
+    status = callboard.run(main)
     if status is None:  # SIGINT or SIGTERM
-        actors.get_logger("add_two_ints_client").info("Interrupted while waiting for the service. Exiting.")
+        callboard.get_logger("add_two_ints_client").info(
+            "Interrupted while waiting for the service. Exiting."
+        )
     sys.exit(status)

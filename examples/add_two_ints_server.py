@@ -4,11 +4,11 @@ Beside it run `callboard broker` and `python examples/add_two_ints_client.py 5 3
 an int64 is never sent: the reply is checked, and the client gets the error.
 """
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 
 
-class AddTwoIntsServer(actors.Node):
+class AddTwoIntsServer(callboard.Node):
     def __init__(self) -> None:
         super().__init__("add_two_ints_server")
         self.create_service(AddTwoInts, "add_two_ints", self.on_request)
@@ -22,4 +22,4 @@ class AddTwoIntsServer(actors.Node):
 
 
 if __name__ == "__main__":
-    actors.run(AddTwoIntsServer)
+    callboard.run(AddTwoIntsServer)

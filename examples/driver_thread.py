@@ -6,7 +6,7 @@ Start `callboard broker` first. Ends by itself.
 import threading
 from collections.abc import Callable
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.threads import NodeThread
@@ -24,7 +24,7 @@ class Driver(threading.Thread):
             self.on_ticks(ticks)
 
 
-class Robot(actors.Node):
+class Robot(callboard.Node):
     def __init__(self) -> None:
         super().__init__("robot")
         self.ticks = self.create_publisher(Int64, "ticks", 1000)

@@ -2,8 +2,7 @@
 
 import asyncio
 
-import actors
-import broker
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 
@@ -13,12 +12,12 @@ def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
 
 
 async def main() -> None:
-    async with broker.Broker(broker.BrokerOptions(port=0)) as hub:
-        listener = actors.Node("listener", url=hub.url)
+    async with callboard.Broker(callboard.BrokerOptions(port=0)) as hub:
+        listener = callboard.Node("listener", url=hub.url)
         heard = listener.create_subscription(String, "greetings", qos=10)
         listener.create_service(AddTwoInts, "add_two_ints", add)
 
-        talker = actors.Node("talker", url=hub.url)
+        talker = callboard.Node("talker", url=hub.url)
         greetings = talker.create_publisher(String, "greetings", 10)
         adder = talker.create_client(AddTwoInts, "add_two_ints")
 

@@ -7,13 +7,13 @@ cancels the goal.
 import asyncio
 import sys
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.action import Fibonacci
 
 
 async def main() -> int:
-    order = int(actors.parse_ros_arguments(sys.argv[1:]).remaining[0])
-    async with actors.Node("fibonacci_action_client") as node:
+    order = int(callboard.parse_ros_arguments(sys.argv[1:]).remaining[0])
+    async with callboard.Node("fibonacci_action_client") as node:
         client = node.create_action_client(Fibonacci, "fibonacci")
         while not await client.wait_for_server(timeout_sec=5.0):
             node.get_logger().info("action server not available, waiting again...")
@@ -28,7 +28,7 @@ async def main() -> int:
         except asyncio.CancelledError:
             await handle.cancel(timeout_sec=1.0)
             raise
-        except actors.CallFailed as error:
+        except callboard.CallFailed as error:
             print(f"no result: {error}")
             return 1
         print(f"{status.name}:", *result.sequence)
@@ -36,4 +36,4 @@ async def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(actors.run(main))
+    sys.exit(callboard.run(main))

@@ -6,14 +6,14 @@ Beside it run `callboard broker` and `python examples/fibonacci_action_client.py
 
 import asyncio
 
-import actors
-from actors import CancelResponse, GoalResponse
+import callboard
 from actors.interfaces.example_interfaces.action import Fibonacci
+from callboard import CancelResponse, GoalResponse
 
-FibonacciGoal = actors.ServerGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
+FibonacciGoal = callboard.ServerGoalHandle[Fibonacci.Goal, Fibonacci.Result, Fibonacci.Feedback]
 
 
-class FibonacciActionServer(actors.Node):
+class FibonacciActionServer(callboard.Node):
     def __init__(self) -> None:
         super().__init__("fibonacci_action_server")
         self.create_action_server(
@@ -47,4 +47,4 @@ class FibonacciActionServer(actors.Node):
 
 
 if __name__ == "__main__":
-    actors.run(FibonacciActionServer)
+    callboard.run(FibonacciActionServer)

@@ -3,25 +3,25 @@
 Beside it run `callboard broker`. Ends by itself.
 """
 
-import actors
+import callboard
 from actors.interfaces.std_msgs.msg import String
 
-LATCHED = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED = callboard.QoSProfile(depth=1, durability=callboard.DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 async def main() -> None:
-    async with actors.Node("map_server") as server:
+    async with callboard.Node("map_server") as server:
         publisher = server.create_publisher(String, "map", LATCHED)
         for name in ("cellar", "ground floor", "attic"):
             publisher.publish(String(data=name))
             print(f"published: {name}")
         await publisher.flush()
 
-        async with actors.Node("late_joiner") as joiner:
+        async with callboard.Node("late_joiner") as joiner:
             async for msg in joiner.create_subscription(String, "map", qos=LATCHED):
                 print(f"the late joiner got: {msg.data}")
                 break
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

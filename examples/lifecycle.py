@@ -5,14 +5,14 @@ Beside it run `callboard broker`. Ends by itself.
 
 import asyncio
 
-import actors
-from actors import LifecycleState, TransitionCallbackReturn
+import callboard
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.interfaces.std_msgs.msg import String
+from callboard import LifecycleState, TransitionCallbackReturn
 
 
-class Talker(actors.LifecycleNode):
+class Talker(callboard.LifecycleNode):
     def __init__(self) -> None:
         super().__init__("talker")
         self.publisher = self.create_lifecycle_publisher(String, "chatter")
@@ -32,7 +32,7 @@ class Talker(actors.LifecycleNode):
 
 
 async def main() -> None:
-    async with Talker(), actors.Node("manager") as manager:
+    async with Talker(), callboard.Node("manager") as manager:
         steps = manager.create_subscription(TransitionEvent, "/talker/transition_event")
         chatter = manager.create_subscription(String, "chatter")
         client = manager.create_client(ChangeState, "/talker/change_state")
@@ -48,4 +48,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

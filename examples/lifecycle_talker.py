@@ -2,12 +2,12 @@
 
 import asyncio
 
-import actors
-from actors import LifecycleState, TransitionCallbackReturn
+import callboard
 from actors.interfaces.std_msgs.msg import String
+from callboard import LifecycleState, TransitionCallbackReturn
 
 
-class Talker(actors.LifecycleNode):
+class Talker(callboard.LifecycleNode):
     def __init__(self) -> None:
         super().__init__("talker")
         self.publisher = self.create_lifecycle_publisher(String, "chatter")
@@ -29,4 +29,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

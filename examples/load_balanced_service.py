@@ -6,14 +6,14 @@ Beside it run `callboard broker`. Ends by itself and prints how many requests ea
 import asyncio
 from contextlib import AsyncExitStack
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 
 SERVERS = 3
 REQUESTS = 30
 
 
-class Worker(actors.Node):
+class Worker(callboard.Node):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.answered = 0
@@ -27,7 +27,7 @@ class Worker(actors.Node):
 
 async def main() -> None:
     workers = [Worker(f"worker_{i}") for i in range(SERVERS)]
-    boss = actors.Node("boss")
+    boss = callboard.Node("boss")
     client = boss.create_client(AddTwoInts, "shared_sum")
     async with AsyncExitStack() as stack:
         for node in (*workers, boss):
@@ -42,4 +42,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

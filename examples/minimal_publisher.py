@@ -3,11 +3,11 @@
 Beside it run `callboard broker` and `python examples/minimal_subscriber.py`.
 """
 
-import actors
+import callboard
 from actors.interfaces.std_msgs.msg import String
 
 
-class MinimalPublisher(actors.Node):
+class MinimalPublisher(callboard.Node):
     def __init__(self) -> None:
         super().__init__("minimal_publisher")
         self.publisher = self.create_publisher(String, "addison", 10)
@@ -22,4 +22,4 @@ class MinimalPublisher(actors.Node):
 
 
 if __name__ == "__main__":
-    actors.run(MinimalPublisher)
+    callboard.run(MinimalPublisher)

@@ -3,11 +3,11 @@
 Beside it run `callboard broker` and `python examples/minimal_publisher.py`.
 """
 
-import actors
+import callboard
 from actors.interfaces.std_msgs.msg import String
 
 
-class MinimalSubscriber(actors.Node):
+class MinimalSubscriber(callboard.Node):
     def __init__(self) -> None:
         super().__init__("minimal_subscriber")
         self.create_subscription(String, "addison", self.on_message, 10)
@@ -17,4 +17,4 @@ class MinimalSubscriber(actors.Node):
 
 
 if __name__ == "__main__":
-    actors.run(MinimalSubscriber)
+    callboard.run(MinimalSubscriber)

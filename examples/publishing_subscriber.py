@@ -3,11 +3,11 @@
 Beside it run `callboard broker`, `python examples/minimal_publisher.py` and `callboard topic echo /addison2`.
 """
 
-import actors
+import callboard
 from actors.interfaces.std_msgs.msg import String
 
 
-class PublishingSubscriber(actors.Node):
+class PublishingSubscriber(callboard.Node):
     def __init__(self) -> None:
         super().__init__("publishing_subscriber")
         self.create_subscription(String, "addison", self.on_message, 10)
@@ -20,4 +20,4 @@ class PublishingSubscriber(actors.Node):
 
 
 if __name__ == "__main__":
-    actors.run(PublishingSubscriber)
+    callboard.run(PublishingSubscriber)

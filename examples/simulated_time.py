@@ -5,12 +5,12 @@ Beside it run `callboard broker`. Ends by itself.
 
 import asyncio
 
-import actors
-from actors import Duration, JumpThreshold, Time, TimeJump
+import callboard
 from actors.testing import SimulatedClock
+from callboard import Duration, JumpThreshold, Time, TimeJump
 
 
-class Heater(actors.Node):
+class Heater(callboard.Node):
     def __init__(self) -> None:
         super().__init__("heater", parameter_overrides={"use_sim_time": True})
         back = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1))
@@ -25,7 +25,7 @@ class Heater(actors.Node):
         print(f"{self.now()} time was set back by {-jump.delta.nanoseconds / 1e9:g} s")
 
     async def warm_up(self) -> None:
-        await self.get_clock().sleep_until(Time(seconds=600, clock_type=actors.ClockType.ROS_TIME))
+        await self.get_clock().sleep_until(Time(seconds=600, clock_type=callboard.ClockType.ROS_TIME))
         print(f"{self.now()} is warm")
         rate = self.create_rate(1 / 1200)
         for _ in range(2):
@@ -34,7 +34,7 @@ class Heater(actors.Node):
 
 
 async def main() -> None:
-    async with actors.Node("simulator") as simulator, Heater() as heater:
+    async with callboard.Node("simulator") as simulator, Heater() as heater:
         clock = SimulatedClock(simulator, heater)
         await clock.set(0)
         for _ in range(2):
@@ -46,4 +46,4 @@ async def main() -> None:
 
 
 if __name__ == "__main__":
-    actors.run(main)
+    callboard.run(main)

@@ -5,12 +5,11 @@ Nothing else needs to run.
 
 import asyncio
 
-import actors
-import broker
+import callboard
 from actors.interfaces.std_msgs.msg import UInt32
 
 
-class Counter(actors.Node):
+class Counter(callboard.Node):
     """Counts down from three, and fails."""
 
     def __init__(self, url: str) -> None:
@@ -31,17 +30,17 @@ def on_count(msg: UInt32) -> None:
 
 
 async def main() -> None:
-    async with broker.Broker(broker.BrokerOptions(port=0)) as hub:
-        listener = actors.Node("listener", url=hub.url)
+    async with callboard.Broker(callboard.BrokerOptions(port=0)) as hub:
+        listener = callboard.Node("listener", url=hub.url)
         listener.create_subscription(UInt32, "count", on_count)
-        supervisor = actors.Supervisor(
-            [actors.Child("counter", node=lambda: Counter(hub.url))], max_restarts=2, max_seconds=60.0
+        supervisor = callboard.Supervisor(
+            [callboard.Child("counter", node=lambda: Counter(hub.url))], max_restarts=2, max_seconds=60.0
         )
         events = supervisor.events()
         async with listener:
             try:
                 await supervisor.run()
-            except actors.SupervisorGaveUp as error:
+            except callboard.SupervisorGaveUp as error:
                 print(error)
         async for event in events:
             print(f"{event.child} {event.kind.value} {event.reason}".rstrip())

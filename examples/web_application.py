@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 from urllib.parse import parse_qsl
 
-import actors
+import callboard
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 
@@ -17,7 +17,7 @@ Receive = Callable[[], Awaitable[dict[str, Any]]]
 Send = Callable[[dict[str, Any]], Awaitable[None]]
 
 
-class Gateway(actors.Node):
+class Gateway(callboard.Node):
     def __init__(self) -> None:
         super().__init__("web_gateway")
         self.latest = ""
@@ -35,7 +35,7 @@ class Gateway(actors.Node):
             response = await self.adder.call(request, timeout_sec=5)
         except (KeyError, ValueError):
             return 400, {"error": "a and b must be integers"}
-        except actors.CallFailed as error:
+        except callboard.CallFailed as error:
             return 503, {"error": str(error)}
         return 200, {"sum": response.sum}
 
