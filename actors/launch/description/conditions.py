@@ -62,7 +62,7 @@ class IfCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        return truth(self.predicate, scope)
+        return to_bool(self.predicate, scope)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class UnlessCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        return not truth(self.predicate, scope)
+        return not to_bool(self.predicate, scope)
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
         return not super().holds(scope)
 
 
-def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no, however it is said
+def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no, however it is said
     """Return what something says that means yes or no.
 
     Raises:
@@ -119,12 +119,12 @@ def truth(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no
     if isinstance(value, bool):
         return value
     word = resolve(value, scope)
-    meant = meaning(word)
+    meant = parse_bool(word)
     if meant is None:
         raise LaunchError(f"Expected true, 1, false or 0, got '{escape(word)}'")
     return meant
 
 
-def meaning(word: str) -> bool | None:
+def parse_bool(word: str) -> bool | None:
     """Return whether a word means yes or no; None if it means neither."""
     return _TRUTH.get(word.strip().lower())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.description.action import Action
 from actors.launch.description.actions import DeclareLaunchArgument
-from actors.launch.description.summaries import text_of_part
+from actors.launch.description.summaries import format_part
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 
@@ -53,7 +53,7 @@ class LaunchDescription:
         self.actions = (*self.actions, action)
 
 
-def declared(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:
+def declared_arguments(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:
     """Return the arguments that are declared there and in groups, whatever their conditions say."""
     found: dict[str, DeclareLaunchArgument] = {}
     for each in walk(actions):
@@ -69,11 +69,11 @@ def walk(actions: Iterable[Action]) -> Iterator[Action]:
         yield from walk(getattr(each, "actions", ()))
 
 
-def described(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
+def format_actions(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
     """Yield a description as lines: an action a line, what it contains below it."""
     for each in actions:
-        yield f"{indent}{text_of_part(each)}"
-        yield from described(getattr(each, "actions", ()), f"{indent}    ")
+        yield f"{indent}{format_part(each)}"
+        yield from format_actions(getattr(each, "actions", ()), f"{indent}    ")
 
 
 def _check(action: Any) -> None:

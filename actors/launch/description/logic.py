@@ -12,7 +12,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from actors.launch.description.conditions import meaning, truth
+from actors.launch.description.conditions import parse_bool, to_bool
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class BooleanSubstitution(TruthSubstitution):
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        return truth(self.value, scope)
+        return to_bool(self.value, scope)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class NotSubstitution(TruthSubstitution):
     value: Truth
 
     def holds(self, scope: Scope) -> bool:
-        return not truth(self.value, scope)
+        return not to_bool(self.value, scope)
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class AndSubstitution(TruthSubstitution):
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        return truth(self.left, scope) and truth(self.right, scope)
+        return to_bool(self.left, scope) and to_bool(self.right, scope)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class OrSubstitution(TruthSubstitution):
     right: Truth
 
     def holds(self, scope: Scope) -> bool:
-        return truth(self.left, scope) or truth(self.right, scope)
+        return to_bool(self.left, scope) or to_bool(self.right, scope)
 
 
 @dataclass(frozen=True, init=False)
@@ -125,7 +125,7 @@ class AllSubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        return all(truth(each, scope) for each in self.values)
+        return all(to_bool(each, scope) for each in self.values)
 
 
 @dataclass(frozen=True, init=False)
@@ -142,7 +142,7 @@ class AnySubstitution(TruthSubstitution):
         object.__setattr__(self, "values", values)
 
     def holds(self, scope: Scope) -> bool:
-        return any(truth(each, scope) for each in self.values)
+        return any(to_bool(each, scope) for each in self.values)
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class EqualsSubstitution(TruthSubstitution):
 
     def holds(self, scope: Scope) -> bool:
         left, right = _text(self.left, scope), _text(self.right, scope)
-        words = {meaning(left), meaning(right)}
+        words = {parse_bool(left), parse_bool(right)}
         if None not in words:
             return len(words) == 1
         one, other = _number(left), _number(right)
@@ -196,7 +196,7 @@ class IfElseSubstitution(Substitution):
     else_value: Text = ""
 
     def perform(self, scope: Scope) -> str:
-        return resolve(self.if_value if truth(self.condition, scope) else self.else_value, scope)
+        return resolve(self.if_value if to_bool(self.condition, scope) else self.else_value, scope)
 
 
 def _text(value: Value, scope: Scope) -> str:

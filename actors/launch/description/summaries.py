@@ -24,7 +24,7 @@ _KNOWN: Final = ("target_action", "target_lifecycle_node", "action", "depends_on
 """Arguments that refer to another action."""
 
 
-def in_short(action: Action) -> str:
+def action_label(action: Action) -> str:
     """Return what people call an action: "Node 'talker'"."""
     kind = type(action).__name__
     for label in _LABELS:
@@ -34,12 +34,12 @@ def in_short(action: Action) -> str:
     return kind
 
 
-def plain_text(value: object) -> str | None:
+def static_text(value: object) -> str | None:
     """Return a text that is the same in every scope; None: it is none."""
     if isinstance(value, TextSubstitution):
         return value.text
     if isinstance(value, list | tuple):
-        pieces = [plain_text(each) for each in cast("Sequence[object]", value)]
+        pieces = [static_text(each) for each in cast("Sequence[object]", value)]
         return None if None in pieces else "".join(map(str, pieces))
     return str(value) if isinstance(value, str | PurePath) else None
 
@@ -49,15 +49,15 @@ def function_name(function: object) -> str:
     return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
-def text_of_part(part: object) -> str:
+def format_part(part: object) -> str:
     """Return a part of a description as a file might say it: no defaults, and not what is within it."""
-    fields = {name: each for name, each in changed(part).items() if name != "actions"}
+    fields = {name: each for name, each in non_default_fields(part).items() if name != "actions"}
     if isinstance(part, Part) and part.noun == "event handler":
         fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
     one = (
         len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition", "matcher"}
     )
-    texts = (f"{'' if one else f'{name}='}{written(each, name)}" for name, each in fields.items())
+    texts = (f"{'' if one else f'{name}='}{format_value(each, name)}" for name, each in fields.items())
     return f"{type(part).__name__}({', '.join(texts)})"
 
 
@@ -67,24 +67,28 @@ def _is_done(value: object) -> bool:
     return all(isinstance(each, Part) and each.noun == "action" for each in listed)
 
 
-def written(value: object, name: str = "") -> str:
+def format_value(value: object, name: str = "") -> str:
     """Return a value as a file might say it; of some arguments the values are known by their names."""
     if isinstance(value, Part) and name in _KNOWN:
-        return in_short(cast("Action", value))
+        return action_label(cast("Action", value))
     if is_dataclass(value) and not isinstance(value, type):
-        return text_of_part(value)
+        return format_part(value)
     if isinstance(value, dict):
         by_name = cast("Mapping[object, object]", value)
-        return "{" + ", ".join(f"{written(key)}: {written(each)}" for key, each in by_name.items()) + "}"
+        return (
+            "{"
+            + ", ".join(f"{format_value(key)}: {format_value(each)}" for key, each in by_name.items())
+            + "}"
+        )
     if isinstance(value, list | tuple):
-        inner = ", ".join(written(each, name) for each in cast("Sequence[object]", value))
+        inner = ", ".join(format_value(each, name) for each in cast("Sequence[object]", value))
         return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
     if isinstance(value, type):
         return value.__qualname__
     return function_name(value) if callable(value) else repr(value)
 
 
-def changed(value: object) -> dict[str, object]:
+def non_default_fields(value: object) -> dict[str, object]:
     """Return what a dataclass has that is not as it would be if nothing were said."""
     found: dict[str, object] = {}
     for field in fields(cast("Any", value)):
@@ -100,5 +104,5 @@ def _word(value: object) -> str | None:
     first = value
     if isinstance(value, list) and value:  # of a command only the program
         first = cast("Sequence[object]", value)[0]
-    text = plain_text(first)
+    text = static_text(first)
     return function_name(first) if text is None and callable(first) else text

@@ -74,7 +74,7 @@ class CapturedOutput:
         self._lines = {Stream.STDOUT: LineSplitter(), Stream.STDERR: LineSplitter()}
         self._waiting: deque[tuple[Stream, bytes]] = deque()
         self._waiting_bytes = 0
-        self._untold = 0
+        self._unreported_lines = 0
         self._due = False
         # A destructor may write while something is being written.
         self._lock = threading.RLock()
@@ -93,7 +93,7 @@ class CapturedOutput:
         """Write bytes. A line is passed on when it is complete."""
         with self._lock:
             self._add(stream, self._lines[stream].feed(data))
-            call = not self._due and bool(self._waiting or self._untold)
+            call = not self._due and bool(self._waiting or self._unreported_lines)
             self._due = self._due or call
         if call:
             with suppress(RuntimeError):  # the loop has been closed
@@ -111,7 +111,7 @@ class CapturedOutput:
         for line in lines:
             if self._waiting_bytes + len(line) >= MAX_WAITING_BYTES:
                 self.lost_lines += 1
-                self._untold += 1
+                self._unreported_lines += 1
             else:
                 self._waiting.append((stream, line))
                 self._waiting_bytes += len(line) + 1
@@ -119,7 +119,7 @@ class CapturedOutput:
     def _flush(self) -> None:
         with self._lock:
             waiting, self._waiting = self._waiting, deque()
-            lost, self._untold = self._untold, 0
+            lost, self._unreported_lines = self._unreported_lines, 0
             self._waiting_bytes = 0
             self._due = False
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
@@ -136,9 +136,9 @@ def captured_logs() -> Generator[None]:
 
 
 @contextmanager
-def own_logs(notify: Listener) -> Generator[None]:
+def launch_logs(notify: Listener) -> Generator[None]:
     """Meanwhile report what others log in this process as messages, in the event loop."""
-    with _added(_OwnLogs(notify)):
+    with _added(_LaunchLogs(notify)):
         yield
 
 
@@ -167,7 +167,7 @@ class _CapturedLogs(_Handler):
             captured.write(Stream.STDERR, f"{line}\n".encode(errors="backslashreplace"))
 
 
-class _OwnLogs(_Handler):
+class _LaunchLogs(_Handler):
     def __init__(self, notify: Listener) -> None:
         super().__init__()
         self._notify = notify
@@ -210,21 +210,21 @@ class _CapturedStream(io.RawIOBase):
     """Passes bytes on as output of the node that runs now, or as unattributed output."""
 
     def __init__(
-        self, stream: Stream, beyond: TextIO, unattributed: Callable[[Stream, bytes], None] | None
+        self, stream: Stream, original: TextIO, unattributed: Callable[[Stream, bytes], None] | None
     ) -> None:
         super().__init__()
         self._stream = stream
-        self._beyond = beyond
+        self._original = original
         self._unattributed = unattributed
 
     def writable(self) -> bool:
         return True
 
     def isatty(self) -> bool:
-        return CapturedOutput.current() is None and self._beyond.isatty()
+        return CapturedOutput.current() is None and self._original.isatty()
 
     def fileno(self) -> int:
-        return self._beyond.fileno()
+        return self._original.fileno()
 
     def write(self, data: ReadableBuffer, /) -> int:
         content = bytes(data)
@@ -234,8 +234,8 @@ class _CapturedStream(io.RawIOBase):
         elif self._unattributed is not None:
             self._unattributed(self._stream, content)
         else:
-            self._beyond.write(content.decode(errors="backslashreplace"))
-            self._beyond.flush()
+            self._original.write(content.decode(errors="backslashreplace"))
+            self._original.flush()
         return len(content)
 
 
@@ -255,13 +255,13 @@ def captured_streams(unattributed: Callable[[Stream, bytes], None] | None = None
         sys.stdout, sys.stderr = before
 
 
-def _text(stream: Stream, beyond: TextIO, unattributed: Callable[[Stream, bytes], None] | None) -> TextIO:
-    raw = _CapturedStream(stream, beyond, unattributed)
+def _text(stream: Stream, original: TextIO, unattributed: Callable[[Stream, bytes], None] | None) -> TextIO:
+    raw = _CapturedStream(stream, original, unattributed)
     # Unbuffered, so that a text is written in the context of whoever prints it.
     return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", newline="", write_through=True)  # type: ignore[type-var]
 
 
-class _Shared:
+class _SharedCapture:
     """Captures logs and streams, which belong to the whole process, while anybody needs them captured."""
 
     def __init__(self) -> None:
@@ -283,4 +283,4 @@ class _Shared:
                 self._installed.close()
 
 
-captured_nodes: Final = _Shared()
+captured_nodes: Final = _SharedCapture()

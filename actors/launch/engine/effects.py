@@ -1,4 +1,4 @@
-"""Effects: what the state machine of a launch wants to be done, as data. The runner carries them out."""
+"""Effects: what the runner must do for the state machine of a launch, as data."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Run:
     """Start a process.
 
     Attributes:
-        process: Which one.
-        split: Whether stdout and stderr must be told apart.
+        process: The process.
+        split: Whether stdout and stderr are separate streams.
     """
 
     process: ProcessSpec
@@ -31,7 +31,7 @@ class Stop:
     """Stop a process.
 
     Attributes:
-        label: Which one.
+        label: Its label.
     """
 
     label: str
@@ -55,14 +55,14 @@ class Notify:
 
 
 @dataclass(frozen=True, eq=False)
-class Ask:
-    """Call a function of the description in a thread, and say `answered`.
+class CallFunction:
+    """Call a function of the description in a thread, and report `function_returned`.
 
     Attributes:
-        give: Calls it, and plans what it returns.
+        call: Calls the function, and plans the actions that it returns.
     """
 
-    give: Callable[[], Sequence[Step]]
+    call: Callable[[], Sequence[Step]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +87,12 @@ class CancelTransition:
     """Stop waiting for the end of a transition.
 
     Attributes:
-        request: Which one.
+        request: The request.
     """
 
     request: RequestTransition
 
 
-Effect: TypeAlias = Run | Stop | StopAll | ForceStopAll | Notify | Ask | RequestTransition | CancelTransition
+Effect: TypeAlias = (
+    Run | Stop | StopAll | ForceStopAll | Notify | CallFunction | RequestTransition | CancelTransition
+)

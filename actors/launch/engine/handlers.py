@@ -1,4 +1,4 @@
-"""Handlers and reactions: which steps an event leads to, and the order in which they are carried out."""
+"""Event handlers, and the queue in which their reactions are carried out one after the other."""
 
 from __future__ import annotations
 
@@ -11,76 +11,76 @@ from proto.errors import CallboardError
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
-    from actors.launch.engine.effects import Ask
+    from actors.launch.engine.effects import CallFunction
     from actors.launch.planning.events import Event
-    from actors.launch.planning.steps import React, Step
+    from actors.launch.planning.steps import AddHandler, Step
 
 MAX_HANDLERS: Final = 10_000
-"""Only a launch that makes them as it runs has so many."""
-MAX_WAITING_EVENTS: Final = 10_000
-"""How many events may wait for their reactions while a function runs; events beyond it are only counted."""
+"""Only a launch whose functions add handlers in a loop reaches this."""
+MAX_QUEUED_EVENTS: Final = 10_000
+"""Events that may wait for their reactions while a function runs; further ones are only counted."""
 MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
-"""How many bytes of output these events may hold together, for the same reason."""
+"""Bytes of output that the waiting events may hold together."""
 LINE_BYTES: Final = 64
-"""What a line takes beside its text, about."""
+"""Memory of a line beside its text, roughly."""
 ABANDONED: Final = "a function of the description has not returned; going on without it"
 
 
-class Answer(NamedTuple):
-    """What a function of the description has returned, as steps.
+class FunctionResult(NamedTuple):
+    """The result of a function of the description.
 
     Attributes:
-        steps: What to do.
-        mistake: The error in the description, if there is one instead.
+        steps: The steps that it has returned.
+        mistake: The error, if it failed; otherwise empty.
     """
 
     steps: Sequence[Step] = ()
     mistake: str = ""
 
 
-def ask(give: Callable[[], Sequence[Step]]) -> Answer:
-    """Ask a function of a description for steps; this may block."""
+def call_function(call: Callable[[], Sequence[Step]]) -> FunctionResult:
+    """Call a function of a description, and return its steps or its error. This may block."""
     try:
-        return Answer(give())
+        return FunctionResult(call())
     except CallboardError as error:
-        return Answer(mistake=str(error))
+        return FunctionResult(mistake=str(error))
 
 
-Reaction: TypeAlias = "Generator[Ask, Answer, None]"
-"""Carries steps out, and stops at each function of the description until there is its answer."""
+Reaction: TypeAlias = "Generator[CallFunction, FunctionResult, None]"
+"""Carries out steps; at each function of the description it yields, and is resumed with the result."""
 
 
 class ReactionQueue:
     """Carries out reactions one after the other, in the order of the events that they react to.
 
     Args:
-        emit: Takes the functions to call.
-        notify: Takes warnings.
+        emit: Called with each function that is to be called.
+        notify: Called with warnings.
     """
 
-    def __init__(self, emit: Callable[[Ask], None], notify: Callable[[Event], None]) -> None:
+    def __init__(self, emit: Callable[[CallFunction], None], notify: Callable[[Event], None]) -> None:
         self._emit = emit
         self._notify = notify
         self._reactions: deque[tuple[Reaction, int]] = deque()
-        """Those that wait, with the bytes of output that each holds."""
+        """Waiting reactions, with the bytes of output that each holds."""
         self._waiting_bytes = 0
-        self._asked: tuple[Ask, Reaction] | None = None
+        self._called: tuple[CallFunction, Reaction] | None = None
         self._abandoned = False
         self._unhandled = 0
 
     @property
     def waiting(self) -> bool:
         """Whether a function has been called and has not returned."""
-        return self._asked is not None
+        return self._called is not None
 
     def add(self, reaction: Reaction) -> None:
-        """Carry out a reaction after all earlier ones: at once, unless a function runs."""
+        """Carry out a reaction after all earlier ones: at once, unless a function is running."""
         self._add(reaction, 0)
 
     def add_for_event(self, reaction: Reaction, event: Event) -> None:
-        """Carry out the reaction to an event; if too much is waiting, only count it."""
+        """Carry out the reaction to an event; if too many are waiting, only count it."""
         size = sum(len(line) + LINE_BYTES for line in event.lines) if isinstance(event, ProcessIO) else 0
-        if len(self._reactions) < MAX_WAITING_EVENTS and self._waiting_bytes + size <= MAX_WAITING_BYTES:
+        if len(self._reactions) < MAX_QUEUED_EVENTS and self._waiting_bytes + size <= MAX_WAITING_BYTES:
             self._add(reaction, size)
         else:
             self._unhandled += 1
@@ -88,25 +88,25 @@ class ReactionQueue:
     def _add(self, reaction: Reaction, size: int) -> None:
         self._reactions.append((reaction, size))
         self._waiting_bytes += size
-        if self._asked is None:
+        if self._called is None:
             self._resume(None)
 
-    def answered(self, ask: Ask, answer: Answer) -> None:
-        """Take the answer of a function; ignore it if nothing waits for it any more."""
-        if self._asked is not None and self._asked[0] is ask:
+    def function_returned(self, ask: CallFunction, answer: FunctionResult) -> None:
+        """Resume the reaction that waits for a function; ignore a result that is no longer awaited."""
+        if self._called is not None and self._called[0] is ask:
             self._resume(answer)
 
     def abandon(self) -> None:
-        """Go on without the function that still runs, and call no others: the launch ends."""
+        """Stop waiting for the running function, and call no others: the launch ends."""
         self._abandoned = True
-        if self._asked is not None:
+        if self._called is not None:
             self._notify(Message(Level.WARN, ABANDONED))
-            self._resume(Answer())
+            self._resume(FunctionResult())
 
-    def _resume(self, answer: Answer | None) -> None:
-        """Go on with the reaction that waits for an answer, if one does, and then with the others."""
-        reaction = None if self._asked is None else self._asked[1]
-        self._asked = None
+    def _resume(self, answer: FunctionResult | None) -> None:
+        """Resume the reaction that waits for a result, if there is one, and then run the queued ones."""
+        reaction = None if self._called is None else self._called[1]
+        self._called = None
         while reaction is not None or self._reactions:
             if reaction is None:
                 reaction, size = self._reactions.popleft()
@@ -117,10 +117,10 @@ class ReactionQueue:
                 reaction = answer = None
                 continue
             if not self._abandoned:
-                self._asked = ask, reaction
+                self._called = ask, reaction
                 self._emit(ask)
                 return
-            answer = Answer()
+            answer = FunctionResult()
         if self._unhandled:
             text = f"{self._unhandled} events were not handled: functions of the description are too slow"
             self._unhandled = 0
@@ -128,25 +128,25 @@ class ReactionQueue:
 
 
 class Handlers:
-    """All reactions that are registered."""
+    """The registered event handlers."""
 
     def __init__(self) -> None:
-        self._all: list[React] = []
+        self._all: list[AddHandler] = []
 
     @property
     def full(self) -> bool:
         """Whether the limit is reached."""
         return len(self._all) >= MAX_HANDLERS
 
-    def add(self, handler: React) -> None:
+    def add(self, handler: AddHandler) -> None:
         """Register a handler."""
         self._all.append(handler)
 
-    def matching(self, event: Event) -> Sequence[React]:
-        """Return those that react to an event, in the order in which they came."""
+    def matching(self, event: Event) -> Sequence[AddHandler]:
+        """Return the handlers of an event, in the order of their registration."""
         return [each for each in self._all if each.matches(event)]
 
-    def remove(self, handler: React) -> None:
+    def remove(self, handler: AddHandler) -> None:
         """Unregister a handler."""
         if handler in self._all:
             self._all.remove(handler)

@@ -4,9 +4,10 @@ The runner calls a method for each event (`started`, `ended`, `graph`, `tick`, `
 returns effects, which the runner carries out in order. `tick` is due at `wake_at`. The launch is `finished`
 when nothing runs and nothing will be started.
 
-Functions of the description may block, so the runner calls them in a thread: `Ask`, then `answered`. What
-happens meanwhile is reported at once, but reacted to afterwards: reactions are generators, which run one
-after the other in the order of their events. So the result does not depend on how long a function takes.
+Functions of the description may block, so the runner calls them in a thread: `CallFunction`, then
+`function_returned`. Events that happen meanwhile are reported at once, but handled afterwards: reactions are
+generators, which run one after the other in the order of their events. So the result does not depend on how
+long a function takes.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
-from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ReactionQueue
+from actors.launch.engine.effects import CallFunction, ForceStopAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.handlers import MAX_HANDLERS, FunctionResult, Handlers, ReactionQueue
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
 from actors.launch.engine.transition_queue import TransitionQueue
@@ -35,7 +36,15 @@ from actors.launch.planning.events import (
     StateTransition,
 )
 from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
-from actors.launch.planning.steps import Call, ChangeStates, End, LogText, React, Start, splits_streams
+from actors.launch.planning.steps import (
+    AddHandler,
+    Call,
+    ChangeStates,
+    End,
+    LogText,
+    Start,
+    splits_streams,
+)
 from actors.processes.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -49,26 +58,26 @@ if TYPE_CHECKING:
     from actors.launch.planning.steps import Step
 
 REMINDER_SEC: Final = 10.0
-"""When a process that still waits is reported; then after twice, four times … as long."""
-FORCE_STOP_AFTER_SEC: Final = 0.2
-"""Two wishes to stop that are closer together are one: `timeout` and terminals may signal twice."""
+"""When a process that still waits is reported again; then after twice, four times … as long."""
+REPEATED_STOP_SEC: Final = 0.2
+"""Two requests to stop within this time count as one: `timeout` and terminals may signal twice."""
 LAST_FUNCTION_SEC: Final = 5.0
-"""How long functions may go on when the launch ends; what they give then is ignored."""
-UNSPLIT: Final = "its stdout and stderr are read as one, so that handlers for one of them hear nothing"
+"""How long a function of the description may go on when the launch ends; its result is ignored then."""
+UNSPLIT: Final = "stdout and stderr share one stream here; handlers for one of them are not called"
 
 
 class Machine:
     """The state of a launch.
 
     Args:
-        keep: Whether it goes on when nothing is left to run, or a required process has died: processes can be
-            started again by `restart`.
+        keep: Whether the launch goes on when nothing is left to run, or a required process has died, because
+            `restart` can start processes again.
 
     Attributes:
-        presences: What the graph has, as far as it is known.
-        stopping: Whether the launch is being ended.
-        failed: Whether a required process has died, or the description turned out to be wrong.
-        mistake: What is wrong with the description, if that has turned out; the first thing.
+        presences: The nodes, topics and services in the graph, as last reported.
+        stopping: Whether the launch is ending.
+        failed: Whether a required process has died, or an error was found in the description.
+        mistake: The first error that was found in the description while it ran; empty if there is none.
     """
 
     def __init__(self, *, keep: bool = False) -> None:
@@ -88,8 +97,6 @@ class Machine:
         self._reactions = ReactionQueue(self._effects.append, self._notify)
         self._transitions = TransitionQueue(self._effects.append, self._notify)
 
-    # What is to be known
-
     @property
     def succeeded(self) -> bool:
         """Whether neither the launch nor the last run of any process has failed."""
@@ -97,121 +104,121 @@ class Machine:
 
     @property
     def finished(self) -> bool:
-        """Whether the launch has ended: nothing runs, and nothing will."""
+        """Whether the launch has ended: nothing runs, and nothing will be started."""
         return self.stopping and not self._table.living and not self._reactions.waiting
 
     @property
     def wake_at(self) -> float | None:
-        """When it wants to be ticked; None: not before something happens."""
+        """When `tick` is due; None: not before another event."""
         if self.stopping and self._reactions.waiting:
             return self._stopped_at + LAST_FUNCTION_SEC
         return self._schedule.next_at
 
     def state(self, label: str) -> ProcessState:
-        """Return where a process is in its life; one that nobody knows any more is dead."""
+        """Return the state of a process; one that has been forgotten is dead."""
         process = self._table.get(label)
         return ProcessState.DEAD if process is None else process.state
 
-    # What happens
+    # Events
 
     def begin(self, steps: Sequence[Step], now: float) -> list[Effect]:
-        """Begin to take the steps of a plan."""
+        """Begin to carry out the steps of a plan."""
         self._now = now
         self._split = splits_streams(steps)
-        self._reactions.add(self._take(steps))
-        return self._done()
+        self._reactions.add(self._run_steps(steps))
+        return self._pop_effects()
 
     def started(self, label: str, pid: int | None, now: float) -> list[Effect]:
-        """A process runs."""
+        """Handle that a process runs."""
         self._now = now
         process = self._table[label]
         process.pid = pid
-        self._happen(ProcessStarted(process.spec, pid))
+        self._dispatch(ProcessStarted(process.spec, pid))
         self._transitions.started(process.spec)
-        return self._done()
+        return self._pop_effects()
 
     def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
-        """A process has written lines."""
+        """Handle lines that a process has written."""
         self._now = now
         process = self._table[label]
-        self._happen(ProcessIO(process.spec, process.pid, stream, tuple(lines)))
-        return self._done()
+        self._dispatch(ProcessIO(process.spec, process.pid, stream, tuple(lines)))
+        return self._pop_effects()
 
     def ended(self, label: str, outcome: Outcome, now: float) -> list[Effect]:
-        """A process has ended, or could not be started."""
+        """Handle that a process has ended, or could not be started."""
         self._now = now
         self._end(self._table[label], outcome)
-        return self._done()
+        return self._pop_effects()
 
-    def answered(self, ask: Ask, answer: Answer, now: float) -> list[Effect]:
-        """A function of the description has returned."""
+    def function_returned(self, ask: CallFunction, answer: FunctionResult, now: float) -> list[Effect]:
+        """Handle the result of a function of the description."""
         self._now = now
-        self._reactions.answered(ask, answer)
-        return self._done()
+        self._reactions.function_returned(ask, answer)
+        return self._pop_effects()
 
     def state_changed(self, event: StateTransition, now: float) -> list[Effect]:
-        """A lifecycle node has made a step of a transition."""
+        """Handle a step of a lifecycle node's transition."""
         self._now = now
-        self._happen(event)
-        return self._done()
+        self._dispatch(event)
+        return self._pop_effects()
 
     def transition_ended(self, request: RequestTransition, failure: str | None, now: float) -> list[Effect]:
-        """A request of a transition has ended: None if it succeeded, otherwise why not."""
+        """Handle the end of a requested transition: None if it succeeded, otherwise the reason."""
         self._now = now
-        self._transitions.answered(request, failure)
-        return self._done()
+        self._transitions.request_ended(request, failure)
+        return self._pop_effects()
 
     def graph(self, presences: frozenset[Presence], now: float) -> list[Effect]:
-        """The graph is known, or has changed: this is there now."""
+        """Handle a new state of the graph: all nodes, topics and services that are there."""
         self._now = now
         new = presences - self.presences
         self.presences = presences
         for each in sorted(new, key=str):
-            self._happen(Appeared(each))
+            self._dispatch(Appeared(each))
         for process in self._table.in_state(ProcessState.WAITING):
             if not process.missing(presences):
-                self._enter(process)
-        return self._done()
+                self._start_when_ready(process)
+        return self._pop_effects()
 
     def restart(self, label: str, reason: str, now: float) -> list[Effect]:
-        """Start a process again, whatever it does now; one that waits goes on doing so."""
+        """Start a process again, whatever its state; one that waits to be started goes on waiting."""
         self._now = now
         process = self._table.get(label)
-        waits = process is not None and (process.state is ProcessState.WAITING or process.again)
+        waits = process is not None and (process.state is ProcessState.WAITING or process.restart_pending)
         if process is not None and not waits and not self.stopping:
             self._notify(ProcessRestarts(process.spec, process.pid, 0.0, reason))
-            process.forgive()
+            process.reset_respawns()
             if process.state is ProcessState.UP:
-                process.again = True
+                process.restart_pending = True
                 self._effects.append(Stop(label))
             else:
-                self._enter(process)
-        return self._done()
+                self._start_when_ready(process)
+        return self._pop_effects()
 
     def stop(self, reason: str, now: float, *, insist: bool = True) -> list[Effect]:
-        """End the launch; a second time, a moment later, kill what is left, if that is insisted on."""
+        """End the launch. A second call, a moment later, kills what is left, if `insist` is set."""
         self._now = now
         if not self.stopping:
             self._reactions.add(self._stop_all(reason))
-        elif insist and now - self._stopped_at >= FORCE_STOP_AFTER_SEC:
+        elif insist and now - self._stopped_at >= REPEATED_STOP_SEC:
             self._effects.append(ForceStopAll())
             self._reactions.abandon()
-        return self._done()
+        return self._pop_effects()
 
     def tick(self, now: float) -> list[Effect]:
-        """Time has passed."""
+        """Carry out what is due."""
         self._now = now
-        for act in self._schedule.due(now):
-            act(now)
+        for callback in self._schedule.due(now):
+            callback(now)
         if self.stopping and now >= self._stopped_at + LAST_FUNCTION_SEC:
             self._reactions.abandon()
-        return self._done()
+        return self._pop_effects()
 
-    # What is done
+    # Effects
 
-    def _done(self) -> list[Effect]:
-        """Return what is to be done; a launch that has nothing left to do ends."""
-        busy = self._table.living or self._schedule.holding or self._reactions.waiting
+    def _pop_effects(self) -> list[Effect]:
+        """Return the effects of this event; end a launch that has nothing left to do."""
+        busy = self._table.living or self._schedule.keeping_alive or self._reactions.waiting
         if not (self.stopping or busy or self._keep):
             self._reactions.add(self._stop_all("nothing is left to run"))
         effects = self._effects[:]
@@ -221,8 +228,8 @@ class Machine:
     def _notify(self, event: Event) -> None:
         self._effects.append(Notify(event))
 
-    def _happen(self, event: Event) -> None:
-        """Tell of an event, and react to it."""
+    def _dispatch(self, event: Event) -> None:
+        """Report an event, and react to it."""
         self._notify(event)
         if not self._handlers.matching(event):
             return
@@ -231,22 +238,22 @@ class Machine:
     # Reactions
 
     def _respond(self, event: Event) -> Reaction:
-        """Do what handlers say about an event, in the order in which they were registered."""
+        """Run the handlers of an event, in the order in which they were registered."""
         for handler in self._handlers.matching(event):
-            yield from self._heed(handler, event)
+            yield from self._run_handler(handler, event)
 
-    def _heed(self, handler: React, event: Event) -> Reaction:
+    def _run_handler(self, handler: AddHandler, event: Event) -> Reaction:
         give = partial(handler.steps, event)
-        answer = (yield Ask(give)) if handler.calls else Answer(give())
+        answer = (yield CallFunction(give)) if handler.calls else FunctionResult(give())
         if handler.once or answer.mistake:
             self._handlers.remove(handler)
-        yield from self._follow(answer)
+        yield from self._run_result(answer)
 
-    def _follow(self, answer: Answer) -> Reaction:
-        """Carry out what a function of the description has returned; if that was a mistake, end."""
+    def _run_result(self, answer: FunctionResult) -> Reaction:
+        """Carry out the steps that a function has returned; if it failed, end the launch."""
         if answer.mistake:
             yield from self._fail(answer.mistake)
-        yield from self._take(answer.steps)
+        yield from self._run_steps(answer.steps)
 
     def _fail(self, mistake: str) -> Reaction:
         self.mistake = self.mistake or mistake
@@ -254,19 +261,21 @@ class Machine:
         self._notify(Message(Level.ERROR, mistake))
         yield from self._stop("the description has a mistake")
 
-    def _take(self, steps: Sequence[Step]) -> Reaction:
-        """Take steps: each when it is due. Handlers come first, so that they miss nothing."""
-        for step in sorted(steps, key=lambda step: not isinstance(step, React)):
+    def _run_steps(self, steps: Sequence[Step]) -> Reaction:
+        """Carry out steps, each when it is due. Handlers are added first, so that they miss no event."""
+        for step in sorted(steps, key=lambda step: not isinstance(step, AddHandler)):
             if step.after_sec <= 0:
-                yield from self._step(step)
+                yield from self._run_step(step)
             elif not self.stopping:
-                self._schedule.add(self._now + step.after_sec, partial(self._step_is_due, step), holds=True)
+                self._schedule.add(
+                    self._now + step.after_sec, partial(self._step_is_due, step), keep_alive=True
+                )
 
     def _step_is_due(self, step: Step, now: float) -> None:
         del now
-        self._reactions.add(self._step(step))
+        self._reactions.add(self._run_step(step))
 
-    def _step(self, step: Step) -> Reaction:
+    def _run_step(self, step: Step) -> Reaction:
         match step:
             case Start():
                 yield from self._start(step)
@@ -275,15 +284,15 @@ class Machine:
             case End():
                 yield from self._stop(step.reason)
             case Call():
-                yield from self._follow((yield Ask(step.steps)))
+                yield from self._run_result((yield CallFunction(step.steps)))
             case ChangeStates():
                 yield from self._change_states(step)
-            case React():
+            case AddHandler():
                 yield from self._register(step)
 
     def _change_states(self, step: ChangeStates) -> Reaction:
         nodes = [each.spec for each in self._table.alive() if each.spec.lifecycle is not None]
-        if step.calls:  # it is carried out when the function has chosen
+        if step.calls:  # the function chooses in a thread; then this step is carried out
 
             def choose() -> list[Step]:
                 chosen = {each.label for each in nodes if step.matches(each)}
@@ -293,7 +302,7 @@ class Machine:
 
                 return [replace(step, matches=is_chosen, calls=False)]
 
-            yield from self._follow((yield Ask(choose)))
+            yield from self._run_result((yield CallFunction(choose)))
             return
         meant = [each for each in nodes if step.matches(each)]
         for spec in meant:
@@ -301,7 +310,7 @@ class Machine:
         if not meant:
             self._notify(Message(Level.WARN, f"no transition is requested: {step.what} does not run"))
 
-    def _register(self, handler: React) -> Reaction:
+    def _register(self, handler: AddHandler) -> Reaction:
         if self._handlers.full:
             yield from self._fail(f"There are more than {MAX_HANDLERS} event handlers")
             return
@@ -312,7 +321,7 @@ class Machine:
                 if not process.split:
                     self._notify(Message(Level.WARN, UNSPLIT, process.spec.label))
         if handler.presence in self.presences:
-            yield from self._heed(handler, Appeared(handler.presence))
+            yield from self._run_handler(handler, Appeared(handler.presence))
 
     # The life of a process
 
@@ -327,16 +336,16 @@ class Machine:
         if process is None:
             yield from self._fail(f"More than {MAX_PROCESSES} processes would run")
             return
-        self._enter(process)
+        self._start_when_ready(process)
 
-    def _enter(self, process: ProcessEntry) -> None:
-        """Start a process, when what it depends on is there."""
+    def _start_when_ready(self, process: ProcessEntry) -> None:
+        """Start a process, or wait for its dependencies."""
         if process.missing(self.presences):
             self._wait(process)
             return
         self._table.move(process, ProcessState.UP, self._now)
         process.split = self._split or process.spec.output.splits
-        self._failed_runs.discard(process.spec.label)  # its last run is this one now
+        self._failed_runs.discard(process.spec.label)  # this run is its last one now
         self._effects.append(Run(process.spec, process.split))
 
     def _wait(self, process: ProcessEntry) -> None:
@@ -344,7 +353,7 @@ class Machine:
         self._remind(process, process.generation, self._now)
         deadline = self._now + process.spec.depends_timeout_sec
         if deadline < math.inf:
-            self._schedule.add(deadline, partial(self._waited_enough, process, process.generation))
+            self._schedule.add(deadline, partial(self._give_up_waiting, process, process.generation))
 
     def _remind(self, process: ProcessEntry, generation: int, now: float) -> None:
         if process.generation == generation:
@@ -353,7 +362,7 @@ class Machine:
             later = now + max(so_far_sec, REMINDER_SEC)
             self._schedule.add(later, partial(self._remind, process, generation))
 
-    def _waited_enough(self, process: ProcessEntry, generation: int, now: float) -> None:
+    def _give_up_waiting(self, process: ProcessEntry, generation: int, now: float) -> None:
         del now
         if process.generation == generation:
             missing = " and ".join(map(str, process.missing(self.presences)))
@@ -361,10 +370,10 @@ class Machine:
             self._end(process, Outcome(normal=False, reason=reason))
 
     def _end(self, process: ProcessEntry, outcome: Outcome) -> None:
-        """Report the end of a process, react to it, and decide what follows."""
+        """Report the end of a process, react to it, and restart it or end the launch if that is due."""
         spec = process.spec
         lived_sec = self._now - process.since
-        self._note_run(process, outcome)
+        self._record_outcome(process, outcome)
         self._table.move(process, ProcessState.DEAD, self._now)
         self._transitions.ended(spec.label)
         pid, process.pid = process.pid, None
@@ -378,26 +387,26 @@ class Machine:
         spec = process.spec
         yield from self._respond(event)
         if process.on_exit is not None:
-            yield from self._heed(process.on_exit, event)
+            yield from self._run_handler(process.on_exit, event)
         if self._table.get(spec.label) is not process or process.generation != generation:
             return  # it has been started again meanwhile
         if not self.stopping:
-            yield from self._go_on(process, event.outcome, lived_sec)
+            yield from self._restart_or_finish(process, event.outcome, lived_sec)
         if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
             self._table.drop(process)
 
-    def _note_run(self, process: ProcessEntry, outcome: Outcome) -> None:
-        """Remember whether a process failed. The end of one that the launch has interrupted says nothing."""
-        interrupted = self.stopping or process.again
+    def _record_outcome(self, process: ProcessEntry, outcome: Outcome) -> None:
+        """Remember whether the last run of a process failed. One that the launch interrupted has not."""
+        interrupted = self.stopping or process.restart_pending
         if not (interrupted or outcome.normal) and len(self._failed_runs) < MAX_PROCESSES:
             self._failed_runs.add(process.spec.label)
 
-    def _go_on(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> Reaction:
-        """See what comes after the end of a process."""
+    def _restart_or_finish(self, process: ProcessEntry, outcome: Outcome, lived_sec: float) -> Reaction:
+        """Start a process again, or end the launch if it was required."""
         spec = process.spec
-        if process.again:
-            process.again = False
-            self._enter(process)
+        if process.restart_pending:
+            process.restart_pending = False
+            self._start_when_ready(process)
         elif (delay := process.respawn_delay(lived_sec)) is not None:
             self._table.move(process, ProcessState.RESTARTING, self._now)
             self._notify(ProcessRestarts(spec, None, delay, "respawn"))
@@ -410,14 +419,18 @@ class Machine:
     def _respawn(self, process: ProcessEntry, generation: int, now: float) -> None:
         del now
         if process.generation == generation:
-            self._enter(process)
+            self._start_when_ready(process)
 
     def _stop(self, reason: str) -> Reaction:
         if not self.stopping:
             yield from self._stop_all(reason)
 
     def _stop_all(self, reason: str) -> Reaction:
-        """Stop everything, now, and return the reactions to that."""
+        """Stop all processes, and return the reactions to the shutdown.
+
+        The state changes at once, and not when the reaction is carried out, so that nothing is started
+        between the request and that.
+        """
         event = ShuttingDown(reason)
         self.stopping = True
         self._stopped_at = self._now

@@ -1,4 +1,4 @@
-"""The process table: the processes of a launch, and where each is in its life."""
+"""The processes of a launch, and their states."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from actors.processes.backoff import Backoff
 if TYPE_CHECKING:
     from actors.launch.planning.presence import Presence
     from actors.launch.planning.process_spec import ProcessSpec
-    from actors.launch.planning.steps import React
+    from actors.launch.planning.steps import AddHandler
 
 
 class ProcessState(Enum):
-    """Where a process is in its life."""
+    """The state of a process."""
 
     WAITING = "waiting"
-    """For what it depends on."""
+    """Waits for its dependencies."""
     UP = "up"
     """Running, or being started or stopped."""
     RESTARTING = "restarting"
-    """It has ended and will be started again."""
+    """Has ended and will be started again."""
     DEAD = "dead"
-    """It has ended for good; but a change of its source starts it again."""
+    """Has ended; only `restart` starts it again, such as after a change of its sources."""
 
 
 class ProcessEntry:
@@ -33,15 +33,15 @@ class ProcessEntry:
     Attributes:
         spec: What to run.
         on_exit: What to do whenever it ends.
-        state: Where it is in its life.
-        since: Since when.
-        generation: Grows with each change of the state, so that timers for an earlier one are recognised.
-        pid: Its number while it runs; None if it has none.
-        split: Whether its stdout and stderr are told apart while it runs.
-        again: Whether it is to be started again when it has ended.
+        state: Its state.
+        since: When it entered that state, in seconds of the runner's clock.
+        generation: Number of its changes of state. Timers compare it, to notice that they are outdated.
+        pid: Its process id; None if it does not run, or runs in this process.
+        split: Whether its stdout and stderr are separate streams.
+        restart_pending: Whether to start it again when it has ended.
     """
 
-    def __init__(self, spec: ProcessSpec, on_exit: React | None = None) -> None:
+    def __init__(self, spec: ProcessSpec, on_exit: AddHandler | None = None) -> None:
         self.spec = spec
         self.on_exit = on_exit
         self.state = ProcessState.DEAD
@@ -49,33 +49,33 @@ class ProcessEntry:
         self.generation = 0
         self.pid: int | None = None
         self.split = False
-        self.again = False
+        self.restart_pending = False
         self._respawns = 0
         self._backoff = Backoff(spec.respawn_delay_sec, spec.respawn_max_delay_sec, spec.respawn_backoff)
 
     def missing(self, there: frozenset[Presence]) -> tuple[Presence, ...]:
-        """Return what it depends on and is not there."""
+        """Return the dependencies that are not there."""
         return tuple(each for each in self.spec.depends_on if each not in there)
 
     def respawn_delay(self, lived_sec: float) -> float | None:
-        """Count a respawn, and return in how many seconds it is due; None: it does not come again."""
+        """Count a respawn, and return the seconds before it; None if the process is not started again."""
         spec = self.spec
         if not spec.respawn or self._respawns == spec.respawn_max_retries:
             return None
         self._respawns += 1
         return self._backoff.next(lived_sec)
 
-    def forgive(self) -> None:
-        """Forget how often it has died."""
+    def reset_respawns(self) -> None:
+        """Start counting respawns, and their delays, from the beginning."""
         self._respawns = 0
         self._backoff.reset()
 
 
 class ProcessTable:
-    """Processes by their labels: those that live, and dead ones that may be started again.
+    """Processes by label: those that are not dead, and dead ones that may be started again.
 
     Attributes:
-        living: How many are not dead.
+        living: Number of processes that are not dead.
     """
 
     def __init__(self) -> None:
@@ -86,14 +86,14 @@ class ProcessTable:
         return self._processes[label]
 
     def get(self, label: str) -> ProcessEntry | None:
-        """Return a process; None if there is none of this label (any more)."""
+        """Return the process with a label; None if there is none, or it has been dropped."""
         return self._processes.get(label)
 
-    def add(self, spec: ProcessSpec, on_exit: React | None = None) -> ProcessEntry | None:
-        """Return a new process, dead as yet, in place of a dead one of its label.
+    def add(self, spec: ProcessSpec, on_exit: AddHandler | None = None) -> ProcessEntry | None:
+        """Add a process in state DEAD, in place of a dead one with its label.
 
         Returns:
-            None if there are too many; the one that has been dead for longest is replaced.
+            The entry; None if `MAX_PROCESSES` others are not dead. Otherwise the oldest dead one is dropped.
         """
         if len(self._processes) >= MAX_PROCESSES:
             dead = self.in_state(ProcessState.DEAD)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.engine.effects import (
-    Ask,
+    CallFunction,
     CancelTransition,
     ForceStopAll,
     Notify,
@@ -16,7 +16,7 @@ from actors.launch.engine.effects import (
     Stop,
     StopAll,
 )
-from actors.launch.engine.handlers import ask
+from actors.launch.engine.handlers import call_function
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
 from actors.launch.engine.worker import call_in_thread
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from actors.config.contexts import BrokerTarget
     from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
     from actors.launch.engine.effects import Effect
-    from actors.launch.engine.handlers import Answer
+    from actors.launch.engine.handlers import FunctionResult
     from actors.launch.engine.machine import Machine
     from actors.launch.engine.transition_client import TransitionClient
     from actors.launch.planning.events import Event, Level, Listener, Stream
@@ -67,7 +67,7 @@ class Runner:
         self._node_name = node_name
         self._stop_timeout_sec = stop_timeout_sec
         self._driver: Driver[Effect] = Driver(machine, self._perform)
-        self._call: asyncio.Future[Answer] | None = None
+        self._call: asyncio.Future[FunctionResult] | None = None
         self._transitions: TransitionClient | None = None
         self._began = False
         self._stopped_before = False
@@ -128,9 +128,9 @@ class Runner:
                 self._driver.stop_all()
             case ForceStopAll():
                 self._driver.force_stop_all()
-            case Ask():
-                self._call = call_in_thread(partial(ask, effect.give), self._driver.context)
-                self._call.add_done_callback(partial(self._answered, effect))
+            case CallFunction():
+                self._call = call_in_thread(partial(call_function, effect.call), self._driver.context)
+                self._call.add_done_callback(partial(self._function_returned, effect))
             case RequestTransition():
                 self._transition_client().request(effect)
             case CancelTransition():
@@ -203,6 +203,6 @@ class Runner:
     def _transition_ended(self, request: RequestTransition, failure: str | None) -> None:
         self._driver.happened(partial(self._machine.transition_ended, request, failure))
 
-    def _answered(self, effect: Ask, answer: asyncio.Future[Answer]) -> None:
-        if not answer.cancelled():
-            self._driver.happened(lambda now: self._machine.answered(effect, answer.result(), now))
+    def _function_returned(self, effect: CallFunction, result: asyncio.Future[FunctionResult]) -> None:
+        if not result.cancelled():
+            self._driver.happened(lambda now: self._machine.function_returned(effect, result.result(), now))

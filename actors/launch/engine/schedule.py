@@ -1,4 +1,4 @@
-"""The schedule: what is to be done when."""
+"""Callbacks that are due at a time."""
 
 from __future__ import annotations
 
@@ -9,40 +9,46 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    Act: TypeAlias = Callable[[float], None]
-    """Is called with the time when it is done."""
+    Callback: TypeAlias = Callable[[float], None]
+    """Called with the current time."""
 
 
 class Schedule:
-    """Acts, each for a time; those for the same time in the order in which they came.
+    """Callbacks ordered by time; those for the same time in the order in which they were added.
 
     Attributes:
-        holding: How many of them a launch goes on for though nothing runs.
+        keeping_alive: Number of callbacks for which a launch goes on although no process runs.
     """
 
     def __init__(self) -> None:
-        self.holding = 0
-        self._entries: list[tuple[float, int, bool, Act]] = []
+        self.keeping_alive = 0
+        self._entries: list[tuple[float, int, bool, Callback]] = []
         self._numbers = count()
 
     @property
     def next_at(self) -> float | None:
-        """When the next one is due; None if there is none."""
+        """When the next callback is due; None if there is none."""
         return self._entries[0][0] if self._entries else None
 
-    def add(self, due: float, act: Act, *, holds: bool = False) -> None:
-        """Do something then; `holds`: the launch goes on for it."""
-        self.holding += holds
-        heapq.heappush(self._entries, (due, next(self._numbers), holds, act))
+    def add(self, due: float, callback: Callback, *, keep_alive: bool = False) -> None:
+        """Add a callback.
 
-    def due(self, now: float) -> Iterator[Act]:
-        """Take out what is due, one by one; what is added meanwhile may be among it."""
+        Args:
+            due: When to call it.
+            callback: The callback.
+            keep_alive: Whether the launch goes on for it, although no process runs.
+        """
+        self.keeping_alive += keep_alive
+        heapq.heappush(self._entries, (due, next(self._numbers), keep_alive, callback))
+
+    def due(self, now: float) -> Iterator[Callback]:
+        """Remove and yield the callbacks that are due, also those that are added meanwhile."""
         while self._entries and self._entries[0][0] <= now:
-            _, _, holds, act = heapq.heappop(self._entries)
-            self.holding -= holds
-            yield act
+            _, _, keep_alive, callback = heapq.heappop(self._entries)
+            self.keeping_alive -= keep_alive
+            yield callback
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Remove all callbacks."""
         self._entries.clear()
-        self.holding = 0
+        self.keeping_alive = 0

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 SUFFIXES: Final = frozenset({".py", ".toml", ".yaml", ".yml"})
 """Of files in folders that count. A file that is named itself counts in any case."""
-PASSED_OVER: Final = frozenset({"__pycache__", "node_modules", "site-packages", "venv"})
+IGNORED_FOLDERS: Final = frozenset({"__pycache__", "node_modules", "site-packages", "venv"})
 """Folders in folders that do not count, beside those that begin with a dot."""
 MAX_FOLDERS: Final = 1000
 """What is watched at most; each costs the system some memory."""
@@ -41,11 +41,11 @@ class Sources:
         """A process will not be started again for its sources."""
         self._processes.pop(spec.label, None)
 
-    def describes(self, path: str) -> bool:
+    def is_launch_file(self, path: str) -> bool:
         """Return whether a real path is a launch file."""
         return path in map(os.path.realpath, self._launch_files)
 
-    def made_of(self, path: str) -> list[str]:
+    def labels_of(self, path: str) -> list[str]:
         """Return the labels of the processes that a real path belongs to.
 
         A script that is run itself is its own processes' only, though others may be in its folder.
@@ -83,11 +83,11 @@ def _counts(path: str, folder: str) -> bool:
     file = PurePath(path)
     if file.suffix not in SUFFIXES or not file.is_relative_to(folder):
         return False
-    return not any(map(_passed_over, file.relative_to(folder).parts))
+    return not any(map(_is_ignored, file.relative_to(folder).parts))
 
 
-def _passed_over(name: str) -> bool:
-    return name.startswith(".") or name in PASSED_OVER
+def _is_ignored(name: str) -> bool:
+    return name.startswith(".") or name in IGNORED_FOLDERS
 
 
 def _folders(source: str) -> Iterator[str]:
@@ -98,5 +98,5 @@ def _folders(source: str) -> Iterator[str]:
             yield str(path.parent)
         return
     for folder, inner, _ in os.walk(source):
-        inner[:] = sorted(name for name in inner if not _passed_over(name))
+        inner[:] = sorted(name for name in inner if not _is_ignored(name))
         yield folder

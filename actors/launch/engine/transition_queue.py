@@ -84,7 +84,7 @@ class TransitionQueue:
             self._failed(node, node.waiting[0], "its process has ended")
             self._cancel(node)
 
-    def answered(self, request: RequestTransition, failure: str | None) -> None:
+    def request_ended(self, request: RequestTransition, failure: str | None) -> None:
         """A request has ended: None if it succeeded, otherwise why not. Ignore one that nobody waits for."""
         node = self._nodes.get(request.label)
         if node is None or node.request is not request:

@@ -72,13 +72,13 @@ class SourceWatch:
         self._notify = notify
         self._loop: asyncio.AbstractEventLoop | None = None
         self._folders = -1
-        self._stirred = threading.Event()
+        self._source_added = threading.Event()
         self._over = threading.Event()
 
     def on_event(self, event: Event) -> None:
         """Something has happened in the launch."""
         if isinstance(event, ProcessStarted) and self._sources.add(event.process):
-            self._stirred.set()
+            self._source_added.set()
         if isinstance(event, ProcessExited) and event.process.made_later:
             self._sources.forget(event.process)
 
@@ -110,7 +110,7 @@ class SourceWatch:
         Raises:
             LaunchError: The system cannot.
         """
-        self._stirred.clear()
+        self._source_added.clear()
         folders = self._sources.folders()
         changes = _changes(folders, self._over)
         next(changes)
@@ -132,7 +132,7 @@ class SourceWatch:
         try:
             while not self._over.is_set():
                 changes = next(watched, set[str]())
-                if self._stirred.is_set() or any(Path(path).is_dir() for path in changes):
+                if self._source_added.is_set() or any(Path(path).is_dir() for path in changes):
                     # The new one first, so that nothing is missed.
                     before, watched = watched, self._begin()
                     changes |= next(before, set[str]())
@@ -162,11 +162,11 @@ class SourceWatch:
     def _changed(self, paths: set[str]) -> None:
         changed: dict[str, list[str]] = {}
         for path in sorted(paths):
-            if self._sources.describes(path):
+            if self._sources.is_launch_file(path):
                 name = escape(PurePath(path).name)
                 self._send_message(Level.WARN, f"{name} has changed: start the launch again to see that")
                 continue
-            for label in self._sources.made_of(path):
+            for label in self._sources.labels_of(path):
                 changed.setdefault(label, []).append(path)
         for label, files in changed.items():
             self._restart(label, _reason(files))

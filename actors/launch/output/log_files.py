@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.log_folder import LogFolder
+from actors.launch.output.messages import message_for
 from actors.launch.output.sanitize import has_controls, plain_line
-from actors.launch.output.wording import message_of
 from actors.launch.output.writer import WriteQueue
 from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessIO, Stream
 from actors.logging.terminal_text import escape_controls
@@ -76,7 +76,7 @@ class LogFiles:
             writes = tuple(_writes(event))
             if writes:
                 self._add(_Entry(len(event.lines), writes))
-        elif (message := message_of(event)) is not None:
+        elif (message := message_for(event)) is not None:
             level, text = message.level.value, escape_controls(message.text)
             line = f"{_stamp()} [{level}] [{escape_controls(message.about)}]: {text}\n"
             self._add(_Entry(1, ((LAUNCH_LOG, line.encode(errors="backslashreplace")),)))

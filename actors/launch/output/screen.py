@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.description.process_actions import OutputMode
+from actors.launch.output.messages import message_for
 from actors.launch.output.sanitize import has_controls, sanitize_line
-from actors.launch.output.wording import message_of
 from actors.launch.planning.events import Level, ProcessIO, Stream
 from actors.logging.terminal_text import LEVEL_COLORS, RESET, escape_controls
 
@@ -37,7 +37,7 @@ class Screen:
         if isinstance(event, ProcessIO):
             if _is_shown(event):
                 self._write(self._labelled(event))
-        elif (message := message_of(event)) is not None:
+        elif (message := message_for(event)) is not None:
             self._write(self._message_bytes(message))
 
     def _labelled(self, event: ProcessIO) -> bytes:

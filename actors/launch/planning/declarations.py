@@ -1,4 +1,4 @@
-"""Declarations: the arguments that a launch takes, by its file and by those that this includes."""
+"""The arguments of a launch, declared in its file and in the files that it includes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope
 
 MAX_INCLUDES: Final = 32
-"""Files within files."""
+"""Depth of files that include each other."""
 
 
 def all_declared(
@@ -28,12 +28,12 @@ def all_declared(
 ) -> list[DeclareLaunchArgument]:
     """Return the arguments that can be given, each once, whatever conditions say.
 
-    An included file counts if it can be found and read without more arguments than are known; what the
-    include says itself cannot be given.
+    Files count whose path is known without further arguments. Arguments that an include sets itself cannot
+    be given.
 
     Args:
-        actions: The launch file's.
-        scope: What is set there; it is changed.
+        actions: The actions of the launch file.
+        scope: The scope of the file; it is changed.
         library: Reads included launch files.
     """
     search = _Search(library)
@@ -42,7 +42,7 @@ def all_declared(
 
 
 class _Search:
-    """What has been found so far, and where."""
+    """A search through files that include each other."""
 
     def __init__(self, library: LaunchLibrary) -> None:
         self._library = library
@@ -51,9 +51,9 @@ class _Search:
         self._depth = 0
 
     def search(self, actions: Iterable[Action], scope: Scope, given: frozenset[str]) -> None:
-        """Search actions; the includes around them give these arguments already."""
+        """Search actions; `given` are the arguments that the includes around them set."""
         for action in actions:
-            # What is wrong there, or depends on more than is known, is the plan's to say.
+            # Errors, and values that are not known yet, are reported when the launch is planned.
             with suppress(CallboardError):
                 self._search_action(action, scope, given)
 

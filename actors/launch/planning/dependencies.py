@@ -1,4 +1,4 @@
-"""Dependencies: what a description means by a node, a topic or a service that must be there."""
+"""The nodes, topics and services that a process depends on, by their full names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.process_actions import Node, ProcessAction
 from actors.launch.description.substitutions import Substitution, resolve
-from actors.launch.description.summaries import in_short
+from actors.launch.description.summaries import action_label
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.presence import Presence, PresenceKind
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text
 
 MAX_KNOWN: Final = 10_000
-"""Actions whose nodes are remembered. Only a launch that makes actions as it runs has so many."""
+"""Limit of remembered actions. Only a launch whose functions return actions in a loop reaches it."""
 
 
 class KnownNodes:
@@ -30,39 +30,39 @@ class KnownNodes:
         self._names: dict[int, tuple[ProcessAction, str | None]] = {}
 
     def add(self, action: ProcessAction, node: str | None) -> None:
-        """An action has been planned; None: its node's name is not known."""
+        """Remember the name of the node of an action that has been planned; None: it is not known."""
         self._names[id(action)] = action, node
         if len(self._names) > MAX_KNOWN:
             del self._names[next(iter(self._names))]
 
     def presence(self, action: Node) -> Presence:
-        """Return what is there when the node of an action is.
+        """Return the presence of the node of an action.
 
         Raises:
-            LaunchError: That is not known.
+            LaunchError: The action has not been planned, or its node's name is not known.
         """
         if id(action) not in self._names:
-            raise LaunchError(f"{in_short(action)} is waited for, but not started before that")
+            raise LaunchError(f"{action_label(action)} is waited for, but not started before that")
         _, name = self._names[id(action)]
         if name is None:
-            raise LaunchError(f"{in_short(action)} is waited for, and needs a name=")
+            raise LaunchError(f"{action_label(action)} is waited for, and needs a name=")
         return Presence(PresenceKind.NODE, name)
 
 
 def dependencies(
     depends_on: Any, nodes: KnownNodes, scope: Scope, namespace: str | None
 ) -> tuple[Presence, ...]:
-    """Return what must be there, each once.
+    """Return the dependencies of a process, each once.
 
     Args:
-        depends_on: As `ProcessAction.depends_on` has it.
-        nodes: Those before it.
-        scope: What is set there.
-        namespace: From where names are seen; None: the root.
+        depends_on: The option of that name.
+        nodes: The nodes that have been planned before it.
+        scope: Where it is evaluated.
+        namespace: The namespace that names are relative to; None: the root.
 
     Raises:
-        LaunchError: It is no dependency, or cannot be known.
-        InvalidNameError: Nothing can have that name.
+        LaunchError: It is malformed, or an action whose node's name is not known.
+        InvalidNameError: A name is not valid.
     """
     listed = [depends_on] if isinstance(depends_on, str | Substitution | Node) else depends_on
     return tuple(dict.fromkeys(_each(listed, nodes, scope, namespace)))
@@ -85,14 +85,14 @@ def _each(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -
 
 
 def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
-    """Return something of this name, as seen from a namespace.
+    """Return the presence with a name that is relative to a namespace.
 
     Raises:
-        InvalidNameError: Nothing can have that name.
+        InvalidNameError: The name is not valid.
     """
     full = prefix_namespace(normalize_namespace(namespace or ""), name) or ""
     if kind is PresenceKind.SERVICE:
         validate_full_service_name(full)
-    else:  # what a node's name must be a topic's must be, too
+    else:  # the rules for names of nodes and topics are the same
         validate_full_topic_name(full)
     return Presence(kind, full)

@@ -1,4 +1,4 @@
-"""Events: what happens in a launch, as data. Reports show them, event handlers react to them."""
+"""What happens in a launch, as data. Reports show events, and event handlers react to them."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ if TYPE_CHECKING:
     from actors.processes.outcome import Outcome
 
     Listener: TypeAlias = Callable[["Event"], None]
-    """Is called with each event when it happens. It must not wait."""
+    """Called with each event when it happens. It must not block."""
 
 
 class Stream(Enum):
-    """Where a process has written something."""
+    """The stream that a process has written to."""
 
     STDOUT = "stdout"
     STDERR = "stderr"
     OUTPUT = "output"
-    """Either: they are read as one, in their order."""
+    """Both, read as one stream, which keeps the order of their lines."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something has happened."""
+    """An event of a launch."""
 
 
 @dataclass(frozen=True)
 class ProcessEvent(Event):
-    """Something has happened to a process; the properties are named as in ROS 2.
+    """An event of a process. The names of the properties are ROS 2's.
 
     Attributes:
-        process: Which one.
-        pid: Its number; None if it has none (yet, or because it is a node in this process).
+        process: The process.
+        pid: Its process id; None if it does not run, or is a node in this process.
     """
 
     process: ProcessSpec
@@ -47,42 +47,42 @@ class ProcessEvent(Event):
 
     @property
     def process_name(self) -> str:
-        """Its label: "talker-1"."""
+        """The label of the process, such as "talker-1"."""
         return self.process.label
 
     @property
     def action(self) -> ProcessAction | None:
-        """The action that it comes from."""
+        """The action that started the process."""
         return self.process.origin
 
     @property
     def cmd(self) -> tuple[str, ...]:
-        """Its command."""
+        """The command of the process."""
         return self.process.command
 
     @property
     def cwd(self) -> str | None:
-        """Where it runs; None: where the launch does."""
+        """The working folder of the process; None: that of the launch."""
         return self.process.cwd
 
     @property
     def env(self) -> Mapping[str, str]:
-        """Its environment."""
+        """The environment of the process."""
         return self.process.environment
 
 
 @dataclass(frozen=True)
 class ProcessStarted(ProcessEvent):
-    """It runs."""
+    """A process has been started."""
 
 
 @dataclass(frozen=True)
 class ProcessIO(ProcessEvent):
-    """It has written whole lines.
+    """A process has written lines.
 
     Attributes:
-        stream: Where.
-        lines: The lines, without their ends. At the end of a process the last one may have had none.
+        stream: The stream.
+        lines: The lines, without their ends. The last line of a process may have had none.
     """
 
     stream: Stream
@@ -90,42 +90,42 @@ class ProcessIO(ProcessEvent):
 
     @property
     def text(self) -> bytes:
-        """The lines as they were written."""
+        """The lines with their ends."""
         return b"".join(line + b"\n" for line in self.lines)
 
     @property
     def from_stdout(self) -> bool:
-        """Whether they may come from stdout."""
+        """Whether the lines may come from stdout."""
         return self.stream is not Stream.STDERR
 
     @property
     def from_stderr(self) -> bool:
-        """Whether they may come from stderr."""
+        """Whether the lines may come from stderr."""
         return self.stream is not Stream.STDOUT
 
 
 @dataclass(frozen=True)
 class ProcessExited(ProcessEvent):
-    """It has ended, or could not be started.
+    """A process has ended, or could not be started.
 
     Attributes:
-        outcome: How.
+        outcome: How it ended.
     """
 
     outcome: Outcome
 
     @property
     def returncode(self) -> int | None:
-        """Its exit code, negative for a signal; None if it never ran, or was a node in this process."""
+        """The exit code, negative for a signal; None if it never ran, or was a node in this process."""
         return self.outcome.returncode
 
 
 @dataclass(frozen=True)
 class ProcessWaits(ProcessEvent):
-    """It is not started yet, or still not, since something is not there.
+    """A process waits for its dependencies, or still does.
 
     Attributes:
-        missing: What is not there.
+        missing: The dependencies that are not there.
         so_far_sec: How long it has waited.
     """
 
@@ -135,11 +135,11 @@ class ProcessWaits(ProcessEvent):
 
 @dataclass(frozen=True)
 class ProcessRestarts(ProcessEvent):
-    """It will be started again.
+    """A process will be started again.
 
     Attributes:
-        delay_sec: When.
-        reason: Why: "respawn", or what has changed.
+        delay_sec: Seconds until then.
+        reason: "respawn", or the change that is the reason.
     """
 
     delay_sec: float
@@ -148,13 +148,13 @@ class ProcessRestarts(ProcessEvent):
 
 @dataclass(frozen=True)
 class StateTransition(ProcessEvent):
-    """Its lifecycle node has made a step of a transition.
+    """A lifecycle node has made a step of a transition.
 
     Attributes:
         transition: The label of the step, such as "configure" or "transition_success".
         start_state: The label of the state that the node was in.
         goal_state: The label of the state that the node is in now.
-        timestamp: When, in ns since the epoch, by the node's clock.
+        timestamp: The time in ns since the epoch, by the node's clock.
     """
 
     transition: str
@@ -165,13 +165,13 @@ class StateTransition(ProcessEvent):
 
 @dataclass(frozen=True)
 class Appeared(Event):
-    """A node, a topic or a service is there, and was not before; at first all that is there."""
+    """A node, topic or service has appeared in the graph. At first, those that are there already."""
 
     presence: Presence
 
 
 class Level(Enum):
-    """How bad a message is."""
+    """The severity of a message."""
 
     INFO = "INFO"
     WARN = "WARN"
@@ -180,12 +180,12 @@ class Level(Enum):
 
 @dataclass(frozen=True)
 class Message(Event):
-    """Something is said to people.
+    """A message to the user.
 
     Attributes:
-        level: How bad it is.
-        text: What it is, in one line; the lines of a traceback may follow.
-        about: Whom it is about: a label, or the launch.
+        level: Its severity.
+        text: The message in one line; the lines of a traceback may follow.
+        about: The label of the process that it is about, or "launch".
     """
 
     level: Level
@@ -195,10 +195,10 @@ class Message(Event):
 
 @dataclass(frozen=True)
 class ShuttingDown(Event):
-    """The launch ends: processes are being stopped.
+    """The launch ends, and its processes are being stopped.
 
     Attributes:
-        reason: Why.
+        reason: The reason, to be shown.
     """
 
     reason: str

@@ -1,4 +1,4 @@
-"""Lifecycle: which transitions of which nodes a description requests, and to which it reacts."""
+"""The transitions of lifecycle nodes that a description requests, and those that it reacts to."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from actors.launch.description.lifecycle import matches_action, matches_node_name
 from actors.launch.description.substitutions import resolve
-from actors.launch.description.summaries import function_name, in_short
+from actors.launch.description.summaries import action_label, function_name
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import presence
-from actors.launch.planning.mistakes import of_function
+from actors.launch.planning.error_location import function_error
 from actors.launch.planning.presence import PresenceKind
 from actors.launch.planning.steps import ChangeStates
 from actors.lifecycle.states import REQUESTS, STATES, TRANSITIONS
@@ -38,7 +38,7 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
     if isinstance(matcher, matches_action):
         action = matcher.action
         return ChangeStates(
-            what=in_short(action), matches=lambda spec: spec.origin is action, transitions=transitions
+            what=action_label(action), matches=lambda spec: spec.origin is action, transitions=transitions
         )
     if isinstance(matcher, matches_node_name):
         node = presence(PresenceKind.NODE, resolve(matcher.node_name, scope), scope.namespace).name
@@ -50,7 +50,7 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as of other functions of a description
-            raise of_function(matcher, error, scope.file) from error
+            raise function_error(matcher, error, scope.file) from error
 
     what = f"nodes that {function_name(matcher)} chooses"
     return ChangeStates(what=what, matches=matches, transitions=transitions, calls=True)

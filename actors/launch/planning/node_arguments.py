@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
-from actors.launch.description.conditions import truth
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.process_actions import ParameterValue
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 def ros_arguments(node: Node, scope: Scope) -> list[str]:
-    """Return `--ros-args` and all that follows; nothing if there is nothing to say.
+    """Return `--ros-args` and the arguments after it; an empty list if there are none.
 
     Raises:
-        LaunchError: A parameter, or a file of them, cannot be one, or a substitution has no value.
-        InvalidNameError: The name or namespace cannot be one.
+        LaunchError: A parameter or parameter file is not valid, or a substitution has no value.
+        InvalidNameError: The name or namespace is not valid.
     """
     arguments = list(_each(node, scope))
     return ["--ros-args", *arguments] if arguments else []
@@ -39,7 +39,7 @@ def full_name(node: Node, scope: Scope) -> str | None:
 
     Raises:
         LaunchError: A substitution has no value.
-        InvalidNameError: The name or namespace cannot be one.
+        InvalidNameError: The name or namespace is not valid.
     """
     name = _name(node, scope)
     return None if name is None else full_node_name(_namespace(node, scope) or "/", name)
@@ -88,10 +88,10 @@ def _namespace(node: Node, scope: Scope) -> str | None:
 
 
 def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield names of parameters, and their values as YAML. A mapping in it has its name before a dot.
+    """Yield names of parameters, and their values as YAML. Names in nested mappings are joined by dots.
 
     Raises:
-        LaunchError: A value cannot be a parameter's, or a substitution has no value.
+        LaunchError: A value cannot be that of a parameter, or a substitution has no value.
     """
     for key, value in values.items():
         name = f"{prefix}{resolve(key, scope)}"
@@ -102,7 +102,7 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
 
 
 def _yaml(name: str, value: Any, scope: Scope) -> str:
-    """Return a value as YAML reads it again."""
+    """Return a value as YAML that is read as the same value and type."""
     match value:
         case bool():
             text = "true" if value else "false"
@@ -136,7 +136,7 @@ def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:
         )
     text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
     try:
-        return _yaml(name, truth(text, scope) if kind is bool else kind(text), scope)
+        return _yaml(name, to_bool(text, scope) if kind is bool else kind(text), scope)
     except ValueError:
         raise LaunchError(
             f"Parameter '{escape(name)}' must be of type {kind.__name__}, not '{escape(text)}'"
@@ -144,14 +144,14 @@ def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:
 
 
 def _typed_list(name: str, value: Any, kind: Any, scope: Scope) -> str:
-    if isinstance(value, str | Substitution):  # what a substitution gives is a list as YAML has it
+    if isinstance(value, str | Substitution):  # the substitution must give a YAML list
         return resolve(value, scope)
     items = (_typed(name, ParameterValue(each, value_type=kind), scope) for each in value)
     return f"[{', '.join(items)}]"
 
 
 def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:
-    if any(isinstance(each, Substitution) for each in values):  # a text in pieces
+    if any(isinstance(each, Substitution) for each in values):  # pieces of one string
         return resolve(values, scope)
     return f"[{', '.join(_yaml(name, each, scope) for each in values)}]"
 
@@ -162,5 +162,5 @@ def _yaml_float(value: float) -> str:
     if math.isinf(value):
         return ".inf" if value > 0 else "-.inf"
     mantissa, exponent, power = repr(value).partition("e")
-    # YAML 1.1 takes 1e+22 for a text.
+    # YAML 1.1 reads 1e+22 as a string.
     return mantissa + ("" if "." in mantissa else ".0") + exponent + power

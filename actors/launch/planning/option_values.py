@@ -6,7 +6,7 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.launch.description.conditions import truth
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.options import options_of
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
@@ -64,7 +64,7 @@ def _text(option: Option, value: Any, scope: Scope) -> str:
 
 
 def _flag(_option: Option, value: Any, scope: Scope) -> bool:
-    return truth(value, scope)
+    return to_bool(value, scope)
 
 
 def _number(option: Option, value: Any, scope: Scope) -> float:

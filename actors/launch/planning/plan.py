@@ -1,8 +1,8 @@
 """The plan of a launch: the steps of a description, with given arguments and a given environment.
 
-No I/O and no clock: a `Library` says what files and packages there are, and each step says when it is due.
-Mistakes in a description are found here, before anything has been started; except for those in what functions
-in timers and event handlers return, which run later.
+No I/O and no clock: a `LaunchLibrary` knows files and packages, and each step has the time when it is due.
+Errors in a description are found here, before anything has been started, except in actions that functions in
+timers and event handlers return, because these functions run later.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from actors.launch.description.actions import (
     Shutdown,
     TimerAction,
 )
-from actors.launch.description.description import LaunchDescription, declared
+from actors.launch.description.description import LaunchDescription, declared_arguments
 from actors.launch.description.description_source import included_scope
 from actors.launch.description.event_handlers import OnProcessExit, OnStateTransition, ProcessHandler
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
@@ -33,14 +33,14 @@ from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
+from actors.launch.planning.error_location import with_location
 from actors.launch.planning.lifecycle import change_state, lifecycle_transition
-from actors.launch.planning.mistakes import placed
 from actors.launch.planning.option_values import option_value
 from actors.launch.planning.process_resolution import ending, make_spec
 from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
-from actors.launch.planning.steps import Call, End, LogText, React, Start, all_steps
+from actors.launch.planning.steps import AddHandler, Call, End, LogText, Start, all_steps
 from actors.tools.suggestions import did_you_mean
 from proto.errors import CallboardError, escape
 
@@ -66,16 +66,16 @@ def make_plan(
     """Return the steps of a description in order, including those for later.
 
     Args:
-        description: What is to be done.
-        library: Knows files and packages.
+        description: The description.
+        library: Finds files and packages.
         arguments: The launch arguments that were given.
-        environment: What programs get.
-        folder: Of the description's file.
-        output: Where the lines of all processes go, whatever the description says; None: as it says.
+        environment: The environment of programs.
+        folder: The folder of the description's file.
+        output: Where the lines of all processes go; None: as the description has it.
 
     Raises:
-        UnknownArgumentError: Nobody declares or uses an argument that was given.
-        LaunchError: Something else is wrong; the text says with which action, of which file.
+        UnknownArgumentError: An argument was given that the description neither declares nor uses.
+        LaunchError: The description has another error; the text names the action and its file.
     """
     planner = _Planner(library, output)
     scope = Scope(
@@ -88,7 +88,7 @@ def make_plan(
     )
     outer = scope.inner()
     steps = planner.plan(description.actions, scope)
-    known = planner.declared | {each.name for each in declared(description.actions)}
+    known = planner.declared | {each.name for each in declared_arguments(description.actions)}
     unknown = [name for name in arguments if name not in known | scope.used]
     if unknown and not planner.partial:
         raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
@@ -104,11 +104,11 @@ def make_plan(
 
 
 class _Planner:
-    """Plans actions: those of a description, and later what its functions return.
+    """Plans the actions of a description, and later those that its functions return.
 
     Attributes:
         declared: The arguments that have been declared.
-        partial: Whether something may be declared or used that is not planned now.
+        partial: Whether actions may follow that are not known yet, so that warnings would be premature.
     """
 
     def __init__(self, library: LaunchLibrary, output: OutputMode | None) -> None:
@@ -125,10 +125,10 @@ class _Planner:
         self._targets: list[str] = []
 
     def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
-        """Return the steps of actions. What they set stays set in the scope.
+        """Return the steps of actions. Their settings change the scope.
 
         Raises:
-            LaunchError: Something is wrong.
+            LaunchError: An action has an error.
         """
         steps: list[Step] = []
         for action in actions:
@@ -139,15 +139,15 @@ class _Planner:
             except CallboardError as error:
                 if isinstance(error, LaunchError) and error.placed:
                     raise
-                raise placed(error, action, scope.file) from error
+                raise with_location(error, action, scope.file) from error
             except (KeyboardInterrupt, Exception):
                 raise
             except BaseException as error:  # of a substitution or condition, such as that of pytest.fail
-                raise placed(error, action, scope.file) from error
+                raise with_location(error, action, scope.file) from error
         return steps
 
     def warnings(self, steps: Sequence[Step]) -> list[str]:
-        """Return what is likely to be a mistake in a whole plan."""
+        """Return warnings about likely errors in a whole plan."""
         starts = [step.process for step in all_steps(steps) if isinstance(step, Start)]
         names = {name for each in starts for name in (each.name, each.label)}
         warnings = [
@@ -257,8 +257,8 @@ class _Planner:
             return [Start(process=spec, on_exit=reaction)]
         return [Start(process=spec)]
 
-    def _react(self, handler: EventHandler, scope: Scope) -> list[React]:
-        """Plan what a handler does: now, or if it is a function, when it is due."""
+    def _react(self, handler: EventHandler, scope: Scope) -> list[AddHandler]:
+        """Plan the reactions of a handler; those of a function are planned when it has been called."""
         target = None
         if isinstance(handler, ProcessHandler):
             target = handler.target_action
@@ -269,18 +269,18 @@ class _Planner:
         found = triggers(handler, scope, self._nodes)
         return [self._reaction(step, reaction, scope.inner()) for reaction, step in found]
 
-    def _reaction(self, step: React, reaction: Reaction, scope: Scope) -> React:
+    def _reaction(self, step: AddHandler, reaction: Reaction, scope: Scope) -> AddHandler:
         if callable(reaction):
             self.partial = True
 
             def react(event: Event) -> list[Step]:
-                inner = replace(scope.inner(), event=event)  # a new one: what is set in it would pile up
+                inner = replace(scope.inner(), event=event)  # so that settings do not pile up
                 return self._replan(call_reaction(reaction, event, inner), inner)
 
             return replace(step, steps=react, calls=True)
         try:
             steps = self._deferring(known_actions(reaction), scope)
-        except NoEventError:  # a text in it is known when it happens
+        except NoEventError:  # it needs the event, so it is planned when that happens
             return self._reaction(step, partial(_given, known_actions(reaction)), scope)
 
         def give(_event: Event) -> list[Step]:
@@ -289,7 +289,7 @@ class _Planner:
         return replace(step, steps=give, preview=tuple(steps))
 
     def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
-        """Call the function; in what is for later, then."""
+        """Call the function now; in a timer or handler, when that is due."""
 
         def call() -> Sequence[Action]:
             return call_function(action.function, (scope, *action.args), action.kwargs, scope.file)
@@ -300,7 +300,7 @@ class _Planner:
         return [Call(name=function_name(action.function), steps=lambda: self._replan(call(), scope))]
 
     def _deferring(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
-        """Plan what is for later."""
+        """Plan actions of a timer or handler, whose functions are not called yet."""
         self._deferred += 1
         try:
             return self.plan(actions, scope)
@@ -308,7 +308,7 @@ class _Planner:
             self._deferred -= 1
 
     def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
-        """Plan what a function has returned while the launch runs."""
+        """Plan the actions that a function has returned while the launch runs."""
         self._left, self._running = MAX_PROCESSES, True
         return self.plan(actions, scope)
 

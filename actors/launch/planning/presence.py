@@ -1,4 +1,4 @@
-"""Presence: a node, a topic or a service that is there or not, as the broker's graph says."""
+"""Nodes, topics and services that a launch waits for in the graph."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class PresenceKind(Enum):
-    """What can be there."""
+    """The kind of a presence."""
 
     NODE = "node"
     TOPIC = "topic"
@@ -24,11 +24,11 @@ class PresenceKind(Enum):
 
 @dataclass(frozen=True)
 class Presence:
-    """Something that is there, or is waited for.
+    """A node, topic or service that is in the graph, or is waited for.
 
     Attributes:
-        kind: What it is.
-        name: Its full name: "/ns1/add_two_ints".
+        kind: Its kind.
+        name: Its full name, such as "/ns1/add_two_ints".
     """
 
     kind: PresenceKind
@@ -46,7 +46,7 @@ _KINDS = {
 
 
 def presence_of(entry: GraphEntry) -> Presence | None:
-    """Return what an entry of a graph makes there be; None for those at the other ends."""
+    """Return the presence that a graph entry stands for; None for subscriptions and clients."""
     kind = _KINDS.get(EntryKind(entry.kind))
     if kind is None:
         return None

@@ -1,4 +1,4 @@
-"""Process specifications: what an action starts, with everything resolved."""
+"""Resolves the options of an action into the specification of its process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.launch.description.action import Action
 from actors.launch.description.actions import EmitEvent, Shutdown
-from actors.launch.description.conditions import truth
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.lifecycle import LifecycleNode
 from actors.launch.description.process_actions import ExecuteProcess, Node, OutputMode, ProcessAction
 from actors.launch.description.substitutions import resolve
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from actors.runtime.programs import Factory
 
 MAX_NAME_CHARACTERS: Final = 200
-"""Of a process's name; with its number behind it it is the label."""
+"""Limit of the name of a process; name and number are its label."""
 
 
 class _Program(NamedTuple):
-    """What runs: its name for people, its command, the command as people would type it, and its sources."""
+    """A program: its name, its command, the command as users would type it, and its sources."""
 
     name: str
     command: Sequence[str]
@@ -44,17 +44,17 @@ class _Program(NamedTuple):
 
 
 def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes: KnownNodes) -> ProcessSpec:
-    """Return the process that an action starts.
+    """Return the specification of the process that an action starts.
 
     Args:
         action: The action.
-        scope: What holds there.
-        number: The process's in its launch.
-        nodes: Those that are started before it.
+        scope: Where it is evaluated.
+        number: The number of the process in its launch.
+        nodes: The nodes that have been planned before it.
 
     Raises:
-        LaunchError: Something is wrong.
-        InvalidNameError: A node cannot have the name or namespace.
+        LaunchError: An option is not valid.
+        InvalidNameError: The name or namespace of the node is not valid.
     """
     namespace = scope.namespace
     if isinstance(action, Node):
@@ -137,7 +137,7 @@ def _node(action: Node, scope: Scope) -> _Program:
         sources = library.sources(package=package)
     if action.package is not None or action.script is not None:
         typed = [*library.run_command, *typed]
-    if truth(action.shell, scope):
+    if to_bool(action.shell, scope):
         line = " ".join((shlex.join(command), *own, shlex.join(arguments[len(own) :])))
         return _Program(name, ["/bin/sh", "-c", line], [*typed, *arguments], sources)
     return _Program(name, [*command, *arguments], [*typed, *arguments], sources)
@@ -162,11 +162,11 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
     if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
     name = PurePath(command[0]).name
-    if truth(action.shell, scope):
+    if to_bool(action.shell, scope):
         line = " ".join(command)
         command = ["/bin/sh", "-c", line]
         word = PurePath(next(iter(line.split()), "")).name
-        # Nobody has chosen this name: what cannot be one is the shell's business.
+        # The user has not chosen this name, so one that is not valid is no error.
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
     return _Program(name, scope.library.python_program(command), command)
@@ -180,7 +180,7 @@ def _words(prefix: str) -> list[str]:
 
 
 def ending(reaction: object) -> Shutdown | None:
-    """Return the Shutdown that a reaction consists of; None: it is another one."""
+    """Return the Shutdown if a reaction consists of it alone, which makes the process a required one."""
     listed = cast("Sequence[object]", reaction) if isinstance(reaction, list | tuple) else (reaction,)
     if len(listed) != 1 or (isinstance(listed[0], Action) and listed[0].condition is not None):
         return None

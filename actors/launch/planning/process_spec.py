@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from actors.runtime.programs import Factory
 
 MAX_PROCESSES: Final = 1000
-"""Of one launch; a description with more is a mistake."""
+"""Limit of one launch; a description with more is taken for an error."""
 LEAST_RESPAWN_DELAY_SEC: Final = 0.1
-"""So that a program that dies at once does not keep a machine busy."""
+"""Lower limit, so that a program that dies at once does not keep the machine busy."""
 STOP_TIMEOUT_SEC: Final = 5.0
-"""As in ROS 2, before each stronger signal."""
+"""Seconds before each stronger signal, as in ROS 2."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LifecycleSpec:
-    """What a lifecycle node is asked to do.
+    """The requests to a lifecycle node.
 
     Attributes:
-        autostart: The transitions to request each time that its process has been started; often none.
-        timeout_sec: Seconds that each transition may take.
+        autostart: The transitions to request each time that its process has been started.
+        timeout_sec: The limit of each transition.
     """
 
     autostart: tuple[int | str, ...]

@@ -1,4 +1,4 @@
-"""Reactions: which events a handler is for, and what its functions give."""
+"""Which events a handler reacts to, and the calls of its functions."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from actors.launch.description.summaries import function_name
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import presence
+from actors.launch.planning.error_location import function_error, result_error
 from actors.launch.planning.events import (
     Appeared,
     Event,
@@ -36,9 +37,8 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.lifecycle import state_transitions
-from actors.launch.planning.mistakes import of_function, of_result
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import React
+from actors.launch.planning.steps import AddHandler
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -50,23 +50,23 @@ if TYPE_CHECKING:
 
 
 class Trigger(NamedTuple):
-    """One thing that a handler reacts to.
+    """An event that a handler reacts to, and its reaction.
 
     Attributes:
-        reaction: What to do.
-        step: The step that reacts, without anything to do yet.
+        reaction: The reaction, not planned yet.
+        step: The step that adds the handler, without steps to carry out yet.
     """
 
     reaction: Reaction
-    step: React
+    step: AddHandler
 
 
 def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Trigger]:
-    """Return what a handler reacts to.
+    """Return the events that a handler reacts to.
 
     Raises:
-        LaunchError: It is no handler, or what it is for cannot be known.
-        InvalidNameError: Nothing can have the name that it waits for.
+        LaunchError: It is of an unknown class, or waits for a node whose name is not known.
+        InvalidNameError: The name that it waits for is not valid.
     """
     match handler:
         case OnProcessStart():
@@ -89,16 +89,16 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
 
 
 def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> Sequence[Action]:
-    """Call a handler's function with what it takes: the event, and the context if it has room for that.
+    """Call the function of a handler with the event, and with the context if it has two parameters.
 
     Raises:
-        LaunchError: It fails, or gives no actions.
+        LaunchError: It fails, or returns something else than actions.
     """
     try:
         inspect.signature(function).bind(event, scope)
     except TypeError:
         return call_function(function, (event,), {}, scope.file)
-    except ValueError:  # it does not tell
+    except ValueError:  # a builtin without a signature
         pass
     return call_function(function, (event, scope), {}, scope.file)
 
@@ -106,23 +106,23 @@ def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> S
 def call_function(
     function: Callable[..., Any], args: Iterable[Any], kwargs: Mapping[str, Any], file: str | None
 ) -> Sequence[Action]:
-    """Call a function of a description, and return the actions that it gives.
+    """Call a function of a description, and return its actions.
 
     Args:
         function: The function.
-        args: What it is called with.
-        kwargs: What it is called with by name.
-        file: The launch file, of which the line is said if it fails; None: the description comes from none.
+        args: Its positional arguments.
+        kwargs: Its keyword arguments.
+        file: The launch file, whose line an error names; None: the description comes from no file.
 
     Raises:
-        LaunchError: It fails, or gives something else.
+        LaunchError: It fails, or returns something else than actions.
     """
     try:
         given = function(*args, **kwargs)
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # also CancelledError, and those of pytest.fail and pytest.skip
-        raise of_function(function, error, file) from error
+        raise function_error(function, error, file) from error
     if given is None:
         return ()
     try:
@@ -132,14 +132,14 @@ def call_function(
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # it is a generator
-        raise of_function(function, error, file) from error
+        raise function_error(function, error, file) from error
     if not all(isinstance(each, Action) for each in actions):
-        raise of_result(function, f"must return actions or None, not {excerpt(given)}")
+        raise result_error(function, f"must return actions or None, not {excerpt(given)}")
     return cast("Sequence[Action]", actions)
 
 
 def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **options: Any) -> Trigger:
-    return Trigger(reaction, React(what=what, matches=matches, steps=lambda _event: [], **options))
+    return Trigger(reaction, AddHandler(what=what, matches=matches, steps=lambda _event: [], **options))
 
 
 def _of_process(

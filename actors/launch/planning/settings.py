@@ -22,7 +22,7 @@ from actors.launch.description.actions import (
     UnsetEnvironmentVariable,
     UnsetLaunchConfiguration,
 )
-from actors.launch.description.conditions import truth
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
 
 
 def apply_setting(action: Setting, scope: Scope) -> None:
-    """Set it.
+    """Change a scope as a setting says.
 
     Raises:
-        LaunchError: A substitution has no value there, or a value cannot be one.
-        InvalidNamespaceError: A namespace cannot be one.
+        LaunchError: A substitution has no value in the scope, or a value is not valid.
+        InvalidNamespaceError: A namespace is not valid.
     """
     match action:
         case PushNamespace():
@@ -103,7 +103,7 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
     """Return environment variables and their values.
 
     Raises:
-        LaunchError: A substitution has no value there, or there can be no such variable.
+        LaunchError: A substitution has no value in the scope, or the name or value is not valid.
     """
     found = {name: resolve(value, scope) for name, value in given.items()}
     for name, value in found.items():
@@ -115,7 +115,7 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
 def _append(action: AppendEnvironmentVariable, scope: Scope) -> None:
     name = resolve(action.name, scope)
     parts = [scope.environment.get(name), resolve(action.value, scope)]
-    if truth(action.prepend, scope):
+    if to_bool(action.prepend, scope):
         parts.reverse()
     value = resolve(action.separator, scope).join(each for each in parts if each)
     scope.environment.update(variables({name: value}, scope))

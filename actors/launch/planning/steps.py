@@ -1,4 +1,4 @@
-"""Steps: what a plan consists of. Each says what to do and when; the machine carries them out."""
+"""The steps of a plan, each with the time when it is due. The machine carries them out."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timed:
+class PlannedStep:
     """A step.
 
     Attributes:
-        after_sec: When it is due, counted from the moment that its plan begins.
+        after_sec: Seconds from the beginning of its plan until it is due.
     """
 
     after_sec: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Start(Timed):
-    """Start a process, when what it depends on is there.
+class Start(PlannedStep):
+    """Start a process when its dependencies are there.
 
     Attributes:
         process: The process.
@@ -34,32 +34,32 @@ class Start(Timed):
     """
 
     process: ProcessSpec
-    on_exit: React | None = None
+    on_exit: AddHandler | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
-class LogText(Timed):
-    """Log a text for people, as ROS 2's LogInfo does."""
+class LogText(PlannedStep):
+    """Show a message, as ROS 2's LogInfo does."""
 
     text: str
     warning: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
-class End(Timed):
+class End(PlannedStep):
     """End the launch."""
 
     reason: str
 
 
 @dataclass(frozen=True, kw_only=True)
-class Call(Timed):
-    """Call a function of the description, and take the steps it gives.
+class Call(PlannedStep):
+    """Call a function of the description, and carry out the steps that it returns.
 
     Attributes:
-        name: The function's, for people.
-        steps: Calls it and plans what it returns; this may block. What it raises is a mistake in the
-            description.
+        name: The name of the function, to be shown.
+        steps: Calls it and plans the actions that it returns; this may block. An exception is an error in
+            the description.
     """
 
     name: str
@@ -67,12 +67,12 @@ class Call(Timed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChangeStates(Timed):
+class ChangeStates(PlannedStep):
     """Request transitions of lifecycle nodes.
 
     Attributes:
-        what: Which nodes, for people.
-        matches: Whether a process is meant. What it raises is a mistake in the description.
+        what: Which nodes, to be shown.
+        matches: Whether a process is meant. An exception is an error in the description.
         transitions: The numbers or labels of the transitions, in their order.
         calls: Whether `matches` calls a function of the description, which may block.
     """
@@ -84,18 +84,18 @@ class ChangeStates(Timed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class React(Timed):
-    """From then on take further steps whenever something happens.
+class AddHandler(PlannedStep):
+    """Add an event handler.
 
     Attributes:
-        what: What that is, for people: "talker-1 exits".
-        matches: Whether an event is meant.
-        steps: What is to be done then. What it raises is a mistake in the description.
-        preview: The same for people, as far as it is known before.
-        once: Whether only for the first time.
+        what: What it handles, to be shown, such as "talker-1 exits".
+        matches: Whether it handles an event.
+        steps: Returns the steps to carry out. An exception is an error in the description.
+        preview: Those steps, to be shown, as far as they are known before.
+        once: Whether to handle only the first event.
         calls: Whether `steps` calls a function of the description, which may block.
-        presence: What must be there, if the event is that.
-        split: Whether it needs to know stdout from stderr.
+        presence: The node, topic or service that it waits for, if it handles that.
+        split: Whether stdout and stderr must be separate streams for it.
     """
 
     what: str
@@ -108,15 +108,15 @@ class React(Timed):
     split: bool = False
 
 
-Step: TypeAlias = Start | LogText | End | Call | ChangeStates | React
+Step: TypeAlias = Start | LogText | End | Call | ChangeStates | AddHandler
 
 
 def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
-    """Yield steps, and those that they may lead to, as far as that is known before."""
+    """Yield steps, and those that they may lead to, as far as they are known before."""
     for step in steps:
         yield step
         reaction = step.on_exit if isinstance(step, Start) else step
-        if isinstance(reaction, React):
+        if isinstance(reaction, AddHandler):
             if reaction is not step:
                 yield reaction
             yield from all_steps(reaction.preview)
@@ -127,11 +127,11 @@ def awaits_graph(steps: Iterable[Step]) -> bool:
     return any(
         isinstance(step, Call)
         or (isinstance(step, Start) and bool(step.process.depends_on))
-        or (isinstance(step, React) and (step.presence is not None or not step.preview))
+        or (isinstance(step, AddHandler) and (step.presence is not None or not step.preview))
         for step in all_steps(steps)
     )
 
 
 def splits_streams(steps: Iterable[Step]) -> bool:
-    """Return whether something in these steps must know stdout from stderr."""
-    return any(isinstance(step, React) and step.split for step in all_steps(steps))
+    """Return whether a handler in these steps needs stdout and stderr as separate streams."""
+    return any(isinstance(step, AddHandler) and step.split for step in all_steps(steps))

@@ -57,10 +57,10 @@ def command_output(command: Sequence[str], environment: Mapping[str, str]) -> st
     name = escape(PurePath(command[0]).name)
     deadline = time.monotonic() + COMMAND_TIMEOUT_SEC
     with _started(command, environment, name) as process:
-        output, complaint = _read(process, name, deadline)
+        output, errors = _read(process, name, deadline)
         code = _wait(process, name, deadline)
     if code != 0:
-        lines = complaint.decode(errors="replace").strip().splitlines()
+        lines = errors.decode(errors="replace").strip().splitlines()
         why = f": {escape(lines[0])}" if lines else ""
         raise LaunchError(f"Command '{name}' has failed with exit code {code}{why}")
     try:
@@ -100,10 +100,10 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
     """Return all of its stdout, and the beginning of its stderr."""
     assert process.stdout is not None
     assert process.stderr is not None
-    output, complaint = bytearray(), bytearray()
+    output, errors = bytearray(), bytearray()
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ, output)
-        selector.register(process.stderr, selectors.EVENT_READ, complaint)
+        selector.register(process.stderr, selectors.EVENT_READ, errors)
         ended = False
         while selector.get_map():
             ready = selector.select(POLL_INTERVAL_SEC)
@@ -113,7 +113,7 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
                 if not data:
                     selector.unregister(key.fileobj)
                 key.data.extend(data)
-            del complaint[_KEPT_ERROR_BYTES:]
+            del errors[_KEPT_ERROR_BYTES:]
             if len(output) > MAX_OUTPUT_BYTES:
                 raise LaunchError(f"Command '{name}' has written more than {MAX_OUTPUT_BYTES} bytes")
             if not ended and process.poll() is not None:
@@ -123,7 +123,7 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
                 if ended:
                     break
                 raise _too_slow(name)
-    return bytes(output), bytes(complaint)
+    return bytes(output), bytes(errors)
 
 
 def _wait(process: subprocess.Popen[bytes], name: str, deadline: float) -> int:

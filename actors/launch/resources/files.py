@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.errors import error_text
 from actors.launch.description.description import LaunchDescription
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
-from actors.launch.planning.mistakes import line_in
+from actors.launch.planning.error_location import line_in
 from actors.launch.resources.command_output import command_output
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from actors.launch import LaunchDescription as CallboardDescription
 from actors.launch.description.action import Action as CallboardAction
 from actors.launch.description.conditions import Condition as CallboardCondition
-from actors.launch.description.description import declared, described
+from actors.launch.description.description import declared_arguments, format_actions
 from actors.launch.description.description_source import AnyLaunchDescriptionSource
 from actors.launch.description.substitutions import Text
 
@@ -74,7 +74,7 @@ class LaunchDescription(CallboardDescription):
 
     def get_launch_arguments(self) -> list[DeclareLaunchArgument]:
         """Return the arguments that are declared, except in included files."""
-        return declared(self.actions)
+        return declared_arguments(self.actions)
 
 
 LaunchDescriptionEntity = (CallboardAction, LaunchDescription)
@@ -85,4 +85,4 @@ class LaunchIntrospector:
 
     def format_launch_description(self, launch_description: CallboardDescription) -> str:
         """Return a description as text, an action a line."""
-        return "\n".join(described(launch_description.actions))
+        return "\n".join(format_actions(launch_description.actions))

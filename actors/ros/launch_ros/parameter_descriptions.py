@@ -7,7 +7,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import ParameterValue as ParameterValue
-from actors.launch.description.conditions import truth
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.documents.templates import template
 
@@ -51,7 +51,7 @@ class ParameterFile(Substitution):
             LaunchError: It cannot be read, or a substitution has no value.
         """
         path = str(PurePath(scope.folder, resolve(self._file, scope)))
-        if not truth(self._allow, scope):
+        if not to_bool(self._allow, scope):
             return path
         text = resolve(template(scope.library.text(path)), scope)
         with tempfile.NamedTemporaryFile("w", prefix="launch_params_", suffix=".yaml", delete=False) as file:

@@ -185,7 +185,7 @@ async def test_another_launch_may_be_quicker_to_bring_a_broker(
     assert not any("brings its own" in str(event) for event in received)
 
 
-async def test_a_place_in_use_where_no_broker_answers_is_given_up(
+async def test_a_place_in_use_where_no_broker_is_there_is_given_up(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After some looks the launch ends with the reason."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
-from actors.launch.engine.handlers import ABANDONED, ask
+from actors.launch.engine.effects import CallFunction, ForceStopAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.handlers import ABANDONED, call_function
 from actors.launch.engine.machine import Machine
 from actors.launch.engine.process_table import ProcessState
 from actors.launch.planning.events import (
@@ -22,7 +22,7 @@ from actors.launch.planning.events import (
 )
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.process_spec import ProcessSpec
-from actors.launch.planning.steps import End, LogText, React, Start
+from actors.launch.planning.steps import AddHandler, End, LogText, Start
 from actors.processes.outcome import outcome_of_exit
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class History:
         self.machine = Machine(keep=self._maybe(0.3))
         self.now = 0.0
         self.executions: dict[str, bool] = {}
-        self.asked: list[Ask] = []
+        self.asked: list[CallFunction] = []
         self._does(self.machine.begin(steps, self.now))
 
     def _maybe(self, chance: float) -> bool:
@@ -79,14 +79,14 @@ class History:
         after_sec = self._random.choice([0.0, 0.0, 0.5, 2.0])
         return Start(process=self._spec(depth), on_exit=on_exit, after_sec=after_sec)
 
-    def _react(self, depth: int, kind: type[Event]) -> React:
+    def _react(self, depth: int, kind: type[Event]) -> AddHandler:
         awaited = self._random.choice(THINGS) if kind is Appeared else None
         steps = self._steps(depth)
 
         def matches(event: Event) -> bool:
             return isinstance(event, kind) and (awaited is None or event == Appeared(awaited))
 
-        return React(
+        return AddHandler(
             what="x",
             matches=matches,
             steps=lambda _event: steps,  # the same ones each time: what runs still is not started twice
@@ -123,7 +123,7 @@ class History:
                 assert self.machine.stopping
             elif isinstance(effect, Notify) and effect.event == Message(Level.WARN, ABANDONED):
                 self.asked.clear()
-            elif isinstance(effect, Ask):
+            elif isinstance(effect, CallFunction):
                 assert not self.asked, "asked though a function runs"
                 self.asked.append(effect)
 
@@ -134,7 +134,7 @@ class History:
             self.now = max(self.now, machine.wake_at)
             self._does(machine.tick(self.now))
         elif self.asked and chance < 0.6:
-            self._answers()
+            self._connects()
         elif self.executions and chance < 0.8:
             self._happens_to(self._random.choice(sorted(self.executions)))
         elif chance < 0.9:
@@ -147,9 +147,9 @@ class History:
             self._does(machine.stop("enough", self.now, insist=self._maybe(0.5)))
         self.now += self._random.choice([0.0, 0.0, 0.01, 0.3])
 
-    def _answers(self) -> None:
+    def _connects(self) -> None:
         asked = self.asked.pop()
-        self._does(self.machine.answered(asked, ask(asked.give), self.now))
+        self._does(self.machine.function_returned(asked, call_function(asked.call), self.now))
 
     def _happens_to(self, label: str) -> None:
         if not self.executions[label] and self._maybe(0.8):
@@ -177,7 +177,7 @@ class History:
             del self.executions[label]
             self._does(self.machine.ended(label, outcome_of_exit(0), self.now))
         while self.asked:
-            self._answers()
+            self._connects()
         assert not self.executions
         assert self.machine.finished
 

@@ -20,17 +20,17 @@ from actors.cli.output import print_out
 from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.config.context_errors import UnknownContextError
-from actors.launch.description.description import described
+from actors.launch.description.description import format_actions
 from actors.launch.description.process_actions import ExecuteProcess, OutputMode
 from actors.launch.description.substitutions import Scope
-from actors.launch.description.summaries import plain_text, written
-from actors.launch.engine.captured_output import captured_logs, captured_streams, own_logs
+from actors.launch.description.summaries import format_value, static_text
+from actors.launch.engine.captured_output import captured_logs, captured_streams, launch_logs
 from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
 from actors.launch.planning.lifecycle import transition_label
 from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
-from actors.launch.planning.steps import Call, ChangeStates, End, LogText, React, Start
+from actors.launch.planning.steps import AddHandler, Call, ChangeStates, End, LogText, Start
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
             print_out(line)
         return OK
     if options.print_description:
-        for line in described(description.actions):
+        for line in format_actions(description.actions):
             print_out(line)
         return OK
     if options.web:
@@ -197,8 +197,8 @@ def _shown_arguments(arguments: Iterable[DeclareLaunchArgument]) -> Iterator[str
     yield "Arguments, as name:=value:" if listed else "The file has no arguments."
     for each in listed:
         value = each.default_value
-        text = plain_text(value)
-        text = written(value) if text is None else text or "''"
+        text = static_text(value)
+        text = format_value(value) if text is None else text or "''"
         facts = ["required" if value is None else f"default: {text}"]
         if each.choices is not None:
             facts.append(f"one of: {', '.join(each.choices)}")
@@ -221,7 +221,7 @@ def _shown_steps(steps: Iterable[Step], indent: str = "") -> Iterator[str]:
                 yield f"{when}call {step.name}"
             case ChangeStates():
                 yield f"{when}change the state of {step.what}: {_transitions(step.transitions)}"
-            case React():
+            case AddHandler():
                 yield f"{when}{'once' if step.once else 'whenever'} {step.what}:"
                 yield from _shown_steps(step.preview, f"{indent}    ")
                 if not step.preview:
@@ -259,7 +259,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
     launch.listen(reports)
     code = FAILURE
     try:
-        with own_logs(launch.notify), captured_logs(), captured_streams(reports.printed):
+        with launch_logs(launch.notify), captured_logs(), captured_streams(reports.printed):
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE

@@ -12,7 +12,7 @@ from actors.launch.description.conditions import (
 )
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 
 @pytest.mark.parametrize(

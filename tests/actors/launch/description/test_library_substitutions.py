@@ -15,7 +15,7 @@ from actors.launch.description.library_substitutions import (
 )
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution, Scope, resolve
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import Shelf, scope
+from tests.actors.launch.fake_library import FakeLibrary, scope
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
@@ -45,7 +45,9 @@ def here() -> Scope:
 )
 def test_each_stands_for_a_text(text: Text, meant: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     """A command is split as a shell does it, and its output ends without line ends."""
-    monkeypatch.setattr(Shelf, "output_of", lambda _, command, environment: f"{'|'.join(command)} said\r\n\n")
+    monkeypatch.setattr(
+        FakeLibrary, "output_of", lambda _, command, environment: f"{'|'.join(command)} said\r\n\n"
+    )
     assert resolve(text, here()) == (meant if meant is not None else "/share/r2_description/urdf")
 
 

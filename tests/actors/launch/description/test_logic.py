@@ -20,7 +20,7 @@ from actors.launch.description.logic import (
 )
 from actors.launch.description.substitutions import LaunchConfiguration, resolve
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 if TYPE_CHECKING:
     from actors.launch.description.logic import Truth, Value

@@ -20,7 +20,7 @@ from actors.launch.description.python_expression import (
 )
 from actors.launch.description.substitutions import LaunchConfiguration, resolve
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from actors.launch.description.substitutions import (
     resolve,
 )
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 
 def here() -> Scope:

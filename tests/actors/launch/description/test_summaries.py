@@ -16,11 +16,11 @@ from actors.launch.description.actions import (
     Shutdown,
 )
 from actors.launch.description.conditions import IfCondition
-from actors.launch.description.description import described
+from actors.launch.description.description import format_actions
 from actors.launch.description.event_handlers import OnProcessExit
 from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import LaunchConfiguration, TextSubstitution
-from actors.launch.description.summaries import in_short, plain_text
+from actors.launch.description.summaries import action_label, static_text
 
 if TYPE_CHECKING:
     from actors.launch.description.action import Action
@@ -46,7 +46,7 @@ def make() -> None:
 )
 def test_an_action_is_known_by_its_name(action: Action, word: str) -> None:
     """Or its program, or whatever is known before anything is resolved."""
-    assert in_short(action) == word
+    assert action_label(action) == word
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_an_action_is_known_by_its_name(action: Action, word: str) -> None:
 )
 def test_a_plain_text_is_the_same_everywhere(text: Text, plain: str | None) -> None:
     """One with an argument in it is not plain."""
-    assert plain_text(text) == plain
+    assert static_text(text) == plain
 
 
 def test_a_description_is_shown_without_what_goes_without_saying() -> None:
@@ -77,7 +77,7 @@ def test_a_description_is_shown_without_what_goes_without_saying() -> None:
     call = RegisterEventHandler(OnProcessExit(on_exit=make, handle_once=True))
     declare = DeclareLaunchArgument("speed", default_value="")
     node = "respawn=True, script='talker.py', parameters=[{'speed': LaunchConfiguration('speed')}]"
-    lines = list(described([declare, talker, bye, call, LogInfo(msg="x", condition=IfCondition("1"))]))
+    lines = list(format_actions([declare, talker, bye, call, LogInfo(msg="x", condition=IfCondition("1"))]))
     assert lines == [
         "DeclareLaunchArgument(name='speed', default_value='')",
         f"Node({node}, remappings=[('a', 'b')])",

@@ -47,7 +47,7 @@ from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
 from actors.launch.errors import LaunchFileError
 from actors.launch.planning.plan import make_plan
-from tests.actors.launch.shelf import Shelf
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from actors.launch.description.action import Action
@@ -513,7 +513,7 @@ PYTHON = LaunchDescription(
 def planned(description: LaunchDescription) -> list[Step]:
     """Return the plan of a description."""
     return make_plan(
-        description, Shelf(), arguments={"robot": "r3"}, environment={"LIMIT": "7"}, folder="/files"
+        description, FakeLibrary(), arguments={"robot": "r3"}, environment={"LIMIT": "7"}, folder="/files"
     )
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from actors.launch.description.substitutions import LaunchConfiguration, Substitution, resolve
 from actors.launch.documents.templates import known_substitutions, template, words
 from actors.launch.errors import LaunchError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 
 def said(text: str) -> str:

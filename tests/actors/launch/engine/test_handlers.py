@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.launch.engine.handlers import MAX_HANDLERS, Answer, Handlers, ask
+from actors.launch.engine.handlers import MAX_HANDLERS, FunctionResult, Handlers, call_function
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, ShuttingDown
-from actors.launch.planning.steps import LogText, React
+from actors.launch.planning.steps import AddHandler, LogText
 
 if TYPE_CHECKING:
     from actors.launch.planning.steps import Step
@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 END = ShuttingDown("x")
 
 
-def says(word: str, *, once: bool = False) -> React:
+def says(word: str, *, once: bool = False) -> AddHandler:
     """Return a reaction to everything."""
-    return React(what="x", matches=lambda event: True, steps=lambda event: [LogText(text=word)], once=once)
+    return AddHandler(
+        what="x", matches=lambda event: True, steps=lambda event: [LogText(text=word)], once=once
+    )
 
 
 def test_all_that_match_are_found_in_order() -> None:
@@ -25,7 +27,7 @@ def test_all_that_match_are_found_in_order() -> None:
     handlers = Handlers()
     first, other, second = (
         says("a"),
-        React(what="x", matches=lambda event: event != END, steps=fail),
+        AddHandler(what="x", matches=lambda event: event != END, steps=fail),
         says("b"),
     )
     for each in (first, other, second):
@@ -39,8 +41,8 @@ def test_all_that_match_are_found_in_order() -> None:
 def test_a_mistake_is_an_answer() -> None:
     """Functions of a description give steps, or what is wrong with it."""
     step = LogText(text="a")
-    assert ask(lambda: [step]) == Answer([step])
-    assert ask(lambda: fail(END)) == Answer(mistake="no")
+    assert call_function(lambda: [step]) == FunctionResult([step])
+    assert call_function(lambda: fail(END)) == FunctionResult(mistake="no")
 
 
 def fail(event: Event) -> list[Step]:

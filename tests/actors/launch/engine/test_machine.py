@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.description.process_actions import OutputMode
-from actors.launch.engine.effects import Ask, ForceStopAll, Notify, Run, Stop, StopAll
+from actors.launch.engine.effects import CallFunction, ForceStopAll, Notify, Run, Stop, StopAll
 from actors.launch.engine.handlers import (
     ABANDONED,
     LINE_BYTES,
     MAX_HANDLERS,
+    MAX_QUEUED_EVENTS,
     MAX_WAITING_BYTES,
-    MAX_WAITING_EVENTS,
-    ask,
+    call_function,
 )
 from actors.launch.engine.machine import (
-    FORCE_STOP_AFTER_SEC,
     LAST_FUNCTION_SEC,
     REMINDER_SEC,
+    REPEATED_STOP_SEC,
     Machine,
 )
 from actors.launch.engine.process_table import ProcessState
@@ -39,7 +39,7 @@ from actors.launch.planning.events import (
 )
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
-from actors.launch.planning.steps import Call, End, LogText, React, Start, awaits_graph
+from actors.launch.planning.steps import AddHandler, Call, End, LogText, Start, awaits_graph
 from actors.processes.outcome import Outcome, outcome_of_exit
 
 if TYPE_CHECKING:
@@ -63,9 +63,9 @@ def start(name: str = "a", *, after_sec: float = 0.0, **options: Any) -> Start:
     return Start(process=process(name, **options), on_exit=on_exit, after_sec=after_sec)
 
 
-def whenever(kind: type[Event], *steps: Step, **options: Any) -> React:
+def whenever(kind: type[Event], *steps: Step, **options: Any) -> AddHandler:
     """Return the step that reacts to all events of a kind."""
-    return React(
+    return AddHandler(
         what=kind.__name__,
         matches=lambda event: isinstance(event, kind),
         steps=lambda _event: list(steps),
@@ -81,14 +81,14 @@ class Play:
         self.machine = Machine(**options)
         self.now = 100.0
         self.effects: list[Effect] = []
-        self.asked: list[Ask] = []
+        self.asked: list[CallFunction] = []
         self.answers = True
         self.does(self.machine.begin, steps)
 
     def does(self, what: Callable[..., list[Effect]], *args: Any) -> list[Effect]:
         """Tell the machine something; return what it wants. Functions answer at once, if `answers` is set."""
         effects = what(*args, self.now)
-        self.asked += [each for each in effects if isinstance(each, Ask)]
+        self.asked += [each for each in effects if isinstance(each, CallFunction)]
         self.effects += effects
         while self.answers and self.asked:
             effects = [*effects, *self.answer()]
@@ -97,8 +97,8 @@ class Play:
     def answer(self) -> list[Effect]:
         """Call the function that has been asked for first."""
         first = self.asked.pop(0)
-        effects = self.machine.answered(first, ask(first.give), self.now)
-        self.asked += [each for each in effects if isinstance(each, Ask)]
+        effects = self.machine.function_returned(first, call_function(first.call), self.now)
+        self.asked += [each for each in effects if isinstance(each, CallFunction)]
         self.effects += effects
         return effects
 
@@ -359,10 +359,12 @@ def test_processes_that_come_and_go_leave_nothing_behind() -> None:
     def successor(event: Event) -> list[Step]:
         nonlocal count
         count += 1
-        made = React(what="x", matches=lambda event: True, steps=successor)
+        made = AddHandler(what="x", matches=lambda event: True, steps=successor)
         return [start(f"p{count}", on_exit=made, made_later=True)]
 
-    play = Play(start("p0", on_exit=React(what="x", matches=lambda event: True, steps=successor)), keep=True)
+    play = Play(
+        start("p0", on_exit=AddHandler(what="x", matches=lambda event: True, steps=successor)), keep=True
+    )
     for number in range(2 * MAX_HANDLERS):
         play.ends(f"p{number}-1")
         play.effects.clear()
@@ -408,7 +410,7 @@ def test_what_a_handler_starts_runs_once_at_a_time() -> None:
 
 def test_what_appears_is_reacted_to() -> None:
     """At once if it is there when the handler comes; again when it has been away."""
-    there = React(
+    there = AddHandler(
         what="x",
         matches=lambda event: isinstance(event, Appeared) and event.presence == ADD,
         steps=lambda _event: [LogText(text="there")],
@@ -446,7 +448,8 @@ def test_a_handler_that_has_failed_is_not_called_again() -> None:
         raise LaunchError("no")
 
     play = Play(
-        start(), React(what="x", matches=lambda event: isinstance(event, ProcessIO), steps=fail, calls=True)
+        start(),
+        AddHandler(what="x", matches=lambda event: isinstance(event, ProcessIO), steps=fail, calls=True),
     )
     play.up()
     for _ in range(3):
@@ -454,9 +457,9 @@ def test_a_handler_that_has_failed_is_not_called_again() -> None:
     assert play.said == ["ERROR launch: no"]
 
 
-def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> React:
+def function(text: str, *steps: Step, kind: type[Event] = ProcessExited) -> AddHandler:
     """Return a handler with a function, which says something and gives steps."""
-    return React(
+    return AddHandler(
         what="x",
         matches=lambda event: isinstance(event, kind),
         steps=lambda _event: [LogText(text=text), *steps],
@@ -502,7 +505,7 @@ def test_functions_do_not_hold_the_end_up_for_long(*, forced: bool) -> None:
     play.does(play.machine.stop, "interrupted")
     assert not play.machine.finished
     if forced:
-        play.waits(FORCE_STOP_AFTER_SEC)
+        play.waits(REPEATED_STOP_SEC)
         play.does(play.machine.stop, "interrupted")
     else:
         play.waits(LAST_FUNCTION_SEC)
@@ -517,9 +520,9 @@ def test_what_waits_for_a_slow_function_has_a_limit() -> None:
     play = Play(start("a"), start("b"), function("late"), whenever(ProcessIO))
     play.answers = False
     play.ends("a-1")
-    for _ in range(MAX_WAITING_EVENTS + 5):
+    for _ in range(MAX_QUEUED_EVENTS + 5):
         play.does(play.machine.wrote, "b-1", Stream.OUTPUT, [b"x"])
-    assert len(play.told(ProcessIO)) == MAX_WAITING_EVENTS + 5
+    assert len(play.told(ProcessIO)) == MAX_QUEUED_EVENTS + 5
     play.answer()
     assert play.said[-1].startswith("WARN launch: 5 events were not handled: functions")
 
@@ -573,7 +576,7 @@ def test_a_warning_reports_a_handler_that_comes_too_late() -> None:
     play = Play(start("a"), Call(name="f()", steps=lambda: [late, late, start("b")], after_sec=1))
     play.waits(1)
     (said,) = play.said
-    assert said.startswith("WARN a-1: its stdout and stderr are read as one")
+    assert said.startswith("WARN a-1: stdout and stderr share one stream here")
     assert [each.split for each in play.effects if isinstance(each, Run)] == [False, True]
     before = Play(start("a"), whenever(ProcessExited, whenever(ProcessIO, split=True)))
     assert [each.split for each in before.effects if isinstance(each, Run)] == [True]
@@ -595,7 +598,7 @@ def test_a_stop_that_does_not_insist_forces_nothing() -> None:
     """Nobody reads any more, or the terminal is gone: that is no second Ctrl-C."""
     play = Play(start())
     play.does(play.machine.stop, "interrupted")
-    play.waits(10 * FORCE_STOP_AFTER_SEC)
+    play.waits(10 * REPEATED_STOP_SEC)
     assert play.machine.stop("nobody reads the output", play.now, insist=False) == []
 
 
@@ -628,7 +631,7 @@ def test_a_second_stop_is_forced() -> None:
     play = Play(start())
     assert play.does(play.machine.stop, "interrupted") == [Notify(ShuttingDown("interrupted")), StopAll()]
     assert play.does(play.machine.stop, "interrupted") == []
-    play.waits(FORCE_STOP_AFTER_SEC)
+    play.waits(REPEATED_STOP_SEC)
     assert play.does(play.machine.stop, "interrupted") == [ForceStopAll()]
     assert not play.machine.finished
     play.ends(code=-9)

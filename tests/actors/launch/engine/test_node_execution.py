@@ -24,7 +24,7 @@ from actors.launch.engine.captured_output import (
     CapturedOutput,
     captured_logs,
     captured_streams,
-    own_logs,
+    launch_logs,
 )
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.planning.events import Message, ProcessIO, Stream
@@ -115,7 +115,7 @@ async def test_nodes_have_their_own_arguments_and_the_launchs_broker(hall: Hall,
     """Two runs of a class are two nodes of the graph; what they log from callbacks is under their labels."""
     there = {"CALLBOARD_URL": meeting.url}
     looking = await meeting.node("looking")
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         first, first_end = hall.execution(
             Talker,
             "--ros-args",
@@ -158,7 +158,7 @@ async def test_a_class_that_raises_is_a_death(hall: Hall) -> None:
     def broken() -> actors.Node:
         raise ValueError("no such map")
 
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         _, ended = hall.execution(broken)
         outcome = await ended
     assert (outcome.normal, outcome.reason) == (False, "ValueError: no such map")
@@ -178,7 +178,7 @@ async def test_arguments_that_cannot_be_read_are_a_death(
     hall: Hall, arguments: tuple[str, ...], reason: str
 ) -> None:
     """As they are for a script; one line says what is wrong."""
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         _, ended = hall.execution(Talker, *arguments)
         outcome = await ended
     assert not outcome.normal
@@ -193,7 +193,7 @@ async def test_an_exit_ends_the_node_only(hall: Hall, status: Any, code: int, li
     async def leave() -> None:
         sys.exit(status)
 
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         _, ended = hall.execution(leave)
         outcome = await ended
     assert (outcome.normal, outcome.exit_code, outcome.returncode) == (code == 0, code, code)
@@ -211,7 +211,7 @@ async def test_an_exit_in_a_supervisors_child_ends_the_supervisor_only(hall: Hal
     def made() -> actors.Supervisor:
         return actors.Supervisor([actors.Child("q", node=Quitter)])
 
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         _, ended = hall.execution(made, environment={"CALLBOARD_URL": meeting.url})
         outcome = await ended
     assert outcome.returncode == 3
@@ -246,7 +246,7 @@ async def test_an_exit_in_a_callback_ends_the_node_only(hall: Hall, meeting: Mee
     """With its exit code, and nothing of it begins after that; the other node lives on."""
     there = {"CALLBOARD_URL": meeting.url}
     asking = await meeting.node("asking")
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         other, other_end = hall.execution(Talker, environment=there)
         nodes: list[Leaver] = []
 
@@ -349,7 +349,7 @@ async def test_what_is_written_after_its_end_is_the_launchs(
 
 async def test_others_log_for_the_launch(hall: Hall) -> None:
     """What is logged elsewhere in the process is a message, from threads, too."""
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         get_logger("launch").info("no broker there")
         thread = threading.Thread(target=logging.getLogger("library").error, args=("bad\x1b[2J",))
         thread.start()
@@ -367,7 +367,7 @@ async def test_a_log_call_that_is_wrong_does_not_fail(hall: Hall, capsys: pytest
         for handler in logging.getLogger().handlers[-2:]:  # pytest's own raise
             handler.handle(wrong)
 
-    with captured_logs(), own_logs(hall.events.append):
+    with captured_logs(), launch_logs(hall.events.append):
         _, ended = hall.execution(log)
         assert (await ended).normal
         await log()

@@ -51,5 +51,5 @@ def test_a_process_comes_again_as_often_as_it_may(retries: int) -> None:
     for _ in range(2):
         times = sum(process.respawn_delay(0.0) is not None for _ in range(10))
         assert times == (retries if retries >= 0 else 10)
-        process.forgive()
+        process.reset_respawns()
     assert ProcessEntry(spec()).respawn_delay(0.0) is None

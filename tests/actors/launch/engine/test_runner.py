@@ -14,7 +14,7 @@ from actors.launch.engine.runner import Runner
 from actors.launch.planning.events import Appeared, Event, ProcessIO, ProcessStarted, ShuttingDown, Stream
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.process_spec import ProcessSpec
-from actors.launch.planning.steps import React, Start
+from actors.launch.planning.steps import AddHandler, Start
 from actors.processes.outcome import outcome_of_exit
 from tests.seams.processes import timer_of
 
@@ -171,7 +171,7 @@ async def test_after_a_failure_nothing_is_started_any_more() -> None:
 
 async def test_what_happens_after_its_end_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The guard takes a moment to go, and the graph may change in it."""
-    handler = React(
+    handler = AddHandler(
         what="x", matches=lambda event: isinstance(event, Appeared), steps=lambda _event: [late], presence=ADD
     )
     late = Start(process=ProcessSpec(label="late-2", name="late", command=("late",), shown="late"))

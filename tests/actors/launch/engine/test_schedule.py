@@ -25,11 +25,11 @@ def test_what_is_due_comes_in_order() -> None:
 def test_what_is_cleared_is_not_done() -> None:
     """Also when that happens in the middle; nothing holds a launch any more then."""
     schedule, done = Schedule(), list[str]()
-    schedule.add(1.0, lambda _now: schedule.clear(), holds=True)
-    schedule.add(1.0, lambda _now: done.append("a"), holds=True)
+    schedule.add(1.0, lambda _now: schedule.clear(), keep_alive=True)
+    schedule.add(1.0, lambda _now: done.append("a"), keep_alive=True)
     schedule.add(5.0, lambda _now: done.append("b"))
-    assert schedule.holding == 2
+    assert schedule.keeping_alive == 2
     for act in schedule.due(9.0):
         act(9.0)
     assert done == []
-    assert (schedule.holding, schedule.next_at) == (0, None)
+    assert (schedule.keeping_alive, schedule.next_at) == (0, None)

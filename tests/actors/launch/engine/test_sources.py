@@ -45,7 +45,7 @@ def test_what_counts_in_a_folder(tmp_path: Path, path: str, *, counts: bool) -> 
     """Python, TOML and YAML; nothing that is hidden, generated or installed there."""
     made = Sources()
     made.add(process("one", tmp_path / "package"))
-    assert made.made_of(str(tmp_path.resolve() / path)) == (["one"] if counts else [])
+    assert made.labels_of(str(tmp_path.resolve() / path)) == (["one"] if counts else [])
 
 
 def test_a_file_counts_by_its_name(tmp_path: Path) -> None:
@@ -55,7 +55,7 @@ def test_a_file_counts_by_its_name(tmp_path: Path) -> None:
     link.symlink_to(real)
     made = Sources()
     made.add(process("one", link))
-    assert made.made_of(str(real)) == ["one"]
+    assert made.labels_of(str(real)) == ["one"]
     assert made.folders() == [str(tmp_path.resolve())]
 
 
@@ -65,8 +65,8 @@ def test_a_script_is_its_own_processes_only(tmp_path: Path) -> None:
     made = Sources()
     for name in ("talker", "listener"):
         made.add(process(name, folder, script=folder / f"{name}.py"))
-    assert made.made_of(str(folder / "talker.py")) == ["talker"]
-    assert made.made_of(str(folder / "common.py")) == ["talker", "listener"]
+    assert made.labels_of(str(folder / "talker.py")) == ["talker"]
+    assert made.labels_of(str(folder / "common.py")) == ["talker", "listener"]
 
 
 def test_folders_that_do_not_count_are_not_watched(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from actors.config.contexts import find_broker_target
 from actors.launch.engine import transition_client
 from actors.launch.engine.effects import RequestTransition
 from actors.launch.engine.transition_client import TransitionClient
-from tests.actors.launch.happenings import spec
+from tests.actors.launch.event_samples import spec
 from tests.actors.meeting import until
 from tests.simulation.network import on_host
 from tests.simulation.stage import Stage, play

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.launch.engine.captured_output import own_logs
+from actors.launch.engine.captured_output import launch_logs
 from actors.launch.engine.watching import MISSING, OFF, SourceWatch
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, Level, Message, ProcessStarted
@@ -180,7 +180,7 @@ async def test_a_bug_in_the_watch_is_logged_with_its_traceback(
         logged.set()
 
     async with asyncio.timeout(30):
-        with own_logs(notify):
+        with launch_logs(notify):
             async with witness.watch.running():
                 looks.end()
                 await logged.wait()

@@ -20,7 +20,7 @@ from actors.launch.planning.events import (
     Stream,
 )
 from actors.launch.planning.presence import Presence, PresenceKind
-from tests.actors.launch.happenings import exited, spec, started, wrote
+from tests.actors.launch.event_samples import exited, spec, started, wrote
 
 TALKER = spec(node="/ns1/talker", output=OutputMode.LOG)
 TOPIC = Presence(PresenceKind.TOPIC, "/news")

@@ -14,7 +14,7 @@ from actors.launch.output import writer
 from actors.launch.output.log_files import LogFiles
 from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.events import Event, Level, Message, ShuttingDown, Stream
-from tests.actors.launch.happenings import exited, spec, started, wrote
+from tests.actors.launch.event_samples import exited, spec, started, wrote
 from tests.actors.launch.output.threads import join_threads
 
 if TYPE_CHECKING:

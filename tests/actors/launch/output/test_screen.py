@@ -7,7 +7,7 @@ import pytest
 from actors.launch.description.process_actions import OutputMode
 from actors.launch.output.screen import Screen
 from actors.launch.planning.events import Event, Level, Message, Stream
-from tests.actors.launch.happenings import spec, started, wrote
+from tests.actors.launch.event_samples import spec, started, wrote
 
 
 def shown(*events: Event, color: bool = False) -> str:

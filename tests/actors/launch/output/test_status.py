@@ -6,7 +6,7 @@ import pytest
 
 from actors.launch.output.status import Status, StatusLine
 from actors.launch.planning.events import Level, Message, ProcessRestarts, ProcessWaits, ShuttingDown
-from tests.actors.launch.happenings import exited, spec, started, wrote
+from tests.actors.launch.event_samples import exited, spec, started, wrote
 
 
 def test_processes_are_counted_by_what_has_become_of_them() -> None:

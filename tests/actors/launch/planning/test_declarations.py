@@ -16,7 +16,7 @@ from actors.launch.description.conditions import IfCondition
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.substitutions import LaunchConfiguration, Scope
 from actors.launch.planning.declarations import all_declared
-from tests.actors.launch.shelf import Shelf
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,7 +28,7 @@ A, B, C = (DeclareLaunchArgument(name, default_value=f"{name}.py") for name in "
 
 def names(*actions: Action, given: Mapping[str, str] | None = None, **files: LaunchDescription) -> list[str]:
     """Return the names of the arguments that can be given."""
-    library = Shelf(**files)
+    library = FakeLibrary(**files)
     scope = Scope(library=library, folder="/files", configurations=dict(given or {}))
     return [each.name for each in all_declared(actions, scope, library)]
 

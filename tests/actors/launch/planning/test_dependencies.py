@@ -11,7 +11,7 @@ from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import MAX_KNOWN, KnownNodes, dependencies
 from proto.errors import InvalidNameError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 NAMED = Node(script="a.py", name="a")
 UNNAMED = Node(script="b.py")

@@ -25,9 +25,9 @@ from actors.launch.errors import LaunchError
 from actors.launch.planning.events import StateTransition
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.process_spec import LifecycleSpec
-from actors.launch.planning.steps import ChangeStates, React, Start, Step
-from tests.actors.launch.happenings import spec, started
-from tests.actors.launch.shelf import Shelf
+from actors.launch.planning.steps import AddHandler, ChangeStates, Start, Step
+from tests.actors.launch.event_samples import spec, started
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from actors.launch.description.action import Action
@@ -37,7 +37,7 @@ CAMERA = LifecycleNode(script="camera.py", name="camera")
 
 def plan(*actions: Action) -> list[Step]:
     """Return what actions come to."""
-    return make_plan(LaunchDescription(actions), Shelf(), arguments={}, environment={}, folder="/files")
+    return make_plan(LaunchDescription(actions), FakeLibrary(), arguments={}, environment={}, folder="/files")
 
 
 def test_a_lifecycle_node_is_a_process_with_a_timeout() -> None:
@@ -120,7 +120,7 @@ def test_a_handler_reacts_to_what_fits() -> None:
     )
     start, react = plan(CAMERA, RegisterEventHandler(handler))
     assert isinstance(start, Start)
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     assert react.what == (
         "camera changes its state"
         " (transition transition_success, start_state configuring, goal_state inactive)"

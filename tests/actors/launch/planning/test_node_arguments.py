@@ -13,7 +13,7 @@ from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
 from actors.launch.planning.node_arguments import ros_arguments
 from proto.errors import InvalidNamespaceError, InvalidNodeNameError
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 
 @pytest.mark.parametrize(

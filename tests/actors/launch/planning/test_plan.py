@@ -37,7 +37,7 @@ from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.process_spec import LEAST_RESPAWN_DELAY_SEC, ProcessSpec
 from actors.launch.planning.steps import End, LogText, Start, Step
-from tests.actors.launch.shelf import Shelf
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
@@ -47,7 +47,7 @@ def steps(*actions: Action, given: dict[str, str] | None = None, **files: Launch
     """Return what actions come to."""
     return make_plan(
         LaunchDescription(actions),
-        Shelf(**files),
+        FakeLibrary(**files),
         arguments=given or {},
         environment={"HOME": "/me"},
         folder="/files",

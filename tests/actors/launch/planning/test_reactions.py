@@ -17,7 +17,7 @@ from actors.launch.description.actions import (
     Shutdown,
     TimerAction,
 )
-from actors.launch.description.description import LaunchDescription, described
+from actors.launch.description.description import LaunchDescription, format_actions
 from actors.launch.description.event_handlers import (
     OnNodeUp,
     OnProcessExit,
@@ -41,9 +41,9 @@ from actors.launch.planning.events import (
 )
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.presence import Presence, PresenceKind
-from actors.launch.planning.steps import Call, End, LogText, React, Start, Step
+from actors.launch.planning.steps import AddHandler, Call, End, LogText, Start, Step
 from actors.processes.outcome import outcome_of_exit
-from tests.actors.launch.shelf import Shelf
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,16 +56,16 @@ BYE = LogInfo(msg="bye")
 
 def plan(*actions: Action) -> list[Step]:
     """Return what actions come to."""
-    return make_plan(LaunchDescription(actions), Shelf(), arguments={}, environment={}, folder="/files")
+    return make_plan(LaunchDescription(actions), FakeLibrary(), arguments={}, environment={}, folder="/files")
 
 
-def only_react(*actions: Action) -> React:
+def only_react(*actions: Action) -> AddHandler:
     """Return the one reaction among what actions come to."""
-    (react,) = (step for step in plan(*actions) if isinstance(step, React))
+    (react,) = (step for step in plan(*actions) if isinstance(step, AddHandler))
     return react
 
 
-def handled(handler: EventHandler, *before: Action) -> React:
+def handled(handler: EventHandler, *before: Action) -> AddHandler:
     """Return the reaction that a handler comes to, behind other actions."""
     return only_react(*before, RegisterEventHandler(handler))
 
@@ -330,6 +330,6 @@ def test_likely_mistakes_are_warned_of() -> None:
 
 def test_a_description_shows_what_its_handlers_do() -> None:
     """Below them; what a function will give is not known."""
-    lines = list(described([RegisterEventHandler(OnProcessExit(target_action="a", on_exit=[BYE]))]))
+    lines = list(format_actions([RegisterEventHandler(OnProcessExit(target_action="a", on_exit=[BYE]))]))
     assert len(lines) == 2
     assert lines[1] == "    LogInfo(msg='bye')"

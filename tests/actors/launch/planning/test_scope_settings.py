@@ -36,9 +36,9 @@ from actors.launch.description.substitutions import (
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import ProcessExited, ShuttingDown
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import ChangeStates, LogText, React, Start, Step
+from actors.launch.planning.steps import AddHandler, ChangeStates, LogText, Start, Step
 from actors.processes.outcome import Outcome
-from tests.actors.launch.shelf import Shelf
+from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
     from actors.launch.description.action import Action
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 def steps(*actions: Action) -> list[Step]:
     """Return what actions come to."""
     return make_plan(
-        LaunchDescription(actions), Shelf(), arguments={}, environment={"A": "0"}, folder="/files"
+        LaunchDescription(actions), FakeLibrary(), arguments={}, environment={"A": "0"}, folder="/files"
     )
 
 
@@ -105,7 +105,7 @@ def test_a_text_about_an_event_is_known_when_it_happens() -> None:
     """Elsewhere it is a mistake, and so is a fact that the event does not have."""
     reason = LogInfo(msg=["ends: ", LocalSubstitution("event.reason")])
     (react,) = steps(RegisterEventHandler(OnShutdown(on_shutdown=reason)))
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     assert react.steps(ShuttingDown("enough")) == [LogText(text="ends: enough")]
     with pytest.raises(LaunchError, match=r"event\.reason' is known in event handlers only"):
         steps(reason)
@@ -113,7 +113,7 @@ def test_a_text_about_an_event_is_known_when_it_happens() -> None:
         (react,) = steps(
             RegisterEventHandler(OnShutdown(on_shutdown=[reason, LogInfo(msg=LocalSubstitution(wrong))]))
         )
-        assert isinstance(react, React)
+        assert isinstance(react, AddHandler)
         with pytest.raises(LaunchError, match="LocalSubstitution"):
             react.steps(ShuttingDown("enough"))
 
@@ -123,7 +123,7 @@ def test_a_function_chooses_the_process_of_a_handler() -> None:
     one, two = ExecuteProcess(cmd=["one"]), ExecuteProcess(cmd=["two"])
     handler = OnProcessExit(target_action=lambda action: action is two, on_exit=[])
     first, second, react = steps(one, two, RegisterEventHandler(handler))
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     found = [
         react.matches(ProcessExited(each.process, 1, Outcome(normal=True, reason="")))
         for each in (first, second)
@@ -150,7 +150,7 @@ def test_an_include_can_set_what_applies_after_it() -> None:
         include = IncludeLaunchDescription("inner", scoped=scoped)
         found = make_plan(
             LaunchDescription([SetLaunchConfiguration("x", "1"), include, X]),
-            Shelf(inner=inner),
+            FakeLibrary(inner=inner),
             arguments={},
             environment={},
             folder="/files",

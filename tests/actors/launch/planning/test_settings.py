@@ -20,7 +20,7 @@ from actors.launch.description.actions import (
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.errors import LaunchError
 from actors.launch.planning.settings import apply_setting
-from tests.actors.launch.shelf import scope
+from tests.actors.launch.fake_library import scope
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope

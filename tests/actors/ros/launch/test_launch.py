@@ -12,7 +12,7 @@ from actors.launch import LaunchError
 from actors.launch.description.process_actions import OutputMode
 from actors.launch.planning.events import ShuttingDown
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import LogText, React, Start, Step
+from actors.launch.planning.steps import AddHandler, LogText, Start, Step
 from actors.ros.finder import LIBRARIES, RosFinder
 from actors.ros.launch import (
     Action,
@@ -35,7 +35,7 @@ from actors.ros.launch import (
     utilities,
 )
 from actors.ros.launch.library import ros_files
-from tests.actors.launch.shelf import Shelf, scope
+from tests.actors.launch.fake_library import FakeLibrary, scope
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +46,9 @@ if TYPE_CHECKING:
 
 def steps(*given: Any, **files: Any) -> list[Step]:
     """Return what actions come to."""
-    return make_plan(LaunchDescription(given), Shelf(**files), arguments={}, environment={}, folder="/files")
+    return make_plan(
+        LaunchDescription(given), FakeLibrary(**files), arguments={}, environment={}, folder="/files"
+    )
 
 
 def process(action: Any) -> Any:
@@ -153,7 +155,7 @@ def test_handlers_and_events_have_the_arguments_of_ros_2() -> None:
         ),
     ]
     found = steps(one, *map(actions.RegisterEventHandler, handlers), actions.Shutdown())
-    reacts = [each for each in found if isinstance(each, React)]
+    reacts = [each for each in found if isinstance(each, AddHandler)]
     assert [each.what for each in reacts] == [
         "that ExecuteProcess exits",
         "that ExecuteProcess writes to stdout",
@@ -169,11 +171,11 @@ def test_a_handler_chooses_events_by_a_function() -> None:
     log = actions.LogInfo(msg="matched")
     handler = EventHandler(matcher=lambda event: isinstance(event, ShuttingDown), entities=[log])
     (react,) = steps(actions.RegisterEventHandler(handler))
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     assert [react.matches(each) for each in (ShuttingDown("done"), Event())] == [True, False]
     assert react.steps(ShuttingDown("done")) == [LogText(text="matched")]
     nothing, *_ = steps(actions.RegisterEventHandler(EventHandler(matcher=lambda event: True)))
-    assert isinstance(nothing, React)
+    assert isinstance(nothing, AddHandler)
     assert nothing.steps(Event()) == []
 
 

@@ -11,7 +11,7 @@ from actors.launch.description.process_actions import OutputMode
 from actors.launch.errors import LaunchError
 from actors.launch.planning.plan import make_plan
 from actors.launch.planning.settings import apply_setting
-from actors.launch.planning.steps import ChangeStates, React, Start, Step
+from actors.launch.planning.steps import AddHandler, ChangeStates, Start, Step
 from actors.ros import launch_ros
 from actors.ros.launch import LaunchDescription
 from actors.ros.launch.actions import EmitEvent, RegisterEventHandler
@@ -20,12 +20,14 @@ from actors.ros.launch_ros import actions, descriptions, event_handlers, substit
 from actors.ros.launch_ros.events import lifecycle
 from actors.ros.launch_xml.launch_description_sources import XMLLaunchDescriptionSource
 from actors.ros.launch_yaml.launch_description_sources import YAMLLaunchDescriptionSource
-from tests.actors.launch.shelf import Shelf, scope
+from tests.actors.launch.fake_library import FakeLibrary, scope
 
 
 def steps(*given: Any, **arguments: str) -> list[Step]:
     """Return what actions come to."""
-    return make_plan(LaunchDescription(given), Shelf(), arguments=arguments, environment={}, folder="/files")
+    return make_plan(
+        LaunchDescription(given), FakeLibrary(), arguments=arguments, environment={}, folder="/files"
+    )
 
 
 def process(*given: Any, **arguments: str) -> Any:
@@ -112,7 +114,7 @@ def test_a_lifecycle_node_changes_its_state() -> None:
     )
     start, react, now = steps(node, RegisterEventHandler(handler), EmitEvent(event=change))
     assert isinstance(start, Start)
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     assert isinstance(now, ChangeStates)
     assert now.matches(start.process)
 

@@ -16,7 +16,7 @@ import pytest
 from actors.cli.commands.launch.reports import Reports
 from actors.launch.description.process_actions import OutputMode
 from actors.launch.planning.events import ShuttingDown, Stream
-from tests.actors.launch.happenings import exited, spec, started, wrote
+from tests.actors.launch.event_samples import exited, spec, started, wrote
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

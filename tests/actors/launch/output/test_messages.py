@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.launch.output.wording import message_of
+from actors.launch.output.messages import message_for
 from actors.launch.planning.events import (
     Appeared,
     Event,
@@ -17,7 +17,7 @@ from actors.launch.planning.events import (
 )
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.processes.outcome import Outcome, outcome_of_error
-from tests.actors.launch.happenings import exited, program, spec, started, wrote
+from tests.actors.launch.event_samples import exited, program, spec, started, wrote
 
 TALKER = spec()
 NODE = spec(program=program)
@@ -61,14 +61,14 @@ TOPIC = Presence(PresenceKind.TOPIC, "/news")
 )
 def test_each_process_has_its_lines(event: Event, level: Level, text: str) -> None:
     """They say what has become of it, with its label."""
-    assert message_of(event) == Message(level, text, "talker-1")
+    assert message_for(event) == Message(level, text, "talker-1")
 
 
 def test_the_launch_speaks_for_itself() -> None:
     """Messages are reported as they are, and why it stops."""
     message = Message(Level.WARN, "careful", "b-2")
-    assert message_of(message) is message
-    assert message_of(ShuttingDown("enough")) == Message(Level.INFO, "stopping: enough")
+    assert message_for(message) is message
+    assert message_for(ShuttingDown("enough")) == Message(Level.INFO, "stopping: enough")
 
 
 @pytest.mark.parametrize(
@@ -81,4 +81,4 @@ def test_the_launch_speaks_for_itself() -> None:
 )
 def test_not_everything_is_worth_a_line(event: Event) -> None:
     """What processes write is theirs; topics come and go; what has not run has not ended."""
-    assert message_of(event) is None
+    assert message_for(event) is None

@@ -1,4 +1,4 @@
-"""Mistakes: where in a description something is wrong."""
+"""Errors that say where in a description they are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.errors import error_text
 from actors.launch.description.actions import DeclareLaunchArgument
-from actors.launch.description.summaries import function_name, in_short
+from actors.launch.description.summaries import action_label, function_name
 from actors.launch.errors import LaunchError, LaunchFileError
 from proto.errors import CallboardError, InvalidNameError, escape
 
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
     from actors.launch.description.action import Action
 
 
-def placed(error: BaseException, action: Action, file: str | None) -> LaunchError:
-    """Return what is wrong with an action, in one line that says where.
+def with_location(error: BaseException, action: Action, file: str | None) -> LaunchError:
+    """Return an error of an action in one line that says where it is.
 
     Args:
-        error: What is wrong.
-        action: With which action; its document, if it comes from one, knows the line.
-        file: The launch file; None: the description comes from none.
+        error: The error.
+        action: The action; if it comes from a document, it knows its line.
+        file: The launch file; None: the description comes from no file.
     """
     if action.place is not None:
         where = [action.place()]
     else:
-        # What is wrong with an argument names it.
-        summary = None if isinstance(action, DeclareLaunchArgument) else in_short(action)
+        # Errors of launch arguments name the argument already.
+        summary = None if isinstance(action, DeclareLaunchArgument) else action_label(action)
         where = [each for each in (file, summary) if each]
     kind = LaunchFileError if isinstance(error, LaunchFileError) else LaunchError
     return _with_place(kind(": ".join([*where, _text(error)])))
 
 
-def of_function(function: Callable[..., Any], error: BaseException, file: str | None) -> LaunchError:
-    """Return what went wrong in a function of a description, in one line that says where.
+def function_error(function: Callable[..., Any], error: BaseException, file: str | None) -> LaunchError:
+    """Return an exception of a function of the description in one line that says where it was raised.
 
     Args:
         function: The function.
-        error: What it has raised.
-        file: The launch file; None: the description comes from none.
+        error: The exception.
+        file: The launch file; None: the description comes from no file.
     """
     if isinstance(error, LaunchError) and error.placed:
         return error
@@ -54,15 +54,15 @@ def of_function(function: Callable[..., Any], error: BaseException, file: str | 
     return _with_place(LaunchError(f"{where}{function_name(function)}: {_text(error)}"))
 
 
-def of_result(function: Callable[..., Any], text: str) -> LaunchError:
-    """Return what is wrong with what a function of a description has returned."""
+def result_error(function: Callable[..., Any], text: str) -> LaunchError:
+    """Return an error about the result of a function of the description."""
     code = getattr(function, "__code__", None)
     where = "" if code is None else f"{code.co_filename}, line {code.co_firstlineno}: "
     return _with_place(LaunchError(f"{where}{function_name(function)} {text}"))
 
 
 def line_in(path: str, error: BaseException) -> int | None:
-    """Return the last line of a file that an exception came through, or where Python cannot read it."""
+    """Return the last line of a file in the traceback of an exception, or the line of its syntax error."""
     line = error.lineno if isinstance(error, SyntaxError) and error.filename == path else None
     for frame, number in traceback.walk_tb(error.__traceback__):
         if frame.f_code.co_filename == path:

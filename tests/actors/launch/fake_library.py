@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.runtime.programs import Factory
 
 
-class Shelf:
+class FakeLibrary:
     """Files and programs by name. Launch files are in /files; of a path in it, "/" is "_" in the name."""
 
     def __init__(self, **files: LaunchDescription) -> None:
@@ -78,4 +78,4 @@ class Shelf:
 
 def scope(**options: Any) -> Scope:
     """Return a scope with an empty shelf."""
-    return Scope(library=Shelf(), **options)
+    return Scope(library=FakeLibrary(), **options)

@@ -10,7 +10,7 @@ import pytest
 from actors.launch.errors import LaunchError, LaunchFileError
 from actors.launch.planning.events import ShuttingDown
 from actors.launch.planning.plan import make_plan
-from actors.launch.planning.steps import Call, React
+from actors.launch.planning.steps import AddHandler, Call
 from actors.launch.resources.files import Files
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def test_what_comes_to_light_later_has_its_line_too(tmp_path: Path) -> None:
     """Functions in handlers and timers, and what they return."""
     path = tmp_path / "a.launch.py"
     (react,) = plan(path, "RegisterEventHandler(OnShutdown(on_shutdown=fail))")
-    assert isinstance(react, React)
+    assert isinstance(react, AddHandler)
     with pytest.raises(LaunchError) as caught:
         react.steps(ShuttingDown("over"))
     assert str(caught.value) == f"{path}, line 7: fail(): ZeroDivisionError: division by zero"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Event
 
 
-def message_of(event: Event) -> Message | None:
+def message_for(event: Event) -> Message | None:
     """Return what the launch says about an event; None: nothing."""
     message: tuple[Level, str] | None
     match event:
