@@ -305,9 +305,9 @@ def test_a_part_of_a_record_is_no_input(tmp_path: Path) -> None:
     for _ in range(3):
         for one, other in ((client, server), (server, client)):
             one.handshake()
-            other.receive(memoryview(one.take()))
+            other.receive(memoryview(one.pop_output()))
     client.encrypt(b"text")
-    record = client.take()
+    record = client.pop_output()
     server.receive(memoryview(record[:-1]))
     buffer = memoryview(bytearray(100))
     assert server.has_input
