@@ -211,6 +211,15 @@ def test_invalid_numbers_of_brokers_are_ignored() -> None:
     assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
 
 
+def test_messages_of_an_unknown_broker_are_counted_and_ignored() -> None:
+    """It has left, or was rejected, and does not know it yet."""
+    attack = Attack()
+    before = endpoint_keys(attack.broker.router)
+    attack.mesh.receive(99, Change(1, frames.Node(1, "/unknown")))
+    assert attack.mesh.ignored == 1
+    assert endpoint_keys(attack.broker.router) == before
+
+
 @given(st.binary(max_size=400))
 def test_any_messages_leave_the_broker_consistent(data: bytes) -> None:
     """Other brokers send anything in any order: nothing is raised, and all tables agree."""

@@ -76,6 +76,23 @@ async def test_a_link_that_was_closed_after_its_handshake_may_read_the_reason(
     assert not aborted
 
 
+async def test_a_link_whose_bytes_wait_for_their_turn_is_alive(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A peer that sends more than its share is not taken for silent, however long it waits for the loop."""
+    options = BrokerOptions()
+    admission = Admission(None, max_per_address=10, plain_tokens=False)
+    dispatcher = Dispatcher(
+        options, Capacity(10), admission, PresenceLog(10, lambda: 0.0), PeerWarnings(lambda: 0.0)
+    )
+    loop = asyncio.get_running_loop()
+    channel = BudgetedChannel(Role.BROKER, Silent(), loop=loop, budget=ReadBudget(loop))  # type: ignore[arg-type]
+    monkeypatch.setattr(BudgetedChannel, "waiting", True)
+    link = Link(channel, options, 0.0)
+    dispatcher.join(link, 0, b"instance", b"token")
+    PeriodicCheck(dispatcher, LoopLag()).check_link(link, 3600.0, all_due=True)
+    assert link.suspended_at is None
+    assert link.liveness.last_seen_at == 3600.0
+
+
 @pytest.mark.parametrize(("held", "times"), [(MUCH_BYTES, 1), (1000, 0)])
 async def test_memory_is_returned_after_a_link_that_held_much(
     monkeypatch: pytest.MonkeyPatch, held: int, times: int
