@@ -94,6 +94,18 @@ def test_a_local_connection_is_the_local_user(origin: Origin) -> None:
     assert without.authenticate(origin, None) is None
 
 
+def test_who_has_no_token_keeps_the_identity_when_rules_are_read_again() -> None:
+    """By certificate or machine, if the new rules still say so."""
+    named = Origin(address=FAR.address, certificate_names=("robot.example.org",))
+    for origin, user in ((LOCAL, "watcher"), (named, "robot")):
+        before = rules().authenticate(origin, None)
+        assert before is not None
+        after = rules().renewed(before)
+        assert after is not None
+        assert after.user == user
+        assert parse_rules("[users.other]", "rules.toml").renewed(before) is None
+
+
 def test_a_wrong_token_does_not_fall_back_to_another_identity() -> None:
     """Neither the certificate nor `local.user` stands in for a wrong token."""
     local = Origin(address=None, certificate_names=("robot.example.org",))

@@ -6,6 +6,7 @@ from typing import Any
 
 from broker.mesh.messages import Change, Direct, Snapshot
 from proto.wire import frames
+from proto.wire.identity import VERSION
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
 from tests.seams.brokers import endpoint_keys
@@ -88,6 +89,7 @@ class Attack:
         assert [broker for what, broker, _ in self.warnings if what == "rejected"] == [THERE]
         assert self.mesh.rejected == 1
         assert tuple(self.mesh.sessions.names()) == (OTHER,)
+        assert self.mesh.snapshot(THERE, 1) == Snapshot(0, 0, (), f"broker{HERE}", VERSION)
         keys = {key >> 32 for key in endpoint_keys(self.broker.router)}
         assert keys == {HERE, OTHER}
         self.settle()

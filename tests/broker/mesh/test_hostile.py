@@ -203,6 +203,15 @@ def test_endpoints_of_one_broker_have_a_limit() -> None:
     assert THERE << 32 | 10 in endpoint_keys(attack.broker.router)
 
 
+@pytest.mark.parametrize("name", ["unknown-publisher", "unknown-attached", "unknown-grant", "unknown-reply"])
+def test_messages_about_unknown_endpoints_are_counted(name: str) -> None:
+    """Each of them once."""
+    attack = Attack()
+    before = attack.mesh.counts()["ignored"]
+    HARMLESS[name](attack)
+    assert attack.mesh.counts()["ignored"] == before + 1
+
+
 def test_invalid_numbers_of_brokers_are_ignored() -> None:
     """Also this broker's own, which another must not use."""
     attack = Attack()

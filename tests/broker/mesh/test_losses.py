@@ -295,3 +295,19 @@ def test_latched_messages_that_have_come_are_no_loss() -> None:
         for _ in range(5):
             network.beat()
     assert not any(each.mesh.resets for each in network)
+
+
+def test_heartbeats_name_only_publishers_whose_last_message_may_matter() -> None:
+    """Neither one without latched messages that waits for nothing, nor one without messages."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    plain, _ = a.publisher(talker, make.publisher(1)), a.publisher(talker, make.publisher(2, "/idle"))
+    b.send(listener, make.subscription(1), make.subscription(2, "/idle"))
+    network.settle()
+    a.send(talker, make.batch(plain, 0, 3))
+    network.settle()
+    for _ in range(3):
+        a.mesh.send_heartbeat()
+        (heartbeat,) = [each for each in a.mesh.pop_messages() if isinstance(each, Heartbeat)]
+        assert dict(heartbeat.held) == {}

@@ -129,3 +129,13 @@ def test_a_restart_removes_control_frames() -> None:
     assert queue.control_bytes == 0
     outbox.schedule(queue)
     assert [number for raw in drain(outbox) for number in numbers(raw)] == [0, 1]
+
+
+def test_credit_cuts_a_batch_by_its_numbers() -> None:
+    """The limit is the number of the first message that may not be sent, wherever the batch begins."""
+    queue, outbox = PublisherQueue(1, None), Outbox()
+    queue.put(make_batch(5, [b"\xc0"] * 5))
+    queue.sequence_limit = 7
+    outbox.schedule(queue)
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == [5, 6]
+    assert (queue.pending, queue.sent) == (3, 2)
