@@ -243,7 +243,9 @@ async def end(stage: Stage, *followers: Follower) -> None:
     for follower in followers:
         follower.node.destroy_node()
     await asyncio.sleep(0.01)
-    assert all(task.cancelled() for follower in followers for task in follower.tasks)
+    assert all(
+        isinstance(task.exception(), actors.NodeDestroyed) for each in followers for task in each.tasks
+    )
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -270,10 +272,10 @@ def test_another_simulation_may_follow(cut: str, step_sec: float, seed: int) -> 
         shown = follower.clock.now().nanoseconds
         since = follower.counts
         successor = Driver(await stage.enter("successor"), shown / 1e9 + step_sec)
-        await stage.until(lambda: follower.clock.now().nanoseconds != shown, BACK_SEC)
-        await stage.until(lambda: follower.timer.ticks >= since[0] + 5, 2 * PERIOD_SEC * 6)
-        await stage.until(lambda: follower.waits["rate"] >= since[3] + 5, 2 * PERIOD_SEC * 6)
-        await stage.until(lambda: follower.went_on(since), max(0.0, -step_sec) + 2)
+        await stage.until(lambda: follower.clock.now().nanoseconds != shown, BACK_SEC, step=0.01)
+        await stage.until(lambda: follower.timer.ticks >= since[0] + 5, 2 * PERIOD_SEC * 6, step=0.01)
+        await stage.until(lambda: follower.waits["rate"] >= since[3] + 5, 2 * PERIOD_SEC * 6, step=0.01)
+        await stage.until(lambda: follower.went_on(since), max(0.0, -step_sec) + 2, step=0.01)
         assert len(follower.backward) == (successor.now < driver.now and step_sec < -0.01)
         await end(stage, follower)
 
