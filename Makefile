@@ -37,6 +37,7 @@ quick: $(READY)
 
 nightly: $(READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)
+	@$(BIN)/python -m tests.simulation.killing_seeds
 	@$(MAKE) --no-print-directory web-test
 
 # Run the tests RUNS times beside LOAD busy processes, and list which failed how often. Output: build/flakes.

@@ -64,9 +64,11 @@ if TYPE_CHECKING:
     from tests.simulation.faults import Fault
 
 
-def does_nothing(owner: Any, name: str) -> Callable[[], AbstractContextManager[object]]:
+def does_nothing(
+    owner: Any, name: str, returned: object = None
+) -> Callable[[], AbstractContextManager[object]]:
     """Return a breakage: this method does nothing."""
-    return lambda: mock.patch.object(owner, name, return_value=None)
+    return lambda: mock.patch.object(owner, name, return_value=returned)
 
 
 def hides_counts(*kinds: type[Endpoint]) -> Callable[[], AbstractContextManager[object]]:
@@ -495,7 +497,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "strict endpoints match no incompatible ones": (matches_strict_pairs, True),
     "order of latched messages": (latches_backwards, True),
     "latched messages come": (latches_too_little, True),
-    "latched messages are kept": (does_nothing(broker.routing.routes, "latch"), True),
+    "latched messages are kept": (does_nothing(broker.routing.routes, "latch", 0), True),
     "latched messages outlive a broker": (
         among(does_nothing(PublisherEndpoint, "_resend_retained"), faults.drop, faults.crash_broker),
         False,

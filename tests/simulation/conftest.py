@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pytest
 
-DEFAULT_SEEDS = {"history_seed": range(15), "mesh_seed": range(1, 3)}
+DEFAULT_SEEDS = {"history_seed": range(5), "mesh_seed": range(1, 3)}
 """By the name of a test's argument, the seeds of the histories of each kind."""
+
+NIGHTLY_SEEDS = {"history_seed": range(15), "mesh_seed": range(1, 16)}
+"""Those of `make nightly`."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -20,7 +23,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Give a test that takes a seed one run for each seed."""
-    for name, few in DEFAULT_SEEDS.items():
+    nightly = metafunc.config.getoption("--nightly")
+    for name, few in (NIGHTLY_SEEDS if nightly else DEFAULT_SEEDS).items():
         if name in metafunc.fixturenames:
             # Run from the root without naming this folder, pytest reads this file too late for its options.
             first = metafunc.config.getoption("--first-seed", None)

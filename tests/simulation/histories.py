@@ -28,6 +28,7 @@ class History:
 
     Attributes:
         digest: A hash of every byte that has travelled, and when.
+        turns: Turns of its loop.
         seconds: Virtual time that has passed.
         checks: Times that the sums were checked.
         struck: Faults, by kind.
@@ -35,6 +36,7 @@ class History:
     """
 
     digest: str = ""
+    turns: int = 0
     seconds: float = 0.0
     checks: int = 0
     struck: dict[str, int] = field(default_factory=dict)
@@ -52,19 +54,20 @@ def replay(seed: int, *, calm: bool, mesh: bool = False) -> str:
     return f"python -m pytest tests/simulation/{name}.py -k {kind} --first-seed {seed} --seeds 1"
 
 
-def live_in_mesh(seed: int, *, calm: bool) -> History:
+def live_in_mesh(seed: int, *, calm: bool, until_complaint: bool = False) -> History:
     """Live through one history of a mesh."""
-    return live(seed, calm=calm, make_world=MeshWorld)
+    return live(seed, calm=calm, make_world=MeshWorld, until_complaint=until_complaint)
 
 
-def live(seed: int, *, calm: bool, make_world: type[World] = World) -> History:
-    """Live through one history."""
+def live(seed: int, *, calm: bool, make_world: type[World] = World, until_complaint: bool = False) -> History:
+    """Live through one history; if asked to, only until its first complaint."""
     worlds: list[World] = []
     error = ""
 
     async def main(loop: SimulatedLoop) -> None:
         world = make_world(loop, seed, calm=calm)
         worlds.append(world)
+        world.steps.until_complaint = until_complaint
         with determined(loop, seed), world.limits(), logged_to_journal(world), world.steps.installed():
             await world.run()
             await check(world)
@@ -76,10 +79,11 @@ def live(seed: int, *, calm: bool, make_world: type[World] = World) -> History:
             error = repr(failure)
     world = worlds[0]
     complaints = world.journal.complaints
-    if complaints and not error:
+    if complaints and (until_complaint or not error):
         error = complaints[0]
     return History(
         world.network.digest,
+        world.loop.turns,
         world.loop.time(),
         world.steps.checks,
         dict(world.journal.struck),

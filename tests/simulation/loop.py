@@ -97,7 +97,7 @@ class SimulatedLoop(BaseEventLoop):
             else:
                 run_handle(handle)
         self.turns += 1
-        if self.turns > MAX_TURNS:
+        if self.turns == MAX_TURNS:  # not again while the rest is cancelled
             raise Stuck(f"{MAX_TURNS} turns of the loop, now at {self._now:.6f} s")
         if self.after_turn is not None:
             self.after_turn()

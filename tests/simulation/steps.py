@@ -49,11 +49,16 @@ SUBSCRIPTION_COUNTS: Final = (
 )
 
 
+class Complained(Exception):  # noqa: N818 - it is a verdict, not an error of the loop
+    """A history ends because of its first complaint."""
+
+
 class Steps:
     """Checks a world after each turn of its loop.
 
     Attributes:
         checks: Turns in which something had moved.
+        until_complaint: Whether the first complaint ends the history.
     """
 
     def __init__(self, world: World) -> None:
@@ -65,6 +70,7 @@ class Steps:
         """By publisher queue with messages, the greatest depth it has had since it last kept its depth."""
         self._frame_checks = FrameChecks(world)
         self.checks = 0
+        self.until_complaint = False
 
     def add_publisher(self, pub: PublisherHistory) -> None:
         """Check this publisher, too."""
@@ -107,6 +113,9 @@ class Steps:
             if self.checks % DEEP == 0:
                 self.check_all()
             self.check()
+        if self.until_complaint and self._world.journal.complaints:
+            self._world.loop.after_turn = None  # what follows only cleans up
+            raise Complained
 
     def check(self) -> None:
         """Check what has moved since the last check."""
