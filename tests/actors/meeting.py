@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import actors
 from broker import Broker, BrokerOptions
+from tests import waiting
 from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from contextlib import AsyncExitStack
 
-DEADLINE_SEC: Final = 20.0
-"""For any single event, on a machine that is busy. Nothing waits this long in vain."""
+DEADLINE_SEC: Final = waiting.DEADLINE_SEC
+until: Final = waiting.until
 
 MIB: Final = 1024 * 1024
 
@@ -38,13 +38,6 @@ class Blow(actors.Service, type_name="meeting/srv/Blow"):
 
     class Response(actors.Message):
         data: bytes = b""
-
-
-async def until(condition: Callable[[], object]) -> None:
-    """Let the loop turn until the condition holds."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        while not condition():
-            await asyncio.sleep(0)
 
 
 async def turns(count: int = 5) -> None:

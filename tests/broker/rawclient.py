@@ -17,17 +17,18 @@ from proto.wire.codec import decode, encode
 from proto.wire.fragments import Reassembler
 from proto.wire.session import Role
 from proto.wire.url import parse_url
+from tests import waiting
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
 
     from broker.server import Broker
     from proto.errors import ProtocolError
 
 F = TypeVar("F")
 
-DEADLINE_SEC: Final = 30.0
-"""For any single event, on a machine that is busy. Nothing waits this long in vain."""
+DEADLINE_SEC: Final = waiting.DEADLINE_SEC
+until: Final = waiting.until
 
 
 class RawClient:
@@ -145,13 +146,6 @@ class RawClient:
         finally:
             self.channel.abort()
             await self.gone()
-
-
-async def until(true: Callable[[], object]) -> None:
-    """Return when something holds that sends no event: what the broker has forgotten, a file."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        while not true():
-            await asyncio.sleep(0.002)
 
 
 def hello(**options: frames.Scalar) -> frames.Hello:

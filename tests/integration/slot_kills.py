@@ -19,13 +19,14 @@ from typing import TYPE_CHECKING, Final
 
 import actors
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
-from tests.integration.conftest import DEADLINE_SEC, System
+from tests.integration.conftest import System
 from tests.integration.slot_victims import BURST, STEPS, content, number_of
 from tests.seams.nodes import link_of
 from tests.seams.simulation import arena_of
+from tests.waiting import until
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncIterator
 
     from tests.integration.conftest import Program
 
@@ -52,16 +53,6 @@ def descriptors(process: int | str = "self") -> int:
         except FileNotFoundError:  # the one with which the directory is read
             continue
     return found
-
-
-async def until(condition: Callable[[], object], wanted: str) -> None:
-    """Wait for something that other processes cause."""
-    try:
-        async with asyncio.timeout(DEADLINE_SEC):
-            while not condition():
-                await asyncio.sleep(0.002)
-    except TimeoutError:
-        raise AssertionError(f"this did not happen: {wanted}") from None
 
 
 class Survivors:

@@ -14,6 +14,7 @@ import actors
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 from tests.integration.slot_kills import descriptors, mappings
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -102,13 +103,6 @@ class Reading:
         """Wait for further messages, by reference."""
         before = self.referred
         await until(lambda: self.referred >= before + count)
-
-
-async def until(condition: Callable[[], object]) -> None:
-    """Wait for something that other processes cause."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        while not condition():
-            await asyncio.sleep(0.005)
 
 
 @pytest.fixture(autouse=True)

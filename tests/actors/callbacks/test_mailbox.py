@@ -15,6 +15,7 @@ from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.mailbox import IDLE_WORKERS, Mailbox
 from actors.callbacks.timing import Stopwatch
 from actors.endpoints.context import in_flight
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -95,12 +96,6 @@ async def opened(
             mailbox.close()
             for task in tasks:
                 task.cancel()
-
-
-async def until(condition: Callable[[], bool]) -> None:
-    """Let the loop turn until the condition holds."""
-    while not condition():
-        await asyncio.sleep(0)
 
 
 async def test_plain_functions_run_at_once_without_a_task() -> None:

@@ -12,8 +12,8 @@ import actors
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from tests.integration.conftest import wait_for_subscriptions
 from tests.integration.mesh.stations import make_brokers, start_all
-from tests.integration.slot_kills import until
 from tests.integration.slot_victims import content, number_of
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from contextlib import AsyncExitStack
