@@ -51,6 +51,19 @@ def test_empty_queues_are_forgotten_and_their_messages_stay_counted(who: str) ->
     assert by_topic.get(topic, topic.forgotten).delivered == ROUNDS
 
 
+def test_queues_that_are_emptied_after_their_publisher_left_are_forgotten() -> None:
+    """A publisher of one message is gone before anybody reads, again and again."""
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    switch.send(listener, make.subscription(1))
+    for count in range(ROUNDS):
+        declared = make.publisher(1)._replace(gid=count.to_bytes(16, "big"))
+        switch.send(talker, make.batch(switch.publisher(talker, declared), count), frames.Undeclare(1))
+        assert len(switch.read(listener, frames.Batch)) == 1
+    assert len(switch.router.routes.peer_queues()) <= FORGET_QUEUES + 2
+    assert switch.router.routes.tallies()[0].delivered == ROUNDS
+
+
 def test_queues_with_messages_are_not_forgotten() -> None:
     """All messages of publishers that are gone are still delivered."""
     switch = Switch()

@@ -399,4 +399,5 @@ def test_many_stalls_are_few_notices_and_one_credit() -> None:
     notices = [frame for frame in answers if isinstance(frame, frames.Notice)]
     assert len(notices) == MAX_NOTICES + 1
     assert notices[-1].peers == 100 - MAX_NOTICES
+    assert [notice.peers for notice in switch.read(reader, frames.Notice)] == [1] * 100
     assert sum(isinstance(frame, frames.Credit) for frame in answers) == 1

@@ -139,3 +139,16 @@ def test_credit_cuts_a_batch_by_its_numbers() -> None:
     outbox.schedule(queue)
     assert [number for raw in drain(outbox) for number in numbers(raw)] == [5, 6]
     assert (queue.pending, queue.sent) == (3, 2)
+
+
+def test_credit_in_bytes_that_is_used_up_allows_nothing_more() -> None:
+    """One message may exceed it, but not a further one, not even when it was used up exactly."""
+    queue, outbox = PublisherQueue(1, None), Outbox()
+    queue.byte_limit = 50
+    for sequence in range(3):
+        queue.put(make_batch(sequence, [bytes(50)]))
+    outbox.schedule(queue)
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == [0]
+    queue.byte_limit = 51
+    outbox.schedule(queue)
+    assert [number for raw in drain(outbox) for number in numbers(raw)] == [1]
