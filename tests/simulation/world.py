@@ -14,7 +14,7 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from actors.endpoints.flow_control import queue_limits, window
+from actors.endpoints.flow_control import credit, queue_limits
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
@@ -76,8 +76,8 @@ def determined(loop: SimulatedLoop, seed: int) -> Iterator[None]:
 def tight(random: Random) -> Iterator[None]:
     """Limits that a history reaches: credit runs out, and publishers get full."""
     with (
-        mock.patch.object(window, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
-        mock.patch.object(window, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
+        mock.patch.object(credit, "WINDOW_MESSAGES", random.choice([4, 30, 1000])),
+        mock.patch.object(credit, "WINDOW_BYTES", random.choice([500, 20_000, 8 * 1024 * 1024])),
         mock.patch.object(queue_limits, "KEEP_ALL_MESSAGES", random.choice([40, 400])),
         mock.patch.object(queue_limits, "READY_MESSAGES", random.choice([1, 20])),
     ):
