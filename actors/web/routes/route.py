@@ -38,7 +38,7 @@ class Route:
         summary: One line.
         body: Of the request; None for none.
         content: The type of the answer.
-        errors: Keys of `actors.web.openapi.ERRORS`.
+        errors: Keys of `actors.web.routes.openapi.ERRORS`.
         query: Parameters behind the path, with one line each.
         control: Whether it needs --allow-control and the token in the Authorization header.
         open: Whether it needs no token, also beyond loopback.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.web.openapi import ERRORS, openapi
+from actors.web.routes.openapi import ERRORS, openapi
 from actors.web.routes.session import NEED_NO_TOKEN
 from actors.web.security import SAFE_METHODS
 from actors.web.server import PROBES, ROUTES
