@@ -9,7 +9,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.flow_control import queue_limits
+from actors.endpoints.publisher import queue_limits
 from actors.errors import NodeDestroyed, PublisherFull
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError

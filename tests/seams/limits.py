@@ -11,8 +11,9 @@ from actors.actions import client_goal, feedback_order, server_endpoint
 from actors.cli import broker_target, completion
 from actors.endpoints.client import endpoint as client_endpoint
 from actors.endpoints.client import refused_calls
-from actors.endpoints.flow_control import credit, queue_limits
+from actors.endpoints.publisher import queue_limits
 from actors.endpoints.service import endpoint as service_endpoint
+from actors.endpoints.subscription import credit
 from actors.graph import inspector
 from actors.launch.engine import watching
 from actors.processes import child_events

@@ -18,10 +18,10 @@ import broker.serving.shared_memory
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.context import NodeContext
-from actors.endpoints.flow_control.credit import SubscriptionCredit
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.subscription.consumer import Consumer
+from actors.endpoints.subscription.credit import SubscriptionCredit
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 from actors.session.shared_memory import SharedMemory
 from broker.routing.calls import Calls

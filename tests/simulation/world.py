@@ -14,7 +14,8 @@ from random import Random
 from typing import TYPE_CHECKING, Final
 from unittest import mock
 
-from actors.endpoints.flow_control import credit, queue_limits
+from actors.endpoints.publisher import queue_limits
+from actors.endpoints.subscription import credit
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess

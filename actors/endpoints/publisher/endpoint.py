@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from actors.endpoints.endpoint import Endpoint
 from actors.endpoints.events import PublisherEvents
-from actors.endpoints.flow_control import queue_limits
+from actors.endpoints.publisher import queue_limits
 from actors.endpoints.publisher.qos_monitor import QoSMonitor
 from actors.endpoints.publisher.retained import Retained
 from actors.errors import PublisherFull

@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from actors.endpoints.deadline import Deadline
 from actors.endpoints.endpoint import Endpoint
 from actors.endpoints.events import SubscriptionEventCallbacks, SubscriptionEvents
-from actors.endpoints.flow_control.credit import DECLARED, SubscriptionCredit
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.consumer import Consumer
+from actors.endpoints.subscription.credit import DECLARED, SubscriptionCredit
 from actors.endpoints.subscription.decoding import Decoder
 from actors.endpoints.subscription.liveliness import Liveliness
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker

@@ -11,7 +11,7 @@ import pytest
 import actors
 from actors.endpoints.departing import DEPARTING_SLACK
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.flow_control.credit import WINDOW_MESSAGES
+from actors.endpoints.subscription.credit import WINDOW_MESSAGES
 from actors.interfaces.std_msgs.msg import Int64
 from proto.wire.frames import Notice
 from tests.actors.meeting import KEEP_ALL, matched, turns, until

@@ -9,7 +9,7 @@ import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.flow_control.credit import WINDOW_MESSAGES
+from actors.endpoints.subscription.credit import WINDOW_MESSAGES
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.node.node_runner import GRACE_SEC, STOP_TIMEOUT_SEC

@@ -10,8 +10,8 @@ import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
-from actors.endpoints.flow_control.credit import WINDOW_MESSAGES
 from actors.endpoints.subscription.backlog import SharedBacklog
+from actors.endpoints.subscription.credit import WINDOW_MESSAGES
 from actors.interfaces.std_msgs.msg import Int64
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, until
 

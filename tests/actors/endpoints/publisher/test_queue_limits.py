@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from actors.endpoints.flow_control import queue_limits
+from actors.endpoints.publisher import queue_limits
 from proto.queues.publisher_queue import PublisherQueue
 from tests.broker.frame_makers import batch
 from tests.seams.limits import set_limits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.endpoints.flow_control.credit import (
+from actors.endpoints.subscription.credit import (
     LEAST_BYTES,
     LEAST_MESSAGES,
     SHARED_BYTES,

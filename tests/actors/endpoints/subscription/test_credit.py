@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.endpoints.flow_control.credit import SHARED_MESSAGES, WINDOW_MESSAGES, SubscriptionCredit
 from actors.endpoints.subscription.backlog import QueuedBatch
+from actors.endpoints.subscription.credit import SHARED_MESSAGES, WINDOW_MESSAGES, SubscriptionCredit
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.session.attachments import Attachment
 from proto.wire.frames import Attached, Batch
