@@ -145,6 +145,16 @@ def test_a_file_of_another_user_is_not_an_arena(arena: Arena) -> None:
     assert error == f"/proc/{process}/fd/{descriptor} is not as announced"
 
 
+def test_processes_of_one_host_know_each_other() -> None:
+    """By a hash of 16 bytes, which says nothing about the host."""
+    identity = host_identity()
+    assert identity is not None
+    assert len(identity) == 16
+    program = "from proto.aio.arena import host_identity; print(host_identity().hex())"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, timeout=60)
+    assert found.stdout.decode().strip() == identity.hex()
+
+
 def test_only_its_user_may_open_it(arena: Arena) -> None:
     """Its mode allows to read, to the user alone."""
     (descriptor,) = arena.descriptors()
