@@ -277,3 +277,10 @@ def test_an_error_does_not_repeat_a_token() -> None:
     with pytest.raises(AccessFileError) as caught:
         parse_rules(f"[users.a]\ntokens = ['{TOKEN}']", "rules.toml")
     assert TOKEN not in str(caught.value)
+
+
+def test_rules_are_loaded_from_a_file(tmp_path: Path) -> None:
+    """As their text says."""
+    file = tmp_path / "rules.toml"
+    file.write_text(RULES)
+    assert load_rules(file).users.keys() == rules().users.keys()

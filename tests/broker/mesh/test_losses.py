@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from broker.mesh.messages import Change, Direct, Heartbeat, Publish
+from broker.mesh.held_publishers import has_lost
+from broker.mesh.messages import Change, Direct, Heartbeat, Held, Publish
 from proto.wire import frames
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker, Network
@@ -311,3 +312,17 @@ def test_heartbeats_name_only_publishers_whose_last_message_may_matter() -> None
         a.mesh.send_heartbeat()
         (heartbeat,) = [each for each in a.mesh.pop_messages() if isinstance(each, Heartbeat)]
         assert dict(heartbeat.held) == {}
+
+
+def test_a_lost_last_message_is_noticed_behind_publishers_that_are_unknown() -> None:
+    """One that nobody here reads, or that has gone, says nothing about the others."""
+    network = Network()
+    a, b = network
+    talker, listener = a.join("/talker"), b.join("/listener")
+    a.publisher(talker, make.publisher(1))
+    b.send(listener, make.subscription(1))
+    network.settle()
+    (known,) = [each for each in b.router.routes.publishers.values() if each.mirrored]
+    number = known.key & 0xFFFFFFFF
+    assert has_lost(b.router, 1, {99: Held(5), number: Held(3)})
+    assert not has_lost(b.router, 1, {99: Held(5), number: Held(0)})

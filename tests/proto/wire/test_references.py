@@ -9,11 +9,11 @@ import pytest
 
 from proto import limits
 from proto.errors import ErrorCode, ProtocolError
-from proto.queues.batches import message_bytes, with_publisher
+from proto.queues.batches import message_bytes, slice_batch, with_publisher
 from proto.queues.outbox import Outbox
 from proto.queues.publisher_queue import PublisherQueue
 from proto.wire import frames
-from proto.wire.codec import decode, encode
+from proto.wire.codec import ARRAY_HEAD_BYTES, decode, encode
 from proto.wire.ends import ends_to_bytes
 from proto.wire.frames import Arena, Batch, Fragment, Reference
 from proto.wire.references import (
@@ -371,3 +371,12 @@ def test_many_releases_fit_into_frames() -> None:
     parts = list(release_frames(range(10_000)))
     assert [number for part in parts for number in part.numbers] == list(range(10_000))
     assert all(decode(encode(part)) == part for part in parts)
+
+
+def test_a_part_of_a_shared_batch_is_in_the_same_slot() -> None:
+    """Also a part of a part: it begins behind the messages that were cut off."""
+    whole = Memory().several(1, [b"one", b"two", b"three", b"four"])
+    part = slice_batch(slice_batch(whole, 1, 4), 1, 3)
+    assert isinstance(part, SharedBatch)
+    assert (part.first_sequence, part.length) == (whole.first_sequence + 2, 2)
+    assert bytes(memoryview(part.payload)[ARRAY_HEAD_BYTES:]) == b"threefour"
