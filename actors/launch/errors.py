@@ -1,10 +1,10 @@
-"""What can be wrong with a launch.
+"""The errors of a launch.
 
 CallboardError (proto.errors)
 └── LaunchError                 the description cannot be carried out; the text says why, in one line
     ├── LaunchFileError         a launch file cannot be read, fails, or describes nothing
     │   └── NoLaunchFileError   there is none
-    └── UnknownArgumentError    nobody has declared an argument that was given
+    └── UnknownArgumentError    an argument was given that is not declared
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class LaunchError(CallboardError, ValueError):
     """A description cannot be carried out.
 
     Attributes:
-        placed: Whether the text says where the mistake is.
+        placed: Whether the text says where the error is.
     """
 
     placed: bool = False
@@ -29,17 +29,17 @@ class LaunchFileError(LaunchError):
 
 
 class NoLaunchFileError(LaunchFileError):
-    """There is no such launch file; who wants it is to be said."""
+    """There is no such launch file; the caller adds where it was wanted."""
 
     placed = False
 
 
 class UnknownArgumentError(LaunchError):
-    """An argument was given that no part of the description knows.
+    """An argument was given that the description neither declares nor uses.
 
     Attributes:
         name: The argument.
-        known: Those that are declared.
+        known: The declared arguments.
     """
 
     def __init__(self, name: str, known: tuple[str, ...]) -> None:

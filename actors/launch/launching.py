@@ -1,4 +1,4 @@
-"""A launch: plans a description, finds or brings a broker, and runs the plan.
+"""A launch: plans a description, finds or starts a broker, and runs the plan.
 
 launch = Launch("robot.launch.py", arguments={"speed": "1.5"}, listeners=[print])
 good = await launch.run()
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 FIND_TRIES: Final = 5
 FIND_PAUSE_SEC: Final = 0.2
-"""Where no broker answers and yet none can listen, because other launches begin and end at the same time."""
+"""For addresses in use where no broker answers, because other launches begin or end just now."""
 
 
 class Launch:
@@ -58,18 +58,18 @@ class Launch:
         description: A description, or the path of a launch file.
         arguments: Launch arguments.
         url: The address of the broker; None: as for nodes.
-        domain: The number of its graph; None: as for nodes.
+        domain: The domain; None: as for nodes.
         context: The name of a configured broker; None: as for nodes.
-        environment: The environment of programs, to which the address of the broker is added; None: the one
-            of this process.
-        folder: Where relative paths in the description start; None: the folder of its file, or the current
-            one.
-        library: Files and packages; None: this machine's.
+        environment: The environment of programs, to which the address of the broker is added; None: that of
+            this process.
+        folder: The folder to which paths in the description are relative; None: the folder of its file, or
+            the current one.
+        library: Finds files and packages; None: those of this machine.
         listeners: Called with each event when it happens; they must not block.
         output: Where the lines of all processes go; None: as the description has it.
         stop_timeout_sec: Seconds between SIGINT, SIGTERM and SIGKILL, for processes without timeouts of
             their own.
-        keep: Whether to go on until `stop` when nothing is left to run.
+        keep: Whether to go on when nothing is left to run, until `stop` is called.
         watch_graph: Whether to follow the graph also if nothing depends on it.
 
     Raises:
@@ -208,7 +208,7 @@ class Launch:
         """Stop all processes; a second call, a moment later, kills them. `run` returns when they have ended.
 
         Args:
-            reason: A text for people.
+            reason: The reason, to be shown.
             insist: False: never kill processes, even if this is a second call.
         """
         self._stopped = True
@@ -221,7 +221,7 @@ class Launch:
 
         Args:
             label: Its label, such as "talker-1". An unknown one is ignored.
-            reason: A text for people.
+            reason: The reason, to be shown.
         """
         self._runner.restart(label, reason)
 

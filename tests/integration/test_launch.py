@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from actors.cli.errors import BROKEN_PIPE, OK
-from actors.launch.engine.machine import FORCE_STOP_AFTER_SEC
+from actors.launch.engine.machine import REPEATED_STOP_SEC
 from tests.actors.site_packages import Site
 from tests.fork_server.client import FORKED
 from tests.integration.conftest import DEADLINE_SEC, ROOT
@@ -151,7 +151,7 @@ async def test_a_second_signal_kills(system: System, tmp_path: Path) -> None:
     ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():  # two that are close together are one
         program.send_signal(signal.SIGINT)
-        await asyncio.wait({ended}, timeout=FORCE_STOP_AFTER_SEC)
+        await asyncio.wait({ended}, timeout=REPEATED_STOP_SEC)
     assert await ended == 0
     assert "process is killed" in program.output
     assert not is_alive(pid)
@@ -487,7 +487,7 @@ async def test_ctrl_c_after_a_required_process_failed_exits_with_1(system: Syste
     ended = asyncio.create_task(program.wait_for_exit())
     while not ended.done():
         program.send_signal(signal.SIGINT)
-        await asyncio.wait({ended}, timeout=FORCE_STOP_AFTER_SEC)
+        await asyncio.wait({ended}, timeout=REPEATED_STOP_SEC)
     assert await ended == 1
     assert not is_alive(pid)
 

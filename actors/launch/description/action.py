@@ -20,12 +20,12 @@ Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 
 @dataclass(frozen=True, kw_only=True)
 class Action(Part):
-    """Something to do.
+    """An action of a description.
 
-    A class derived from it has `execute`, which is called with the `LaunchContext` as an `OpaqueFunction` is.
+    Subclasses of users have `execute`, which is called with the `LaunchContext` and returns actions.
 
     Raises:
-        LaunchError: An argument cannot be what it is meant to be.
+        LaunchError: An option has a value of the wrong type.
     """
 
     noun: ClassVar[str] = "action"
@@ -37,18 +37,18 @@ class Action(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Setting(Action):
-    """Something that holds from here on, to the end of the group or file."""
+    """An action that applies from here to the end of the group or file."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EventHandler(Part):
-    """Something that may happen, and what to do then.
+    """An event handler.
 
-    A class derived from it has `matcher`, which is called with each event and returns whether it is meant,
-    and `entities`, the reaction.
+    Subclasses of users have `matcher`, which is called with each event and returns whether it is handled, and
+    `entities`, the reaction.
 
     Raises:
-        LaunchError: An argument cannot be what it is meant to be.
+        LaunchError: An option has a value of the wrong type.
     """
 
     noun: ClassVar[str] = "event handler"
@@ -59,7 +59,7 @@ class EventHandler(Part):
 
     @property
     def actions(self) -> Sequence[Action]:
-        """The actions to take, as far as they are known before."""
+        """The actions of its reactions, as far as they are known before."""
         names = (each.name for each in fields(self))
         reactions = [getattr(self, each) for each in names if each.startswith("on_") or each == "entities"]
         return [action for each in reactions if each is not None for action in known_actions(each)]

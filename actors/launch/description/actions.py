@@ -1,7 +1,4 @@
-"""Actions: what a launch file can ask for, as data.
-
-Each takes a `condition`; without one it always takes place. What they mean together is the plan's to say.
-"""
+"""Actions as data, except those that start processes. `planning/` gives them their meaning."""
 
 from __future__ import annotations
 
@@ -38,7 +35,7 @@ class DeclareLaunchArgument(Action):
 
 @dataclass(frozen=True)
 class LogInfo(Action):
-    """A line to show."""
+    """Show a message."""
 
     _: KW_ONLY
     msg: Text = field(metadata=option("The text.", keys="message msg"))
@@ -46,7 +43,7 @@ class LogInfo(Action):
 
 @dataclass(frozen=True)
 class GroupAction(Action):
-    """Actions in a scope of their own: what they push, set and declare applies to them only."""
+    """Carry out actions in a scope of their own: what they push, set and declare applies to them only."""
 
     actions: Sequence[Action] = field(metadata=option("The actions.", keys="children actions"))
     _: KW_ONLY
@@ -204,9 +201,9 @@ class SetParametersFromFile(Setting):
 
 @dataclass(frozen=True)
 class IncludeLaunchDescription(Action):
-    """Another launch file, in a scope of its own.
+    """Carry out another launch file in a scope of its own.
 
-    It gets the arguments and variables that are set here.
+    It sees the arguments and variables that are set here.
     """
 
     launch_description_source: Text = field(
@@ -226,7 +223,7 @@ class IncludeLaunchDescription(Action):
 
 @dataclass(frozen=True)
 class TimerAction(Action):
-    """Actions for later."""
+    """Carry out actions later."""
 
     _: KW_ONLY
     period: float | Text = field(metadata=option("Seconds to wait.", unit="s"))
@@ -256,9 +253,9 @@ class EmitEvent(Action):
 
 @dataclass(frozen=True)
 class OpaqueFunction(Action):
-    """A function that returns actions.
+    """Call a function, and carry out the actions that it returns.
 
-    It is called when the description is planned; in a timer or an event handler, when these are due.
+    It is called when the description is planned; in a timer or an event handler, when that is due.
 
     Attributes:
         function: Called with the `LaunchContext` and the arguments below; returns actions, or None.
@@ -284,5 +281,5 @@ class RegisterEventHandler(Action):
 
     @property
     def actions(self) -> Sequence[Action]:
-        """What is done then, as far as it is known before."""
+        """The actions of its reactions, as far as they are known before."""
         return self.event_handler.actions

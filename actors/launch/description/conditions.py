@@ -18,7 +18,7 @@ _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 class Condition(Part, ABC):
-    """What an action may depend on."""
+    """A condition of an action."""
 
     noun: ClassVar[str] = "condition"
 
@@ -27,7 +27,7 @@ class Condition(Part, ABC):
         """Evaluate it.
 
         Args:
-            scope: What is set at the place of the description where it is used.
+            scope: The scope of the action.
 
         Returns:
             Whether it holds.
@@ -37,10 +37,10 @@ class Condition(Part, ABC):
         """
 
     def evaluate(self, context: Scope) -> bool:
-        """Evaluate it, by ROS 2's name for that.
+        """Evaluate it, under ROS 2's name.
 
         Args:
-            context: What functions of a description are called with.
+            context: The context of the action.
 
         Returns:
             Whether it holds.
@@ -53,10 +53,10 @@ class Condition(Part, ABC):
 
 @dataclass(frozen=True)
 class IfCondition(Condition):
-    """Holds if a text is "true" or "1", and not if it is "false" or "0", in upper or lower case.
+    """Holds if a string is "true" or "1", and not if it is "false" or "0", in upper or lower case.
 
     Attributes:
-        predicate: The text.
+        predicate: The string.
     """
 
     predicate: Text
@@ -67,10 +67,10 @@ class IfCondition(Condition):
 
 @dataclass(frozen=True)
 class UnlessCondition(Condition):
-    """Holds if a text is "false" or "0".
+    """Holds if a string is "false" or "0".
 
     Attributes:
-        predicate: The text.
+        predicate: The string.
     """
 
     predicate: Text
@@ -85,7 +85,7 @@ class LaunchConfigurationEquals(Condition):
 
     Attributes:
         launch_configuration_name: The argument.
-        expected_value: The value; None: it has no value.
+        expected_value: The value; None: the argument is not set.
     """
 
     launch_configuration_name: str
@@ -103,18 +103,18 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
 
     Attributes:
         launch_configuration_name: The argument.
-        expected_value: The value; None: it has any value.
+        expected_value: The value; None: the argument is set to any value.
     """
 
     def holds(self, scope: Scope) -> bool:
         return not super().holds(scope)
 
 
-def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or no, however it is said
-    """Return what something says that means yes or no.
+def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - a bool is one way to write it
+    """Convert a value of a launch file to a bool.
 
     Raises:
-        LaunchError: It means neither.
+        LaunchError: It is neither true, 1, false nor 0.
     """
     if isinstance(value, bool):
         return value
@@ -126,5 +126,5 @@ def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - yes or 
 
 
 def parse_bool(word: str) -> bool | None:
-    """Return whether a word means yes or no; None if it means neither."""
+    """Convert "true", "1", "false" or "0" to a bool; return None for other words."""
     return _TRUTH.get(word.strip().lower())

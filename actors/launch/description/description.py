@@ -1,4 +1,4 @@
-"""A launch description, and its text for people."""
+"""A launch description, and its text."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class LaunchDescription:
         file: The launch file that it comes from, if any.
 
     Raises:
-        LaunchError: One of them is no action.
+        LaunchError: One of them is not an action.
     """
 
     actions: Iterable[Action] = ()
@@ -47,14 +47,14 @@ class LaunchDescription:
             action: The action.
 
         Raises:
-            LaunchError: It is no action.
+            LaunchError: It is not an action.
         """
         _check(action)
         self.actions = (*self.actions, action)
 
 
 def declared_arguments(actions: Iterable[Action]) -> list[DeclareLaunchArgument]:
-    """Return the arguments that are declared there and in groups, whatever their conditions say."""
+    """Return the arguments that actions declare, also in groups, whatever their conditions."""
     found: dict[str, DeclareLaunchArgument] = {}
     for each in walk(actions):
         if isinstance(each, DeclareLaunchArgument):
@@ -63,14 +63,14 @@ def declared_arguments(actions: Iterable[Action]) -> list[DeclareLaunchArgument]
 
 
 def walk(actions: Iterable[Action]) -> Iterator[Action]:
-    """Yield actions, and those within them."""
+    """Yield actions and the actions within them."""
     for each in actions:
         yield each
         yield from walk(getattr(each, "actions", ()))
 
 
 def format_actions(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
-    """Yield a description as lines: an action a line, what it contains below it."""
+    """Yield the lines of a text about actions: one line each, and the actions within it indented below."""
     for each in actions:
         yield f"{indent}{format_part(each)}"
         yield from format_actions(getattr(each, "actions", ()), f"{indent}    ")

@@ -1,4 +1,4 @@
-"""Where a launch description comes from, as ROS 2's files say it.
+"""Sources of launch descriptions, under ROS 2's names.
 
 IncludeLaunchDescription(PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/camera.launch.py"]))
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AnyLaunchDescriptionSource(Substitution):
-    """A launch file; what kind it is its name says.
+    """A launch file, whose kind follows from its suffix.
 
     Attributes:
         launch_file_path: The file.
@@ -29,14 +29,6 @@ class AnyLaunchDescriptionSource(Substitution):
     launch_file_path: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the path.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return resolve(self.launch_file_path, scope)
 
 
@@ -44,10 +36,10 @@ class LaunchLibrary(Library, Protocol):
     """A library that also reads launch files. Substitutions need none, so they know only `Library`."""
 
     def description(self, path: str) -> LaunchDescription:
-        """Return what a launch file describes.
+        """Return the description of a launch file.
 
         Raises:
-            LaunchFileError: It cannot be read, fails, or describes nothing.
+            LaunchFileError: It cannot be read, fails, or returns no description.
         """
         ...
 

@@ -15,7 +15,7 @@ class Library(Protocol):
 
     @property
     def run_command(self) -> Sequence[str]:
-        """What a user types before a script, or a package and a program, to run it alike."""
+        """What users type before a script, or a package and a program, to run it as the launch does."""
         ...
 
     def program(self, package: str, executable: str) -> Sequence[str]:
@@ -23,7 +23,7 @@ class Library(Protocol):
         ...
 
     def python_program(self, command: Sequence[str]) -> Sequence[str]:
-        """Return a command, changed if it runs a Python program that needs something of the launch."""
+        """Return a command; one that runs a Python program may be changed to run it with `--ros`."""
         ...
 
     def prefix(self, package: str) -> str:
@@ -43,11 +43,11 @@ class Library(Protocol):
         ...
 
     def factory(self, name: str) -> Factory:
-        """Return what makes a node: "package.module:Class"."""
+        """Return the node factory with a name such as "package.module:Class"."""
         ...
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
-        """Return the folders and files that a package's programs, or a script, are made of."""
+        """Return the folders and files whose changes affect the programs of a package, or a script."""
         ...
 
     def share(self, package: str) -> str:
@@ -59,13 +59,13 @@ class Library(Protocol):
         ...
 
     def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
-        """Run a command to its end and return what it has written to stdout."""
+        """Run a command to its end and return its stdout."""
         ...
 
     def text(self, path: str) -> str:
-        """Return what a text file holds."""
+        """Return the content of a text file."""
         ...
 
     def unique(self) -> str:
-        """Return a word that nobody else has: letters, digits and underscores."""
+        """Return a unique word of letters, digits and underscores."""
         ...

@@ -1,4 +1,4 @@
-"""Substitutions that ask the library: files, packages, programs, and names that nobody else has."""
+"""Substitutions that use the library: files, packages, programs, and unique names."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Command(Substitution):
-    """What a command writes to stdout, without the line ends at its end.
+    """The output of a command on stdout, without the line ends at its end.
 
-    It is run when the description is planned, without a shell. What it writes to stderr is shown only if it
-    fails.
+    The command is run when the description is planned, without a shell. Its stderr is shown only if it fails.
 
     Attributes:
-        command: The command, as it would be typed: split at spaces, as a shell does it, so that a path with a
-            space in it needs quotes: ["xacro '", path, "'"].
+        command: The command as users would type it: a shell's rules split it, so that a path with spaces
+            needs quotes: ["xacro '", path, "'"].
     """
 
     command: Text
@@ -34,13 +33,13 @@ class Command(Substitution):
         try:
             words = shlex.split(text)
         except ValueError as error:
-            raise LaunchError(f"'{escape(text)}' is no command: {error}") from None
+            raise LaunchError(f"'{escape(text)}' is not a command: {error}") from None
         return scope.library.output_of(words, scope.environment).rstrip("\r\n")
 
 
 @dataclass(frozen=True)
 class FindExecutable(Substitution):
-    """The path of a program, found along PATH as it is there.
+    """The path of a program, found along PATH.
 
     Attributes:
         name: The program's name.
@@ -54,7 +53,7 @@ class FindExecutable(Substitution):
 
 @dataclass(frozen=True)
 class FindPackageShare(Substitution):
-    """The folder of an installed package, which has its modules and data in it.
+    """The folder of an installed package with its modules and data.
 
     Attributes:
         package: The package's name.
@@ -99,10 +98,10 @@ class ExecutableInPackage(Substitution):
 
 @dataclass(frozen=True)
 class FileContent(Substitution):
-    """What a text file holds.
+    """The content of a text file.
 
     Attributes:
-        path: The file; a relative path is seen from the launch file's folder.
+        path: The file; a relative path starts at the folder of the launch file.
     """
 
     path: Text
@@ -113,10 +112,10 @@ class FileContent(Substitution):
 
 @dataclass(frozen=True)
 class AnonName(Substitution):
-    """A name that nobody else has, for a node that is started more than once: "NAME_…".
+    """A unique name that begins with another, for a node that is started more than once.
 
     Attributes:
-        name: What it begins with. The same name gives the same one everywhere in a launch.
+        name: The beginning. The same beginning gives the same name everywhere in a launch.
     """
 
     name: Text

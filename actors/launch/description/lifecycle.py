@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Matcher: TypeAlias = "Callable[..., bool] | matches_node_name"
 
 TRANSITION_TIMEOUT_SEC: Final = 60.0
-"""A callback may start hardware."""
+"""Long enough for a callback that starts hardware."""
 
 
 @dataclass(frozen=True, kw_only=True)

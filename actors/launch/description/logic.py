@@ -1,8 +1,8 @@
-"""Substitutions that say yes or no, as "true" and "false", and the one that chooses.
+"""Substitutions with the value "true" or "false", and one that chooses between two values.
 
     IfElseSubstitution(EqualsSubstitution(LaunchConfiguration("robot"), "r2"), "fast", "slow")
 
-What means yes and no is the same as in conditions.
+True and false are written as in conditions: true, 1, false, 0.
 """
 
 from __future__ import annotations
@@ -23,17 +23,9 @@ Value: TypeAlias = "bool | int | float | Text"
 
 
 class TruthSubstitution(Substitution):
-    """A text that is "true" or "false"."""
+    """A substitution whose value is "true" or "false"."""
 
     def perform(self, scope: Scope) -> str:
-        """Return the word.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         return str(self.holds(scope)).lower()
 
     @abstractmethod
@@ -41,7 +33,7 @@ class TruthSubstitution(Substitution):
         """Evaluate it.
 
         Args:
-            scope: What is set at the place of the description where it is used.
+            scope: Where it is evaluated.
 
         Returns:
             Whether it holds.
@@ -53,10 +45,10 @@ class TruthSubstitution(Substitution):
 
 @dataclass(frozen=True)
 class BooleanSubstitution(TruthSubstitution):
-    """A text that means true or false, as "true" or "false".
+    """A truth value, written as "true" or "false".
 
     Attributes:
-        value: The text.
+        value: The value.
     """
 
     value: Truth
@@ -147,10 +139,10 @@ class AnySubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class EqualsSubstitution(TruthSubstitution):
-    """Whether two values are equal: as true and false, as numbers, or else as texts.
+    """Whether two values are equal: as truth values, as numbers, or else as strings.
 
     Attributes:
-        left: A text, number, or true or false.
+        left: A string, number or bool.
         right: Another one.
     """
 
@@ -173,7 +165,7 @@ class NotEqualsSubstitution(EqualsSubstitution):
     """Whether two values differ.
 
     Attributes:
-        left: A text, number, or true or false.
+        left: A string, number or bool.
         right: Another one.
     """
 
@@ -183,12 +175,12 @@ class NotEqualsSubstitution(EqualsSubstitution):
 
 @dataclass(frozen=True)
 class IfElseSubstitution(Substitution):
-    """One of two texts. The other one is not evaluated.
+    """One of two values. The other one is not evaluated.
 
     Attributes:
-        condition: Which one.
-        if_value: The text if it is true.
-        else_value: The text if it is false.
+        condition: Chooses the value.
+        if_value: The value if it is true.
+        else_value: The value if it is false.
     """
 
     condition: Truth

@@ -1,10 +1,10 @@
-"""Expressions in Python's words: a small part of the language, worked out here, and bounded in every way.
+"""Python expressions: a small part of the language, evaluated here, with limits on size and time.
 
     PythonExpression(["'", LaunchConfiguration("robot"), "' == 'r2' or ", LaunchConfiguration("n"), " > 2"])
 
-Python only parses the text. There is no way from it to names, attributes, files or other code: what is not in
-the tables below is an error, and so is what would take long or much memory. Launch arguments stand in
-expressions, so these must be harmless whatever people give.
+Python only parses the expression. It cannot reach names, attributes, files or other code: everything that is
+not in the tables below is an error, and so are long evaluations and large values. Launch arguments become
+part of expressions, so these must be harmless whatever the arguments are.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 MAX_EXPRESSION_CHARS: Final = 4096
 MAX_PARTS: Final = 500
-"""Of the expression: values and operators."""
+"""Values and operators of an expression."""
 MAX_NESTING: Final = 60
-"""Parts within parts."""
+"""Depth of nested parts."""
 MAX_INT_BITS: Final = 256
 MAX_LENGTH: Final = 1 << 14
-"""Of each text and each list on the way, and of the result as a text."""
+"""Length of each string and list during evaluation, and of the result as a string."""
 MAX_DIGITS: Final = 100
-"""To round to."""
+"""Digits that `round` accepts."""
 
 
 @dataclass(frozen=True)
 class PythonExpression(Substitution):
-    """The value of a Python expression, as a text: "True", "3", "1.5".
+    """The value of a Python expression as a string, such as "True", "3" or "1.5".
 
     It may consist of numbers, texts, True, False, None, lists, tuples, dictionaries, indexes and slices, of
     `and`, `or`, `not`, `if … else`, comparisons, `in`, `+ - * / // % **`, and of the `FUNCTIONS` and texts'
@@ -50,14 +50,6 @@ class PythonExpression(Substitution):
     expression: Text
 
     def perform(self, scope: Scope) -> str:
-        """Return the text.
-
-        Args:
-            scope: What is set at the place of the description where it is used.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
         expression = resolve(self.expression, scope)
         text = str(evaluate(expression))
         if len(text) > MAX_LENGTH:
@@ -69,14 +61,13 @@ def evaluate(expression: str) -> Any:
     """Return the value of an expression.
 
     Raises:
-        LaunchError: It is no expression of the kind that is understood here, cannot be worked out, or is or
-            becomes too large.
+        LaunchError: It is not supported, cannot be evaluated, or exceeds a limit.
     """
     try:
         return _value(_parsed(expression))
     except KeyError as error:
         raise _error(expression, f"there is no {error}") from None
-    except OverflowError:  # its own words are the platform's
+    except OverflowError:  # its own text depends on the platform
         raise _error(expression, "a number becomes too large") from None
     except (ValueError, TypeError, ArithmeticError, IndexError) as error:
         raise _error(expression, str(error)) from None
@@ -103,7 +94,7 @@ def _parsed(expression: str) -> ast.expr:
         top = ast.parse(expression.strip(), mode="eval").body
     except SyntaxError as error:
         raise ValueError(error.msg) from None
-    except (RecursionError, MemoryError):  # both are the parser's words for the same
+    except (RecursionError, MemoryError):  # the parser raises either
         raise ValueError("it is nested too deeply") from None
     level: list[ast.AST] = [top]
     parts = depth = 0
@@ -129,7 +120,7 @@ _NO_PARTS: Final = (ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast
 def _value(node: ast.expr) -> Any:
     rule = _RULES.get(type(node))
     if rule is None:
-        raise ValueError(f"{_quoted(ast.unparse(node))} is nothing that can be used here")
+        raise ValueError(f"{_quoted(ast.unparse(node))} cannot be used here")
     return _bounded(rule(node))
 
 
@@ -152,7 +143,7 @@ def _on_numbers(operation: Callable[[Any, Any], Any]) -> Callable[[Any, Any], An
     def checked(left: Any, right: Any) -> Any:
         for each in (left, right):
             if not isinstance(each, int | float):
-                raise TypeError(f"{_quoted(repr(each))} is no number")
+                raise TypeError(f"{_quoted(repr(each))} is not a number")
         return operation(left, right)
 
     return checked
@@ -276,7 +267,7 @@ def _call(node: ast.Call) -> Any:
         case ast.Call(func=ast.Attribute(value=value, attr=name), args=args, keywords=[]) if name in METHODS:
             text = _value(value)
             if not isinstance(text, str):
-                raise TypeError(f"{name}() needs a text, not {_quoted(repr(text))}")
+                raise TypeError(f"{name}() needs a string, not {_quoted(repr(text))}")
             return METHODS[name](text, *map(_value, args))
         case _:
             raise ValueError(f"{_quoted(ast.unparse(node))} cannot be called here")
@@ -284,12 +275,12 @@ def _call(node: ast.Call) -> Any:
 
 def _constant(node: ast.Constant) -> Any:
     if node.value is not None and not isinstance(node.value, bool | int | float | str):
-        raise ValueError(f"{_quoted(ast.unparse(node))} is nothing that can be used here")
+        raise ValueError(f"{_quoted(ast.unparse(node))} cannot be used here")
     return node.value
 
 
 def _name(node: ast.Name) -> Any:
-    raise ValueError(f"'{node.id}' is not known: a text needs quotes, and yes and no are True and False")
+    raise ValueError(f"'{node.id}' is not known: strings need quotes, and truth values are True and False")
 
 
 def _dict(node: ast.Dict) -> dict[Any, Any]:

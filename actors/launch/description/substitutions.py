@@ -1,9 +1,9 @@
-"""Substitutions: texts that are known only when the launch file is carried out.
+"""Substitutions: strings that depend on arguments, variables, files or events.
 
-    [LaunchConfiguration("robot"), "_camera"]       a list is one text, piece by piece
+    [LaunchConfiguration("robot"), "_camera"]       a list is one string in pieces
     PathJoinSubstitution([ThisLaunchFileDir(), "parameters.yaml"])
 
-They are data; `resolve` gives the text, from a `Scope` and nothing else.
+They are data; `resolve` evaluates them in a `Scope`.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class Scope:
-    """What is set at a place in a description.
+    """The arguments, variables and settings that apply to an action.
 
     Attributes:
-        library: What there is outside of the description.
+        library: Finds files, packages and programs.
         configurations: The arguments and their values.
-        environment: What programs get that are started here.
-        namespace: Pushed by those around; None while nobody has pushed one.
-        folder: Of the launch file.
-        file: The launch file; None: the description comes from none.
-        parameters: What has been set for all nodes here: values as YAML, by name.
-        remappings: What has been set for all nodes here: pairs of a name and the one to use instead.
-        parameter_files: Files of parameters for all nodes here.
-        saved_configurations: What `PushLaunchConfigurations` has saved, the last one last.
-        saved_environments: What `PushEnvironment` has saved.
+        environment: The environment of programs.
+        namespace: The namespace that has been pushed; None if there is none.
+        folder: The folder of the launch file.
+        file: The launch file; None: the description comes from no file.
+        parameters: Parameters of all nodes: values as YAML, by name.
+        remappings: Remappings of all nodes: pairs of a name and the one to use instead.
+        parameter_files: Parameter files of all nodes.
+        saved_configurations: Stack of `PushLaunchConfigurations`.
+        saved_environments: Stack of `PushEnvironment`.
         first_environment: The environment at the beginning of the launch.
-        event: The event that is being reacted to, if any.
-        used: All names that have been looked up, in this scope and those around and within it.
-        anonymous: The names that `AnonName` has given, the same in all scopes of a launch.
+        event: The event that is being handled, if any.
+        used: Arguments that have been looked up. All scopes of a launch share it.
+        anonymous: Names that `AnonName` has chosen. All scopes of a launch share it.
     """
 
     library: Library
@@ -63,7 +63,7 @@ class Scope:
     anonymous: dict[str, str] = field(default_factory=dict[str, str])
 
     def inner(self) -> Scope:
-        """Return a scope within it: it begins as this one is now, and what it sets stays in it."""
+        """Return a copy, whose changes do not affect this scope."""
         return replace(
             self,
             configurations=dict(self.configurations),
@@ -75,11 +75,11 @@ class Scope:
             saved_environments=[],
         )
 
-    def take(self, inner: Scope) -> None:
-        """Set here what is set in a scope within it.
+    def adopt(self, inner: Scope) -> None:
+        """Take over the settings of an inner scope.
 
         Args:
-            inner: That scope. It is not used after this.
+            inner: That scope. It must not be used after this.
         """
         self.configurations, self.environment = inner.configurations, inner.environment
         self.parameters, self.parameter_files = inner.parameters, inner.parameter_files
@@ -87,36 +87,39 @@ class Scope:
 
     @property
     def launch_configurations(self) -> dict[str, str]:
-        """The arguments and their values, by ROS 2's name for them."""
+        """The arguments and their values, under ROS 2's name."""
         return self.configurations
 
     def perform_substitution(self, text: Text) -> str:
-        """Return the text that a substitution has here.
+        """Evaluate a substitution.
 
         Args:
-            text: A text, a substitution, or a list of them.
+            text: A string, a substitution, or a list of them.
+
+        Returns:
+            Its value.
 
         Raises:
-            LaunchError: It has no value here, or is no text.
+            LaunchError: It has no value here, or is of another type.
         """
         return resolve(text, self)
 
 
 LaunchContext = Scope
-"""What functions of a description are called with."""
+"""The argument of functions of a description; ROS 2's name."""
 
 
 class Substitution(Part, ABC):
-    """A text that depends on the scope."""
+    """A string that depends on the scope."""
 
     noun: ClassVar[str] = "substitution"
 
     @abstractmethod
     def perform(self, scope: Scope) -> str:
-        """Return the text.
+        """Return its value.
 
         Args:
-            scope: What is set at the place of the description where it is used.
+            scope: Where it is evaluated.
 
         Raises:
             LaunchError: It has no value there.
@@ -124,15 +127,15 @@ class Substitution(Part, ABC):
 
 
 Text: TypeAlias = "str | PurePath | Substitution | Sequence[Text]"
-"""A text, or what becomes one: a list is its pieces, one behind the other."""
+"""A string, or something that is resolved to one; a list is joined without separators."""
 
 
 @dataclass(frozen=True)
 class TextSubstitution(Substitution):
-    """A text as it is.
+    """A constant string.
 
     Attributes:
-        text: The text.
+        text: The string.
     """
 
     text: str
@@ -148,7 +151,7 @@ class LaunchConfiguration(Substitution):
 
     Attributes:
         variable_name: The argument.
-        default: Its value if nobody has declared or given it; None: that is an error.
+        default: Its value if it is neither declared nor given; None: that is an error.
     """
 
     variable_name: Text
@@ -188,30 +191,30 @@ class EnvironmentVariable(Substitution):
 
 
 class NoEventError(LaunchError):
-    """A text depends on an event, and none has happened yet."""
+    """A substitution depends on an event, but is not evaluated in an event handler."""
 
 
 @dataclass(frozen=True)
 class LocalSubstitution(Substitution):
-    """A fact about the event that is being reacted to, such as `LocalSubstitution("event.reason")`.
+    """An attribute of the event that is being handled, such as `LocalSubstitution("event.reason")`.
 
     Attributes:
-        expression: "event", and the names of attributes behind dots.
-        description: A text for people.
+        expression: "event", and names of attributes after dots.
+        description: A human-readable description, not used.
     """
 
     expression: str
     description: str = ""
 
     def perform(self, scope: Scope) -> str:
-        """Return the text.
+        """Return its value.
 
         Args:
-            scope: What is set at the place of the description where it is used.
+            scope: Where it is evaluated.
 
         Raises:
-            NoEventError: No event is being reacted to.
-            LaunchError: It has no such attribute.
+            NoEventError: No event is being handled.
+            LaunchError: The event has no such attribute.
         """
         first, *names = self.expression.split(".")
         if first != "event" or not all(each.isidentifier() and each[0] != "_" for each in names):
@@ -259,10 +262,10 @@ class ThisLaunchFile(Substitution):
 
 
 def resolve(text: Text, scope: Scope) -> str:
-    """Return the text that a substitution has in a scope.
+    """Evaluate a string, a substitution, or a list of them in a scope.
 
     Raises:
-        LaunchError: It has no value there, or is no text.
+        LaunchError: It has no value there, or is of another type.
     """
     return "".join(_pieces(text, scope, 0))
 
@@ -278,4 +281,4 @@ def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:
         for piece in cast("Sequence[Text]", value):
             yield from _pieces(piece, scope, depth + 1)
     else:
-        raise LaunchError(f"A text is wanted, or a substitution, not {excerpt(cast('object', value))}")
+        raise LaunchError(f"Expected a string or a substitution, not {excerpt(cast('object', value))}")

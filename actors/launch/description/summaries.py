@@ -1,4 +1,4 @@
-"""Summaries: actions and their values in short, for people."""
+"""Actions and their values as short texts."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _LABELS: Final = (
     *("name", "executable", "script", "node", "cmd", "launch_description_source", "src"),
     *("function", "event_handler"),
 )
-"""What an action is known by; the first one that it has."""
+"""Options that name an action; the first one that it has counts."""
 _KNOWN: Final = ("target_action", "target_lifecycle_node", "action", "depends_on", "node")
-"""Arguments that refer to another action."""
+"""Options that refer to another action."""
 
 
 def action_label(action: Action) -> str:
-    """Return what people call an action: "Node 'talker'"."""
+    """Return a short name of an action, such as "Node 'talker'"."""
     kind = type(action).__name__
     for label in _LABELS:
         word = _word(getattr(action, label, None))
@@ -35,7 +35,7 @@ def action_label(action: Action) -> str:
 
 
 def static_text(value: object) -> str | None:
-    """Return a text that is the same in every scope; None: it is none."""
+    """Return the value of a string without substitutions; None for other values."""
     if isinstance(value, TextSubstitution):
         return value.text
     if isinstance(value, list | tuple):
@@ -45,12 +45,12 @@ def static_text(value: object) -> str | None:
 
 
 def function_name(function: object) -> str:
-    """Return what people call a function."""
+    """Return the name of a function, with parentheses."""
     return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
 def format_part(part: object) -> str:
-    """Return a part of a description as a file might say it: no defaults, and not what is within it."""
+    """Return a part of a description as Python code, without defaults and the actions within it."""
     fields = {name: each for name, each in non_default_fields(part).items() if name != "actions"}
     if isinstance(part, Part) and part.noun == "event handler":
         fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
@@ -62,13 +62,13 @@ def format_part(part: object) -> str:
 
 
 def _is_done(value: object) -> bool:
-    """Return whether a value says what is done, as actions."""
+    """Return whether a value is an action or a list of actions."""
     listed = cast("Sequence[object]", value) if isinstance(value, list | tuple) else (value,)
     return all(isinstance(each, Part) and each.noun == "action" for each in listed)
 
 
 def format_value(value: object, name: str = "") -> str:
-    """Return a value as a file might say it; of some arguments the values are known by their names."""
+    """Return a value as Python code; actions in options that refer to one are replaced by their names."""
     if isinstance(value, Part) and name in _KNOWN:
         return action_label(cast("Action", value))
     if is_dataclass(value) and not isinstance(value, type):
@@ -89,7 +89,7 @@ def format_value(value: object, name: str = "") -> str:
 
 
 def non_default_fields(value: object) -> dict[str, object]:
-    """Return what a dataclass has that is not as it would be if nothing were said."""
+    """Return the fields of a dataclass whose values are not the defaults."""
     found: dict[str, object] = {}
     for field in fields(cast("Any", value)):
         each: object = getattr(value, field.name)
@@ -102,7 +102,7 @@ def _word(value: object) -> str | None:
     if isinstance(value, Part) and value.noun == "event handler":
         return type(value).__name__
     first = value
-    if isinstance(value, list) and value:  # of a command only the program
+    if isinstance(value, list) and value:  # a command: only the program
         first = cast("Sequence[object]", value)[0]
     text = static_text(first)
     return function_name(first) if text is None and callable(first) else text

@@ -17,17 +17,17 @@ from actors.launch.errors import LaunchError
 from proto.errors import escape
 
 MAX_DEPTH: Final = 50
-"""Lists in lists; a list that contains itself is no text."""
+"""Limit of nested lists, so that a list that contains itself is refused."""
 MAX_SHOWN: Final = 100
-"""Characters of a wrong value that an error shows."""
+"""Characters of a wrong value in an error."""
 
 
 class Part:
-    """Something that a description consists of; a dataclass.
+    """A part of a description, which is a dataclass: an action, event handler, substitution or condition.
 
     Attributes:
-        noun: What kind of part it is.
-        place: Returns its place in the launch file, unless that is Python.
+        noun: The kind of part, for checks that must not import the classes.
+        place: Returns its place in a launch document; None if it was made in Python.
     """
 
     noun: ClassVar[str]
@@ -73,7 +73,7 @@ class ArgumentType:
 
 
 def excerpt(value: object) -> str:
-    """Return how a value is written, or the beginning of that."""
+    """Return the representation of a value, shortened."""
     text = escape(repr(value))
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}…"
 
@@ -84,7 +84,7 @@ def is_part(value: object, noun: str) -> bool:
 
 
 def is_text(value: object, depth: int = 0) -> bool:
-    """Return whether a value is a text, a substitution, or a list of the pieces of a text."""
+    """Return whether a value is a string, a path, a substitution, or a list of these."""
     if isinstance(value, str | PurePath) or is_part(value, "substitution"):
         return True
     listed = isinstance(value, Sequence) and depth < MAX_DEPTH
@@ -92,7 +92,7 @@ def is_text(value: object, depth: int = 0) -> bool:
 
 
 def _is_list(value: object, fits: Callable[[object], bool]) -> bool:
-    """Return whether a value is a list; a text is none."""
+    """Return whether a value is a collection of fitting values, and not a string or mapping."""
     listed = isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping)
     return listed and all(map(fits, cast("Collection[object]", value)))
 
@@ -156,11 +156,11 @@ def _is_plain(value: object) -> bool:
     return isinstance(value, str)
 
 
-_TEXT: Final = ArgumentType("a text or a substitution", is_text)
+_TEXT: Final = ArgumentType("a string or a substitution", is_text)
 _TEXTS: Final = ArgumentType(
-    "a list of texts, such as ['echo', 'hello']", lambda value: _is_list(value, is_text)
+    "a list of strings, such as ['echo', 'hello']", lambda value: _is_list(value, is_text)
 )
-_MAPPING: Final = ArgumentType("a mapping of names to texts, such as {'NAME': 'value'}", _is_mapping)
+_MAPPING: Final = ArgumentType("a mapping of names to strings, such as {'NAME': 'value'}", _is_mapping)
 _ACTION: Final = "an action such as LogInfo(…), a list of actions, or a function"
 
 
@@ -168,31 +168,31 @@ def _optional(base: ArgumentType) -> ArgumentType:
     return ArgumentType(f"{base.wanted}, or None", lambda value: value is None or base.fits(value))
 
 
-_TRUTH: Final = ArgumentType("True or False, or a text that says so", _is_truth)
-_NUMBER: Final = ArgumentType("a number, or a text that says one", _is_number)
+_TRUTH: Final = ArgumentType("True or False, or a string such as 'true'", _is_truth)
+_NUMBER: Final = ArgumentType("a number, or a string such as '1.5'", _is_number)
 _REACTION: Final = ArgumentType(_ACTION, _is_reaction)
 
 ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
-    "str": ArgumentType("a text", _is_plain),
+    "str": ArgumentType("a string", _is_plain),
     "bool": ArgumentType("True or False", lambda value: isinstance(value, bool)),
     "Text": _TEXT,
     "Text | None": _optional(_TEXT),
     "bool | Text": _TRUTH,
     "Truth": _TRUTH,
     "Value": ArgumentType(
-        "a text, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)
+        "a string, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)
     ),
     "int | Text": _NUMBER,
     "float | Text": _NUMBER,
     "float | Text | None": _optional(_NUMBER),
     "Sequence[Text]": _TEXTS,
     "Sequence[str] | None": ArgumentType(
-        "a list of texts, or None", lambda value: value is None or _is_list(value, _is_plain)
+        "a list of strings, or None", lambda value: value is None or _is_list(value, _is_plain)
     ),
     "Mapping[str, Text]": _MAPPING,
     "Mapping[str, Text] | None": _optional(_MAPPING),
     "Mapping[str, Text] | Iterable[tuple[str, Text]]": ArgumentType(
-        "a mapping of names to texts, or pairs of them",
+        "a mapping of names to strings, or pairs of them",
         lambda value: _is_mapping(value) or _is_list(value, _is_named_pair),
     ),
     "Iterable[tuple[Text, Text]]": ArgumentType(
@@ -227,7 +227,7 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         lambda value: value is None or isinstance(value, str) or _is_lifecycle_node(value),
     ),
     "Sequence[int | Text]": ArgumentType(
-        "a list of numbers and texts", lambda value: _is_list(value, _is_number)
+        "a list of numbers and strings", lambda value: _is_list(value, _is_number)
     ),
     "Reaction": _REACTION,
     "Reaction | None": _optional(_REACTION),
@@ -235,11 +235,11 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "an event handler, such as OnProcessExit(…)", lambda value: is_part(value, "event handler")
     ),
     "Node | Text | Sequence[Node | Text]": ArgumentType(
-        "a Node, a text such as 'topic chatter', or a list of these",
+        "a Node, a string such as 'topic chatter', or a list of these",
         lambda value: _is_dependency(value) or _is_list(value, _is_dependency),
     ),
     "ProcessAction": ArgumentType("a Node or an ExecuteProcess", _is_process),
     "Target": ArgumentType("a Node, an ExecuteProcess, the name of one, a function, or None", _is_target),
-    "Text | Node": ArgumentType("a text or a Node", _is_dependency),
+    "Text | Node": ArgumentType("a string or a Node", _is_dependency),
 }
-"""What each annotation wants. Others are not looked at here."""
+"""The check of each annotation. Values of other annotations are checked when they are used."""

@@ -4,10 +4,10 @@
       - arg: {name: speed, default: 1.5}
       - node: {script: talker.py, name: talker, parameters: {speed: $(var speed)}}
 
-`parsing.py` and `xml_parsing.py` make plain data of a file. `elements.py` says what may stand in it: of that
-table come the actions (`reading.py`) and the schema for editors (`schema.py`), so that these two agree.
-`kinds.py` and `parameters.py` are the kinds of values, `templates.py` the texts with `$(…)` in them. All of
-it is pure.
+`parsing.py` and `xml_parsing.py` turn a file into plain data, and `reading.py` turns that into actions.
+`elements.py` has the elements and their keys, which follow from the options of actions; the schema for
+editors (`schema.py`) follows from them, too. `kinds.py` and `parameters.py` are the kinds of values,
+`templates.py` parses strings with `$(…)` in them. All of it is pure.
 
 Imports description.
 """

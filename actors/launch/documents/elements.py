@@ -78,11 +78,9 @@ class Elements(Kind):
     """A list of elements, each a mapping of one name to its value."""
 
     def read(self, value: object, spot: Spot) -> tuple[Action, ...]:
-        """Return their actions."""
         return tuple(_read_element(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return {"$ref": "#/definitions/elements"}
 
 
@@ -90,11 +88,9 @@ class OnExit(Kind):
     """A list of elements, or the word shutdown."""
 
     def read(self, value: object, spot: Spot) -> Action | tuple[Action, ...]:
-        """Return the actions."""
         return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return {"anyOf": [{"enum": ["shutdown"]}, _ELEMENTS.schema()]}
 
 
@@ -237,7 +233,7 @@ class Element:
         if len(begun) != 1 or not values.keys() >= set(begun[0]):
             first = {key.target: key.names[0] for key in reversed(self.keys)}
             texts = [" and ".join(first[each] for each in targets) for targets in self.alternatives]
-            raise spot.error(f"one of these should be there: {'; '.join(texts)}")
+            raise spot.error(f"expected one of these: {'; '.join(texts)}")
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
@@ -344,7 +340,7 @@ def _read_element(value: object, spot: Spot) -> Action:
         listed = (
             f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""
         )
-        raise spot.error(f"one element should be here, such as 'node', not {len(found)}{listed}")
+        raise spot.error(f"expected one element, such as 'node', not {len(found)}{listed}")
     ((name, body),) = found.items()
     element = BY_NAME.get(name)
     if element is None:

@@ -1,4 +1,4 @@
-"""What can be wrong with a launch document, and where in it that is."""
+"""Errors in launch documents, and places in them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 class DocumentError(ValueError):
-    """A document does not say what can be launched; the reader makes a `LaunchFileError` of it.
+    """An error in a launch document; the reader turns it into a `LaunchFileError`.
 
     Attributes:
-        text: What is wrong.
-        spot: Where.
-        line: The line, from 1, where it is known.
+        text: The error.
+        spot: Its place.
+        line: Its line, from 1; None: not known.
     """
 
     def __init__(self, text: str, spot: Spot, line: int | None = None) -> None:
@@ -33,7 +33,7 @@ class Spot:
 
     Attributes:
         steps: The keys, and the numbers in lists, that lead to it.
-        describe: Says it with its file and line; None: nobody knows these.
+        describe: Returns the place with its file and line; None: these are not known.
     """
 
     steps: tuple[str | int, ...] = ()
@@ -44,14 +44,14 @@ class Spot:
         return Spot((*self.steps, step), self.describe)
 
     def place(self) -> str:
-        """Return it as people find it: with its file and line, as far as these are known."""
+        """Return the place with its file and line, as far as these are known."""
         return str(self) if self.describe is None else self.describe(self)
 
     def error(self, text: str) -> DocumentError:
-        """Return an error to raise: something is wrong there."""
+        """Return an error at this place, to be raised."""
         return DocumentError(text, self)
 
     def __str__(self) -> str:
-        """Return it as people write it, such as "launch[3].node.parameters"."""
+        """Return the place in the notation "launch[3].node.parameters"."""
         steps = (f"[{step}]" if isinstance(step, int) else f".{escape(step)}" for step in self.steps)
         return "".join(steps).removeprefix(".")

@@ -1,4 +1,4 @@
-"""Kinds of values in launch documents: how each is read, and its JSON schema."""
+"""The kinds of values in launch documents: how they are read, and their JSON schemas."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 Schema: TypeAlias = dict[str, Any]
 
 SCALAR: Final[Schema] = {"type": ["string", "number", "boolean"]}
-"""What can be read as a text."""
+"""Values that are read as strings."""
 
 
 NAMES: Final[Schema] = {"not": {"pattern": r"\$\("}}
-"""What can be the key of a mapping that has names as keys."""
+"""Keys of a mapping that are names."""
 NAME: Final[Schema] = {**SCALAR, "not": {"type": "string", "pattern": r"\$\("}}
-"""What can be a name elsewhere."""
+"""Names elsewhere."""
 
 
 class Kind(ABC):
-    """A kind of value. Whatever its schema allows can be read, but for `$(…)` that is malformed."""
+    """A kind of value. All that its schema allows can be read, except malformed `$(…)`."""
 
     @abstractmethod
     def read(self, value: object, spot: Spot) -> Any:
-        """Return what the action gets.
+        """Return the value for the action.
 
         Raises:
-            DocumentError: It is no such value.
+            DocumentError: It is not a value of this kind.
         """
 
     @abstractmethod
@@ -58,22 +58,19 @@ class SimpleKind(Kind):
     pattern: Schema
 
     def read(self, value: object, spot: Spot) -> Any:
-        """Return what the action gets."""
         return self.reader(value, spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return self.pattern
 
 
 @dataclass(frozen=True)
 class OneOf(Kind):
-    """One of a few words, or a text with `$(…)` that gives one."""
+    """One of a few words, or a string with `$(…)`."""
 
     choices: Sequence[str]
 
     def read(self, value: object, spot: Spot) -> Text:
-        """Return the word, or what gives it."""
         text = read_text(value, spot)
         if isinstance(text, str) and text not in self.choices:
             hint = did_you_mean(text, self.choices) or f"; it can be {', '.join(self.choices)}"
@@ -81,52 +78,48 @@ class OneOf(Kind):
         return text
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return {"anyOf": [{"enum": list(self.choices)}, {"type": "string", "pattern": r"\$\("}]}
 
 
 @dataclass(frozen=True)
 class BoundedNumber(Kind):
-    """A number, or a text that says one.
+    """A number, or a string that contains one.
 
     Attributes:
-        least: It is not below.
-        whole: Whether it is an integer.
+        least: The lowest value.
+        whole: Whether it must be an integer.
     """
 
     least: float
     whole: bool = False
 
     def read(self, value: object, spot: Spot) -> float | Text:
-        """Return the number, or the text."""
         if isinstance(value, str):
             return read_text(value, spot)
         good = isinstance(value, int | float) and not isinstance(value, bool) and value >= self.least
         if not good or (self.whole and float(cast("float", value)) % 1):
             what = "a whole number" if self.whole else "a number"
-            raise spot.error(f"{what}, {self.least:g} or more, should be here, not {_what(value)}")
+            raise spot.error(f"expected {what}, {self.least:g} or more, not {_what(value)}")
         return int(cast("float", value)) if self.whole else float(cast("float", value))
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         number: Schema = {"type": "integer" if self.whole else "number", "minimum": self.least}
         return {"anyOf": [number, {"type": "string"}]}
 
 
 @dataclass(frozen=True)
 class Texts(Kind):
-    """A list of texts.
+    """A list of strings.
 
     Attributes:
-        split: Whether one text is split into words, as in a shell; if not it is a list of one.
-        least: How many there are at least.
+        split: Whether a single string is split into words, as in a shell; otherwise it is a list of one.
+        least: The lowest number of strings.
     """
 
     split: bool = False
     least: int = 0
 
     def read(self, value: object, spot: Spot) -> tuple[Text, ...]:
-        """Return the texts."""
         if isinstance(value, list):
             found = tuple(
                 read_text(each, spot.inner(at)) for at, each in enumerate(cast("list[object]", value))
@@ -138,11 +131,10 @@ class Texts(Kind):
         else:
             found = (read_text(value, spot),)
         if len(found) < self.least:
-            raise spot.error("nothing is in it")
+            raise spot.error("it is empty")
         return found
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         listed: Schema = {"type": "array", "items": {"$ref": "#/definitions/text"}}
         alone: Schema = {"$ref": "#/definitions/text"}
         if self.least:
@@ -152,10 +144,9 @@ class Texts(Kind):
 
 
 class Choices(Kind):
-    """A list of plain texts, or ROS 2's list of `value: TEXT`."""
+    """A list of plain strings, or ROS 2's list of `value: STRING`."""
 
     def read(self, value: object, spot: Spot) -> tuple[str, ...]:
-        """Return the texts."""
         return tuple(self._choice(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
 
     def _choice(self, value: object, spot: Spot) -> str:
@@ -164,17 +155,16 @@ class Choices(Kind):
         return read_plain(read_fields(cast("object", value), spot, ("value",))["value"], spot.inner("value"))
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         plain = {"$ref": "#/definitions/plain"}
         return {"type": "array", "items": {"anyOf": [plain, record_schema({"value": plain})]}}
 
 
 @dataclass(frozen=True)
 class Pairs(Kind):
-    """Pairs of texts: a mapping, or a list of pairs as ROS 2 has it, such as `{from: chatter, to: news}`.
+    """Pairs of strings: a mapping, or ROS 2's list of pairs such as `{from: chatter, to: news}`.
 
     Attributes:
-        first: The key that the first text has in such a list.
+        first: The key of the first string in such a list.
         second: The key of the second.
     """
 
@@ -182,13 +172,12 @@ class Pairs(Kind):
     second: str
 
     def read(self, value: object, spot: Spot) -> Any:
-        """Return the pairs, in order."""
         if not isinstance(value, dict):
             listed = read_list(value, spot)
             return tuple(self._pair(each, spot.inner(at)) for at, each in enumerate(listed))
         mapping = cast("dict[str, object]", value)
-        if mapping.keys() == {self.first, self.second}:  # meant as one pair, more likely than not
-            raise spot.error(f"a list of such pairs should be here: - {self.first}: …")
+        if mapping.keys() == {self.first, self.second}:  # probably meant as one pair
+            raise spot.error(f"expected a list of such pairs: - {self.first}: …")
         return tuple(
             (self._first(name, spot.inner(name)), read_text(each, spot.inner(name)))
             for name, each in mapping.items()
@@ -203,7 +192,6 @@ class Pairs(Kind):
         return read_text(value, spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return self._schema({"$ref": "#/definitions/text"})
 
     def _schema(self, first: Schema, **names: Schema) -> Schema:
@@ -215,39 +203,37 @@ class Pairs(Kind):
 
 
 class Named(Pairs):
-    """Pairs of texts of which the first ones are names; of several for one name the last counts."""
+    """Pairs whose first strings are names; the last pair of a name counts."""
 
     def read(self, value: object, spot: Spot) -> Any:
-        """Return them as a mapping."""
         return dict(super().read(value, spot))
 
     def _first(self, value: object, spot: Spot) -> Text:
         return read_name(value, spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return self._schema({"$ref": "#/definitions/name"}, propertyNames=NAMES)
 
 
 def read_plain(value: object, spot: Spot) -> str:
-    """Return a text, a number or a truth value as a text."""
+    """Return a string, number or truth value as a string."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if not isinstance(value, str | int | float):
-        raise spot.error(f"a text should be here, not {_what(value)}")
+        raise spot.error(f"expected a string, not {_what(value)}")
     return str(value)
 
 
 def read_name(value: object, spot: Spot) -> str:
-    """Return a text that is known when the file is read."""
+    """Return a string without substitutions, which is needed when the file is read."""
     name = read_plain(value, spot)
     if "$(" in name:
-        raise spot.error(f"a name should be here, without $(…), not '{escape(name)}'")
+        raise spot.error(f"expected a name without $(…), not '{escape(name)}'")
     return name
 
 
 def read_text(value: object, spot: Spot) -> Text:
-    """Return a text with its substitutions."""
+    """Return a string with its substitutions."""
     plain = read_plain(value, spot)
     try:
         return template(plain)
@@ -263,7 +249,7 @@ def _read_flag(value: object, spot: Spot) -> bool | Text:
 
 def _read_switch(value: object, spot: Spot) -> bool:
     if not isinstance(value, bool):
-        raise spot.error(f"true or false should be here, not {_what(value)}")
+        raise spot.error(f"expected true or false, not {_what(value)}")
     return value
 
 
@@ -271,7 +257,7 @@ def _read_number(value: object, spot: Spot) -> float | Text:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if not isinstance(value, str):
-        raise spot.error(f"a number should be here, not {_what(value)}")
+        raise spot.error(f"expected a number, not {_what(value)}")
     return read_text(value, spot)
 
 
@@ -285,14 +271,14 @@ def _words(text: str, spot: Spot) -> tuple[Text, ...]:
 def read_list(value: object, spot: Spot) -> list[object]:
     """Return a list."""
     if not isinstance(value, list):
-        raise spot.error(f"a list should be here, not {_what(value)}")
+        raise spot.error(f"expected a list, not {_what(value)}")
     return cast("list[object]", value)
 
 
 def read_mapping(value: object, spot: Spot) -> Mapping[str, object]:
     """Return a mapping."""
     if not isinstance(value, dict):
-        raise spot.error(f"a mapping should be here, not {_what(value)}")
+        raise spot.error(f"expected a mapping, not {_what(value)}")
     return cast("dict[str, object]", value)
 
 
@@ -319,26 +305,26 @@ def record_schema(fields: Mapping[str, Schema]) -> Schema:
 
 
 def _what(value: object) -> str:
-    """Return what a value is, for people."""
+    """Describe a value in an error."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
         return f"the number {value}"
     if isinstance(value, str):
-        return f"the text '{escape(value)}'"
+        return f"the string '{escape(value)}'"
     names: dict[type, str] = {type(None): "nothing", dict: "a mapping", list: "a list"}
     return names.get(type(value), f"a {type(value).__name__}; put it in quotes")
 
 
 TEXT: Final = SimpleKind(read_text, {"$ref": "#/definitions/text"})
-"""A text, with `$(…)` in it; a number or a truth value is read as its text."""
+"""A string with substitutions; numbers and truth values are read as strings."""
 PLAIN: Final = SimpleKind(read_plain, {"$ref": "#/definitions/plain"})
-"""A text without substitutions."""
+"""A string in which `$(…)` has no meaning."""
 PLAIN_NAME: Final = SimpleKind(read_name, {"$ref": "#/definitions/name"})
-"""A text that must be known when the file is read."""
+"""A string without substitutions."""
 FLAG: Final = SimpleKind(_read_flag, {"anyOf": [{"type": ["boolean", "string"]}, {"enum": [0, 1]}]})
-"""True or false, also as 1 or 0, or a text that says so."""
+"""True or false, also as 1 or 0, or a string that contains one of these."""
 SWITCH: Final = SimpleKind(_read_switch, {"type": "boolean"})
 """True or false, and nothing else."""
 NUMBER: Final = SimpleKind(_read_number, {"type": ["number", "string"]})
-"""A number, or a text that says one."""
+"""A number, or a string that contains one."""

@@ -41,11 +41,9 @@ class ParameterKind(Kind):
     """One parameter's value."""
 
     def read(self, value: object, spot: Spot) -> Any:
-        """Return the value; texts may have `$(…)` in them, and what that gives is read as YAML."""
         return _single(value, spot) if not isinstance(value, list) else _list(cast("Any", value), spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         return {"anyOf": [SCALAR, {"type": "array", "items": SCALAR}]}
 
 
@@ -53,7 +51,6 @@ class ParametersKind(Kind):
     """Parameters by name, the path of a file of them, or a list of such mappings and paths."""
 
     def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
-        """Return the mappings and paths."""
         if not isinstance(value, list):
             return (self._entry(value, spot),)
         listed = cast("list[object]", value)
@@ -63,7 +60,6 @@ class ParametersKind(Kind):
         return _by_name(cast("object", value), spot) if isinstance(value, dict) else read_text(value, spot)
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         entry = {"anyOf": [{"$ref": "#/definitions/text"}, {"$ref": "#/definitions/parameters"}]}
         return {"anyOf": [*entry["anyOf"], {"type": "array", "items": entry}]}
 
@@ -72,7 +68,6 @@ class RosParametersKind(Kind):
     """ROS 2's list: of `{name, value}`, also with `type`, `{name, param: [more of them]}`, `{from: path}`."""
 
     def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
-        """Return mappings and paths, in order."""
         return tuple(self._entry(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
 
     def _entry(self, value: object, spot: Spot) -> Any:
@@ -103,7 +98,6 @@ class RosParametersKind(Kind):
             yield from self._named(f"{name}.", each, below.inner(at))
 
     def schema(self) -> Schema:
-        """Return its JSON schema."""
         file = record_schema({"from": {"$ref": "#/definitions/text"}})
         return {"type": "array", "items": {"anyOf": [{"$ref": "#/definitions/parameter"}, file]}}
 
@@ -138,7 +132,7 @@ def _by_name(value: object, spot: Spot) -> dict[str, Any]:
 def _type(value: object, spot: Spot) -> type[str | int | float | bool]:
     kind = _TYPES.get(value) if isinstance(value, str) else None
     if kind is None:
-        raise spot.error(f"one of {', '.join(_TYPES)} should be here")
+        raise spot.error(f"expected one of {', '.join(_TYPES)}")
     return kind
 
 

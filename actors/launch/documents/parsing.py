@@ -111,7 +111,7 @@ class _Builder:
         merged: dict[str, object] = {}
         for key, each in node.value:
             if key.id != "scalar":
-                raise _error("a key must be a text", key, spot)
+                raise _error("a key must be a string", key, spot)
             name: str = key.value
             if key.tag == _MERGE:
                 merged = {**self._merged(each, spot.inner(name)), **merged}

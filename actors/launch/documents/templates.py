@@ -1,12 +1,12 @@
-r"""Templates: texts with substitutions in them, as ROS 2's launch files write them.
+r"""Strings with substitutions in them, as ROS 2's launch files write them.
 
-    $(var robot)_camera            the argument robot, and "_camera" behind it
-    $(env HOME '/tmp')             arguments stand behind spaces; quotes keep one together
+    $(var robot)_camera            the argument robot, followed by "_camera"
+    $(env HOME '/tmp')             spaces separate arguments; quotes keep one together
     $(var $(env ROBOT)_name)       substitutions within substitutions
     $(eval '$(var n) > 1')         also within quotes
-    \$(var robot)                  a backslash takes the character after it as it is
+    \$(var robot)                  a backslash escapes the character after it
 
-A `$` without a parenthesis, and quotes outside of a substitution, are what they are.
+A `$` without a parenthesis, and quotes outside of a substitution, have no special meaning.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
 
 MAX_DEPTH: Final = 20
-"""Substitutions in substitutions."""
+"""Depth of nested substitutions."""
 MAX_ARGUMENTS: Final = 100
-"""Of one substitution."""
+"""Arguments of one substitution."""
 
 Piece: TypeAlias = str | Substitution
 
@@ -65,11 +65,11 @@ _SPACES: Final = " \t\r\n"
 _ENDS: Final = _SPACES + ")"
 """What ends an argument without quotes."""
 _MARK: Final = "\0"
-"""Stands around the number of a substitution while a text is split into words."""
+"""Marks the number of a substitution while a string is split into words."""
 
 
 def template(text: str) -> Text:
-    """Return what a text says: itself, a substitution, or the pieces of both.
+    """Return a string without substitutions as it is, and otherwise a substitution or a list of pieces.
 
     Raises:
         LaunchError: A substitution in it is malformed or unknown.
@@ -78,7 +78,7 @@ def template(text: str) -> Text:
 
 
 def words(text: str) -> tuple[Text, ...]:
-    """Return the words of a text, split as a shell does it; what a substitution gives is not split.
+    """Split a string into words, as a shell does. The values of substitutions are not split.
 
     Raises:
         LaunchError: A substitution in it is malformed or unknown, or a quote is not closed.
@@ -110,7 +110,7 @@ def _joined(pieces: Sequence[Piece]) -> Text:
 
 
 class _Reader:
-    """A text that is being read, and how far."""
+    """A string that is being parsed, and the position in it."""
 
     def __init__(self, text: str) -> None:
         if _MARK in text:
@@ -199,7 +199,7 @@ class _Reader:
 
 @dataclass(frozen=True)
 class _Call:
-    """A substitution by name: how many arguments it has, how it is written, and what makes it."""
+    """How a substitution is written, its class, and how many arguments it has."""
 
     form: str
     make: Callable[..., Substitution]

@@ -42,10 +42,10 @@ class KnownNodes:
             LaunchError: The action has not been planned, or its node's name is not known.
         """
         if id(action) not in self._names:
-            raise LaunchError(f"{action_label(action)} is waited for, but not started before that")
+            raise LaunchError(f"{action_label(action)} is a dependency, but is not started before that")
         _, name = self._names[id(action)]
         if name is None:
-            raise LaunchError(f"{action_label(action)} is waited for, and needs a name=")
+            raise LaunchError(f"{action_label(action)} is a dependency, and needs a name=")
         return Presence(PresenceKind.NODE, name)
 
 

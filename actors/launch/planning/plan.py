@@ -204,7 +204,7 @@ class _Planner:
             case _ if callable(execute := getattr(action, "execute", None)):
                 return self._opaque(OpaqueFunction(function=execute), scope)
             case _:
-                raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+                raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
         return []
 
     def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
@@ -240,7 +240,7 @@ class _Planner:
         steps = self.plan(self._library.description(path).actions, inner)
         self._includes -= 1
         if not action.scoped:
-            scope.take(inner)
+            scope.adopt(inner)
         return steps
 
     def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:

@@ -176,7 +176,7 @@ def _words(prefix: str) -> list[str]:
     try:
         return shlex.split(prefix)
     except ValueError as error:
-        raise LaunchError(f"prefix '{escape(prefix)}' is no command: {error}") from None
+        raise LaunchError(f"prefix '{escape(prefix)}' is not a command: {error}") from None
 
 
 def ending(reaction: object) -> Shutdown | None:

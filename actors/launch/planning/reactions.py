@@ -84,7 +84,7 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
         case _ if callable(matcher := getattr(handler, "matcher", None)):
             found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
         case _:
-            raise LaunchError(f"{type(handler).__name__} is no event handler")
+            raise LaunchError(f"{type(handler).__name__} is not an event handler")
     return [Trigger(each.reaction, replace(each.step, once=handler.handle_once)) for each in found]
 
 

@@ -85,7 +85,7 @@ def _save_or_restore(action: Setting, scope: Scope) -> None:
         case ResetEnvironment():
             _replace(scope.environment, scope.first_environment)
         case _:
-            raise LaunchError(f"{type(action).__name__} is no action that can be carried out")
+            raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
 
 
 def _last(action: Setting, saved: list[dict[str, str]]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What a description may ask of the computer: launch files, packages, scripts, factories, commands.
+"""The library of this machine: launch files, packages, scripts, node factories, commands.
 
 Imports documents, planning, description and `actors.processes`.
 """

@@ -1,8 +1,8 @@
-"""The output of a command that is run to its end, for texts of a launch file.
+"""Runs a command to its end and returns its output, for the substitution `Command`.
 
-No part of the command is left behind, whether it takes too long, says too much, or the launch is killed
-meanwhile: there is a watcher in its process group, which reads a pipe that nobody writes to. When the pipe
-closes, here or because this process has ended, the watcher kills the group and itself with it.
+No process of the command outlives the call, whether it takes too long, writes too much, or the launch is
+killed meanwhile: a watcher in its process group reads a pipe to which nothing is written. When the pipe
+closes, here or because this process has ended, the watcher kills the group, and itself with it.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
 COMMAND_TIMEOUT_SEC: Final = 30.0
-"""People wait for it, and nothing has been started yet."""
+"""Users wait for it, as nothing has been started yet."""
 REST_TIMEOUT_SEC: Final = 1.0
-"""How long its output is read after its end. Only what it has left in the background can hold that open."""
+"""How long its output is read after its end. Only background processes can keep it open."""
 POLL_INTERVAL_SEC: Final = 0.05
-"""How soon its end is seen, if its output does not end with it."""
+"""How soon its end is noticed if background processes keep its output open."""
 MAX_OUTPUT_BYTES: Final = 1 << 20
-"""More than this is no text for a launch file."""
+"""Limit of the output."""
 _KEPT_ERROR_BYTES: Final = 1 << 12
-"""Of stderr, of which the first line is shown."""
+"""Beginning of stderr that is kept; its first line is shown."""
 _READ_BYTES: Final = 1 << 16
 
 # Only the watcher has the pipe, and it has nothing of the command's output, which would not end otherwise.
@@ -44,15 +44,15 @@ _STARTER: Final = (
 def command_output(command: Sequence[str], environment: Mapping[str, str]) -> str:
     """Run a command, without a shell and with an empty stdin, and return exactly what it writes to stdout.
 
-    This blocks, for `COMMAND_TIMEOUT_SEC` at most, or until the call is `abandoned`. What the command has
-    left in the background ends with it.
+    This blocks for at most `COMMAND_TIMEOUT_SEC`, or until the call is `abandoned`. Processes that the
+    command has left in the background are killed.
 
     Args:
         command: The program, with its path, and its arguments.
-        environment: All that it gets.
+        environment: Its whole environment.
 
     Raises:
-        LaunchError: It cannot be run, fails, takes too long, or writes what is no text or too long.
+        LaunchError: It cannot be run, fails, takes too long, or its output is too long or not UTF-8.
     """
     name = escape(PurePath(command[0]).name)
     deadline = time.monotonic() + COMMAND_TIMEOUT_SEC
@@ -66,7 +66,7 @@ def command_output(command: Sequence[str], environment: Mapping[str, str]) -> st
     try:
         return output.decode()
     except UnicodeDecodeError:
-        raise LaunchError(f"Command '{name}' has written what is no UTF-8 text") from None
+        raise LaunchError(f"Command '{name}' has not written UTF-8") from None
 
 
 @contextmanager

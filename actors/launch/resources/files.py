@@ -1,4 +1,4 @@
-"""What there is outside of a description: launch files, packages, scripts."""
+"""The library of this machine: launch files, packages, scripts, node factories, programs."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ DOCUMENT_SUFFIXES: Final = (".yaml", ".yml", ".toml", ".xml", ".launch")
 SUFFIXES: Final = (".py", *DOCUMENT_SUFFIXES)
 """Of launch files."""
 MAX_REMEMBERED: Final = 1024
-"""Packages, and programs, that are looked up once only."""
+"""Size of the caches of packages and programs."""
 MAX_FILE_BYTES: Final = 1 << 20
-"""A larger launch file, or text, is a mistake."""
+"""Limit of launch files and text files; a larger one is taken for an error."""
 
 _FACTORY_FORM: Final = "write it as node='package.module:Class'"
 _PYTHON: Final = re.compile(r"python(3(\.\d+)?)?")
@@ -69,10 +69,10 @@ class Files:
         self._modules = lru_cache(MAX_REMEMBERED)(self._find_modules)
 
     def description(self, path: str) -> LaunchDescription:
-        """Return what a document says, or a Python file's `generate_launch_description` returns.
+        """Read a document, or call `generate_launch_description` of a Python file.
 
         Raises:
-            LaunchFileError: It cannot be read, fails, or describes nothing.
+            LaunchFileError: It cannot be read, fails, or returns no description.
         """
         if path not in self.launch_files:
             self.launch_files.append(path)
@@ -105,7 +105,7 @@ class Files:
         """
         module_name, separator, attribute = name.partition(":")
         if not separator or not attribute or not all(map(str.isidentifier, module_name.split("."))):
-            raise LaunchError(f"'{escape(name)}' names no node: {_FACTORY_FORM}")
+            raise LaunchError(f"'{escape(name)}' is not the name of a node: {_FACTORY_FORM}")
         try:
             found: Any = importlib.import_module(module_name)
         except Exception as error:
@@ -116,7 +116,7 @@ class Files:
             if found is None:
                 raise LaunchError(f"Module '{module_name}' has no '{escape(attribute)}'")
         if not callable(found):
-            raise LaunchError(f"{escape(name)} is no class and no function, but {escape(repr(found))}")
+            raise LaunchError(f"{escape(name)} is neither a class nor a function, but {escape(repr(found))}")
         return found  # type: ignore[no-any-return]
 
     def program(self, package: str, executable: str) -> Sequence[str]:
@@ -131,7 +131,7 @@ class Files:
         return (sys.executable, "-u", "-P", "-c", code)
 
     def python_program(self, command: Sequence[str]) -> Sequence[str]:
-        """Return a command; if there is a runner and it runs a Python file, by that."""
+        """Return a command; if it runs a Python file and there is a runner, the runner runs that file."""
         if not self._runner:
             return command
         words = list(command)
@@ -220,21 +220,21 @@ class Files:
         return found
 
     def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
-        """Run a command to its end and return what it has written to stdout; this blocks.
+        """Run a command to its end and return its stdout; this blocks.
 
         Raises:
-            LaunchError: It cannot be run, fails, takes too long, or writes what is no text or too long.
+            LaunchError: It cannot be run, fails, takes too long, or its output is too long or not UTF-8.
         """
         if not command:
-            raise LaunchError("An empty text is no command")
+            raise LaunchError("An empty string is not a command")
         program = self.executable(command[0], environment)
         return command_output((program, *command[1:]), environment)
 
     def text(self, path: str) -> str:
-        """Return what a text file holds: UTF-8, `MAX_FILE_BYTES` at most.
+        """Return the content of a UTF-8 file of at most `MAX_FILE_BYTES`.
 
         Raises:
-            LaunchError: It cannot be read, is larger, or is no text.
+            LaunchError: It cannot be read, is larger, or is not UTF-8.
         """
         try:
             with Path(path).open("rb") as file:
@@ -246,10 +246,10 @@ class Files:
         try:
             return content.decode()
         except UnicodeDecodeError:
-            raise LaunchError(f"{escape(path)} is no UTF-8 text") from None
+            raise LaunchError(f"{escape(path)} is not UTF-8") from None
 
     def unique(self) -> str:
-        """Return a word that nobody else has."""
+        """Return a unique word of letters, digits and underscores."""
         return f"{os.getpid()}_{secrets.token_hex(4)}"
 
     def _find_modules(self, package: str) -> Sequence[Path]:
@@ -289,7 +289,7 @@ def _source(path: str) -> bytes:
 
 
 def _run(path: str) -> ModuleType:
-    """Run a launch file as a module. Python's own import would leave a folder with its bytecode behind."""
+    """Run a launch file as a module. Python's own import would leave a folder with bytecode behind."""
     source = _source(path)
     module = ModuleType(f"callboard launch file {path}")
     module.__file__ = path
@@ -303,7 +303,7 @@ def _run(path: str) -> ModuleType:
 
 
 def _failed(path: str, error: BaseException) -> LaunchFileError:
-    """Say what went wrong in a launch file, and where in it."""
+    """Return an exception of a launch file as an error with its line."""
     if isinstance(error, LaunchFileError):
         return error
     line = line_in(path, error)

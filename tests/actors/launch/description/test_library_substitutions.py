@@ -62,7 +62,7 @@ def test_a_name_for_nobody_else_is_the_same_in_all_scopes() -> None:
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        (Command("echo '"), "'echo '' is no command: No closing quotation"),
+        (Command("echo '"), "'echo '' is not a command: No closing quotation"),
         (FindExecutable("none"), "No program 'none'"),
     ],
 )

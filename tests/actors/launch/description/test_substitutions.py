@@ -65,9 +65,9 @@ def endless() -> list[Any]:
     [
         (LaunchConfiguration("none"), "Launch argument 'none' is used, but not declared"),
         (EnvironmentVariable("NONE"), "Environment variable 'NONE' is not set"),
-        (3, "A text is wanted, or a substitution, not 3"),
-        (["a", None], "A text is wanted, or a substitution, not None"),
-        (endless(), "A text is wanted"),
+        (3, "Expected a string or a substitution, not 3"),
+        (["a", None], "Expected a string or a substitution, not None"),
+        (endless(), "Expected a string"),
     ],
 )
 def test_what_stands_for_nothing_is_an_error(text: Any, error: str) -> None:

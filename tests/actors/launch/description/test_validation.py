@@ -65,7 +65,7 @@ def test_each_argument_of_each_part_is_checked() -> None:
         (
             ExecuteProcess,
             {"cmd": "echo hello"},
-            "cmd must be a list of texts, such as ['echo', 'hello'], not",
+            "cmd must be a list of strings, such as ['echo', 'hello'], not",
         ),
         (ExecuteProcess, {"cmd": LaunchConfiguration("a")}, "cmd must be a list"),
         (EmitEvent, {"event": LogInfo(msg="a")}, "event must be Shutdown() or ChangeState(…), not"),
@@ -78,7 +78,7 @@ def test_each_argument_of_each_part_is_checked() -> None:
         (
             LifecycleTransition,
             {"lifecycle_node_names": ["a"], "transition_ids": 1},
-            "transition_ids must be a list of numbers and texts, not 1",
+            "transition_ids must be a list of numbers and strings, not 1",
         ),
         (
             ChangeState,
@@ -87,7 +87,7 @@ def test_each_argument_of_each_part_is_checked() -> None:
         ),
         (ExecuteProcess, {"cmd": [None]}, "cmd must be a list"),
         (ExecuteProcess, {"cmd": None}, "cmd must be a list"),
-        (Node, {"arguments": "--x"}, "arguments must be a list of texts"),
+        (Node, {"arguments": "--x"}, "arguments must be a list of strings"),
         (Node, {"parameters": {"a": 1}}, "parameters must be a list of mappings"),
         (Node, {"parameters": "p.yaml"}, "parameters must be a list of mappings"),
         (Node, {"parameters": [None]}, "parameters must be a list of mappings"),
@@ -98,19 +98,19 @@ def test_each_argument_of_each_part_is_checked() -> None:
         ),
         (Node, {"remappings": ("a", "b")}, "remappings must be a list of pairs"),
         (Node, {"remappings": ["a:=b"]}, "remappings must be a list of pairs"),
-        (Node, {"additional_env": [("A", "b")]}, "additional_env must be a mapping of names to texts"),
-        (Node, {"env": {"A": 1}}, "env must be a mapping of names to texts"),
-        (Node, {"depends_on": 3}, "depends_on must be a Node, a text such as 'topic chatter'"),
+        (Node, {"additional_env": [("A", "b")]}, "additional_env must be a mapping of names to strings"),
+        (Node, {"env": {"A": 1}}, "env must be a mapping of names to strings"),
+        (Node, {"depends_on": 3}, "depends_on must be a Node, a string such as 'topic chatter'"),
         (Node, {"depends_on": [None]}, "depends_on must be a Node"),
         (Node, {"on_exit": "x"}, "on_exit must be an action such as LogInfo(…)"),
         (Node, {"on_exit": [None]}, "on_exit must be an action"),
         (Node, {"condition": True}, "condition must be a condition, such as IfCondition('true')"),
         (Node, {"condition": "true"}, "condition must be a condition"),
         (Node, {"respawn": 1}, "respawn must be True or False"),
-        (Node, {"respawn_max_retries": True}, "respawn_max_retries must be a number, or a text"),
-        (Node, {"name": 3}, "name must be a text or a substitution, or None, not 3"),
-        (DeclareLaunchArgument, {"name": "a", "choices": [1, 2]}, "choices must be a list of texts"),
-        (DeclareLaunchArgument, {"name": "a", "choices": "ab"}, "choices must be a list of texts"),
+        (Node, {"respawn_max_retries": True}, "respawn_max_retries must be a number, or a string"),
+        (Node, {"name": 3}, "name must be a string or a substitution, or None, not 3"),
+        (DeclareLaunchArgument, {"name": "a", "choices": [1, 2]}, "choices must be a list of strings"),
+        (DeclareLaunchArgument, {"name": "a", "choices": "ab"}, "choices must be a list of strings"),
         (
             IncludeLaunchDescription,
             {"launch_arguments": ["a"]},
@@ -133,8 +133,8 @@ def test_each_argument_of_each_part_is_checked() -> None:
             {"target_action": 7, "on_exit": []},
             "target_action must be a Node, an ExecuteProcess",
         ),
-        (OnNodeUp, {"node": 3, "on_up": []}, "node must be a text or a Node"),
-        (PathJoinSubstitution, {"substitutions": 3}, "substitutions must be a list of texts"),
+        (OnNodeUp, {"node": 3, "on_up": []}, "node must be a string or a Node"),
+        (PathJoinSubstitution, {"substitutions": 3}, "substitutions must be a list of strings"),
     ],
 )
 def test_what_is_wrong_is_reported_with_what_is_wanted(
@@ -157,7 +157,7 @@ def test_a_text_that_contains_itself_is_none() -> None:
     """Rather than the end of the stack."""
     endless: list[Any] = []
     endless.append(endless)
-    with pytest.raises(LaunchError, match="msg must be a text"):
+    with pytest.raises(LaunchError, match="msg must be a string"):
         LogInfo(msg=endless)
 
 

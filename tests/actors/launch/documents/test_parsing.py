@@ -42,7 +42,7 @@ def test_yaml_is_plain_data(text: str, meant: object) -> None:
         ("a:\n\t- b", 2, "it is not YAML: "),
         ("a: 1\n---\nb: 2", 2, "it is not YAML: "),
         ("a: 1\nb: 2\na: 3", 3, "the key 'a' is there twice"),
-        ("? [a]\n: b", 1, "a key must be a text"),
+        ("? [a]\n: b", 1, "a key must be a string"),
         (
             "a: !!python/name:os.system x",
             1,

@@ -155,7 +155,7 @@ def test_an_element_is_the_action_that_ros_2_has(text: str, action: Action) -> N
         ),
         (
             "<launch>\n<group scoped='perhaps'/></launch>",
-            "line 2: launch[0].group.scoped: true or false should",
+            "line 2: launch[0].group.scoped: expected true or false",
         ),
         ("<launch>\nhello</launch>", "text outside of attributes: 'hello'"),
         ("<launch>" + "<group>" * 60 + "</group>" * 60 + "</launch>", "it is nested deeper than 50"),

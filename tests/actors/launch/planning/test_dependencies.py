@@ -50,9 +50,9 @@ def test_names_are_seen_from_the_namespace(depends_on: Any, namespace: str | Non
     [
         ("add", "depends_on: 'add' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"),
         (["servce add"], "'servce add' is none of"),
-        (UNNAMED, "Node 'b.py' is waited for, and needs a name="),
-        (UNKNOWN, "Node 'c' is waited for, but not started before that"),
-        ([7], "A text is wanted"),
+        (UNNAMED, "Node 'b.py' is a dependency, and needs a name="),
+        (UNKNOWN, "Node 'c' is a dependency, but is not started before that"),
+        ([7], "Expected a string"),
     ],
 )
 def test_what_cannot_be_meant_is_an_error(depends_on: Any, error: str) -> None:

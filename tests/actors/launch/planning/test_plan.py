@@ -307,7 +307,7 @@ def test_numbers_may_be_texts() -> None:
             ExecuteProcess(cmd=["a"], output="paper"),
             "output must be one of screen, log, both, own_log, full, not 'paper'",
         ),
-        (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is no command: No closing quotation"),
+        (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is not a command: No closing quotation"),
         (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
         (ExecuteProcess(cmd=["a"], name="x" * 201), "it has 1 to 200 printable characters"),
         (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),
@@ -324,7 +324,7 @@ def test_numbers_may_be_texts() -> None:
         (TimerAction(period=-1, actions=[]), "period must be a number"),
         (DeclareLaunchArgument("a"), "Launch argument 'a' is required"),
         (DeclareLaunchArgument("a", default_value="1", choices=["2"]), "'a' must be one of 2, not '1'"),
-        (Action(), "Action is no action that can be carried out"),
+        (Action(), "Action is not an action that can be carried out"),
         (GroupAction([ExecuteProcess(cmd=["a"])] * 1001), "more than 1000 processes"),
     ],
 )

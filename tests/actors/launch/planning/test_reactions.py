@@ -303,7 +303,7 @@ def test_what_a_function_makes_is_marked_and_sets_nothing_for_the_next() -> None
     [
         (
             RegisterEventHandler(OnNodeUp(node=Node(script="a.py", name="a"), on_up=BYE)),
-            "Node 'a' is waited for, but not started before that",
+            "Node 'a' is a dependency, but is not started before that",
         ),
     ],
 )

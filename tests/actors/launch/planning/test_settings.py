@@ -96,7 +96,7 @@ def test_an_inner_scope_keeps_its_parameters_and_rules() -> None:
 @pytest.mark.parametrize(
     ("setting", "error"),
     [
-        (Setting(), "Setting is no action that can be carried out"),
+        (Setting(), "Setting is not an action that can be carried out"),
         (SetLaunchConfiguration("x", LaunchConfiguration("none")), "'none' is used, but not declared"),
         (SetParameter("a", None), "Parameter 'a' cannot be None"),  # type: ignore[arg-type]
         (AppendEnvironmentVariable("PATH", "x", prepend="maybe"), "Expected true, 1, false or 0"),

@@ -53,7 +53,7 @@ def test_the_output_is_what_is_written() -> None:
         ("echo >&2; echo no such robot >&2; echo more >&2; exit 3", "exit code 3: no such robot"),
         ("exit 1", "Command 'sh' has failed with exit code 1"),
         ("kill -9 $$", "exit code -9"),
-        (r"printf '\377'", "Command 'sh' has written what is no UTF-8 text"),
+        (r"printf '\377'", "Command 'sh' has not written UTF-8"),
         (r"printf '\033[1m\n' >&2; exit 1", r"exit code 1: \x1b[1m"),
     ],
 )

@@ -29,17 +29,17 @@ def test_a_class_is_found() -> None:
     [
         (
             "actors.node.node.Node",
-            "'actors.node.node.Node' names no node: write it as node='package.module:Class'",
+            "'actors.node.node.Node' is not the name of a node: write it as node='package.module:Class'",
         ),
-        (":Node", "':Node' names no node"),
-        ("actors..node:Node", "names no node"),
-        ("actors.node.node:", "names no node"),
+        (":Node", "':Node' is not the name of a node"),
+        ("actors..node:Node", "is not the name of a node"),
+        ("actors.node.node:", "is not the name of a node"),
         ("actors.node.node:Noddy", "Module 'actors.node.node' has no 'Noddy'"),
         ("actors.node.node:Node.x.y", "Module 'actors.node.node' has no 'Node.x.y'"),
         ("no_such_module:Node", "Module 'no_such_module' cannot be imported: ModuleNotFoundError: No module"),
         (
             "actors.node.node:__name__",
-            "actors.node.node:__name__ is no class and no function, but 'actors.node.node'",
+            "actors.node.node:__name__ is neither a class nor a function, but 'actors.node.node'",
         ),
     ],
 )

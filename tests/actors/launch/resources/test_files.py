@@ -100,7 +100,7 @@ def test_words_that_nobody_else_has_can_be_in_names() -> None:
         (lambda _: FILES.program("no-such-package", "x"), "No installed package"),
         (lambda _: FILES.share("bare"), "Package 'bare' has no folder"),
         (lambda _: FILES.executable("python3", {"PATH": ""}), "No program 'python3'"),
-        (lambda _: FILES.output_of([], {}), "An empty text is no command"),
+        (lambda _: FILES.output_of([], {}), "An empty string is not a command"),
         (lambda _: FILES.output_of(["no-such-program"], {}), "No program 'no-such-program'"),
         (
             lambda _: FILES.output_of([sys.executable, "-c", "import sys; sys.exit('no')"], {}),
@@ -108,7 +108,7 @@ def test_words_that_nobody_else_has_can_be_in_names() -> None:
         ),
         (lambda folder: FILES.text(str(folder / "none")), "none': No such file or directory"),
         (lambda folder: FILES.text("a\0b"), "No file 'a.x00b': embedded null byte"),
-        (lambda folder: FILES.text(str(folder / "binary")), "binary is no UTF-8 text"),
+        (lambda folder: FILES.text(str(folder / "binary")), "binary is not UTF-8"),
         (lambda folder: FILES.text(str(folder / "large")), f"large is larger than {MAX_FILE_BYTES} bytes"),
     ],
 )
