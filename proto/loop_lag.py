@@ -34,6 +34,6 @@ class LoopLag:
         del self._buckets[:-_BUCKETS]
 
     def longest_sec(self, now: float) -> float:
-        """Return the longest delay of the last minute, to ten seconds; 0 if there is none."""
+        """Return the longest delay of the last minute, to ten seconds; 0 without one."""
         oldest = int(now // _BUCKET_SEC) - _BUCKETS + 1
         return max((late for number, late in self._buckets if number >= oldest), default=0.0)

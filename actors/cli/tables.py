@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 Style = Literal["", "heading", "name", "type", "count", "dim", "good", "warn", "bad"]
-"""The role of a text, which selects its colour. A column of "count" is aligned to the right."""
+"""The role of a string, which selects its colour. A column of "count" is aligned to the right."""
 
 GAP: Final = "  "
 ELLIPSIS: Final = "…"
 NARROWEST: Final = 8
-"""The columns to which a text is cut at most."""
+"""The columns to which a string is cut at most."""
 _CODES: Final[dict[Style, str]] = {
     "heading": "1",
     "name": "36",
@@ -66,14 +66,14 @@ def colored(stream: TextIO) -> bool:
 
 
 def painted(text: str, style: Style, *, color: bool) -> str:
-    """Return a text in one line without control characters, in the colour of its style if `color`."""
+    """Return a string in one line without control characters, in the colour of its style if `color`."""
     plain = _one_line(text)
     code = _CODES.get(style)
     return f"\x1b[{code}m{plain}\x1b[0m" if color and code and plain else plain
 
 
 def width(text: str) -> int:
-    """Return the terminal columns of a text without control characters."""
+    """Return the terminal columns of a string without control characters."""
     if text.isascii():
         return len(text)
     return sum(map(_columns, text))

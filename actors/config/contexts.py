@@ -335,7 +335,7 @@ def _checked(context: Context) -> Context:
 
 
 def _quoted(text: str) -> str:
-    """Return a text without control characters as a TOML string."""
+    """Return a string without control characters as a TOML string."""
     import json  # noqa: PLC0415 - nodes only read
 
     return json.dumps(text, ensure_ascii=False)

@@ -76,7 +76,7 @@ class Credentials:
         return replace(self, token=Secret(token), source="the argument `token`", token_file="")
 
     def token_for(self, host: str, *, encrypted: bool) -> str | None:
-        """Return the token to send on a connection; None if there is none.
+        """Return the token to send on a connection, or None.
 
         Args:
             host: The address of the broker, as the connection reports it; "" for a unix socket.

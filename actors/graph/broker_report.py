@@ -109,7 +109,7 @@ def _rates(
 ) -> dict[Any, dict[str, float]]:
     rates: dict[Any, dict[str, float]] = {}
     for key, entry in later.items():
-        rise = increase(totals, earlier.get(key), entry)  # its counts may have begun anew
+        rise = increase(totals, earlier.get(key), entry)  # its counts may have started again
         rates[key] = {total: change / seconds for total, change in rise.items()}
     return rates
 

@@ -44,7 +44,7 @@ def known_packages() -> list[str]:
 
 
 def python_package(package: str, kind: str) -> str | None:
-    """Return the name of the Python package with the interfaces of a kind, None if there is none."""
+    """Return the name of the Python package with the interfaces of a kind, or None."""
     if (_STANDARD / package / kind / "__init__.py").is_file():
         return f"{STANDARD_ROOT}.{package}.{kind}"
     if any((folder / kind / "__init__.py").is_file() for folder in _folders(package)):
@@ -53,7 +53,7 @@ def python_package(package: str, kind: str) -> str | None:
 
 
 def source_file(package: str, kind: str, name: str) -> Path | None:
-    """Return the file with the text of an interface, None if there is none."""
+    """Return the file with the text of an interface, or None."""
     if not (_PACKAGE.fullmatch(package) and kind in KINDS and _TYPE.fullmatch(name)):
         return None
     if package in standard_packages():

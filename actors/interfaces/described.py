@@ -60,7 +60,7 @@ def _fields(fields: list[dict[str, Any]]) -> dict[str, FieldType]:
 
 
 def _name(name: str) -> str:
-    """Return a name of a definition; raise ValueError if it could be taken for something else in a text."""
+    """Return a name of a definition; raise ValueError if it could be taken for something else in a string."""
     if not name.replace("/", "_").isidentifier():
         raise ValueError(f"the name {name!r}")
     return name

@@ -79,7 +79,7 @@ def _items(text: str) -> list[str]:
 
 
 def parse_value(field_type: FieldType, text: str) -> object:
-    """Return the value of a text: a bool, int, float, str, bytes (for byte), or a list.
+    """Return the value of a string: a bool, int, float, str, bytes (for byte), or a list.
 
     Raises:
         ValueError: It is not a value of this primitive type, or an array's length is not allowed.

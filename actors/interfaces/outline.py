@@ -72,7 +72,7 @@ def _lines(name: str, text_of: Callable[[str], str | None], comments: Comments, 
 
 
 def _nested(code: str, package: str) -> str:
-    """Return the type name of the message in a line's field, "" if there is none."""
+    """Return the type name of the message in a line's field, or ""."""
     match = _TYPE.match(code)
     if match is None or (match["package"] is None and match["name"] in PRIMITIVES):
         return ""

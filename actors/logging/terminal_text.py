@@ -14,7 +14,7 @@ _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\u
 
 
 def escape_controls(text: str) -> str:
-    """Escape the control characters of a text, except line ends and tabs.
+    """Escape the control characters of a string, except line ends and tabs.
 
     For log lines, which may have any printed text of their program: other unprintable characters, such as
     no-break spaces and joined emoji, stay. The CLI's `sanitize` escapes these, too.

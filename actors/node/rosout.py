@@ -210,7 +210,7 @@ def _line(record: logging.LogRecord) -> Log:
 
 
 def _text(text: str, most: int) -> str:
-    """Return a text that fits into a message: cut, and with lone surrogates escaped."""
+    """Return a string that fits into a message: cut, and with lone surrogates escaped."""
     if len(text) > most:
         text = f"{text[:most]}… and {len(text) - most} more characters"
     return text if text.isascii() else text.encode(errors="backslashreplace").decode()

@@ -378,7 +378,7 @@ def parameter_value_to_python(value: rcl_interfaces.ParameterValue) -> Parameter
 
 
 def parameter_value_from_string(text: str) -> ParameterValue:
-    """Return the value of a text on a command line, by YAML's rules.
+    """Return the value of a string on a command line, by YAML's rules.
 
     A text that is not a bool, int, double, string or list of one of them is a string.
 

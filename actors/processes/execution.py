@@ -105,7 +105,7 @@ class Execution(ABC):
         return LAST_STEP_SEC if step == len(self._steps) - 1 else self._child.stop_timeout_sec
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
-        """Log a text about the child; it follows the child's name."""
+        """Log a string about the child; it follows the child's name."""
         self._log.log(f"Child '{self._child.name}' {text}", severity)
 
     @property

@@ -62,7 +62,7 @@ def qos_check_compatible(
 
 
 def disagreements(pub: QoSProfile, sub: QoSProfile) -> list[tuple[QoSPolicyKind, str]]:
-    """Return each policy in which a subscription requests more than a publisher offers, with a text."""
+    """Return each policy in which a subscription requests more than a publisher offers, with a string."""
     found: list[tuple[QoSPolicyKind, str]] = []
     pub, sub = _without_best_available(pub), _without_best_available(sub)
     offered, wanted = pub.resolved(), sub.resolved()
@@ -112,7 +112,7 @@ def _shortage(name: str, offered: Duration, wanted: Duration) -> str:
 
 
 def _doubts(pub: QoSProfile, sub: QoSProfile) -> list[str]:
-    """Return a text for each policy that one side leaves open and on which the other side depends."""
+    """Return a string for each policy that one side leaves open and on which the other side depends."""
     return [
         *_doubt("reliability", (pub.reliability, sub.reliability), *_RELIABILITY),
         *_doubt("durability", (pub.durability, sub.durability), *_DURABILITY),

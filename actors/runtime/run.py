@@ -240,7 +240,7 @@ async def _run_all(programs: Sequence[Program]) -> Any:
 
 
 def _first_failure(tasks: set[asyncio.Task[Any]]) -> BaseException | None:
-    """Return the error of one of the ended tasks, None if there is none."""
+    """Return the error of one of the ended tasks, or None."""
     for task in tasks:
         error = asyncio.CancelledError() if task.cancelled() else task.exception()
         if error is not None:

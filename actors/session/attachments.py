@@ -103,7 +103,7 @@ class Attachment:
 
 
 def _seconds(qos: Options, key: str) -> float:
-    """Return a time in a QoS map, in seconds; 0 if there is none."""
+    """Return a time in a QoS map, in seconds; 0 without one."""
     value = qos.get(key, 0)
     return value / 1e9 if isinstance(value, int) and value > 0 else 0.0
 

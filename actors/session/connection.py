@@ -61,7 +61,7 @@ class BrokerConnection:
         had_session: Whether the broker has sent WELCOME.
         error: The error of connecting or of TLS; None after a timeout, or if the connection was accepted.
         refusal: Why the broker did not let this node in, or closed the link; for the log.
-        fatal: An error that further attempts would repeat; None if there is none.
+        fatal: An error that further attempts would repeat, or None.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class BrokerConnection:
             else:
                 self.fatal = error
             self.abort()
-        except (OSError, ValueError) as error:  # ValueError: a text that cannot be a host name
+        except (OSError, ValueError) as error:  # ValueError: a string that cannot be a host name
             self.error = error
             self.abort()
         if self._tls_error is not None:

@@ -134,7 +134,7 @@ class LaunchRun:
             raise cancelled
 
     def error(self) -> BaseException | None:
-        """Return the error of the launch itself, None if there is none."""
+        """Return the error of the launch itself, or None."""
         if self.task.done() and not self.task.cancelled() and (error := self.task.exception()) is not None:
             return error
         return LaunchError(self.launch.mistake) if self.launch.mistake else None

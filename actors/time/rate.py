@@ -23,7 +23,7 @@ class Rate:
     """Sleeps until the next of its ticks. Made by `Node.create_rate`.
 
     Ticks come at whole periods since it was made in a running loop, or else since the first sleep. Those that
-    pass while nobody sleeps are skipped. By simulated time, ticks also begin anew with the first time, after
+    pass while nobody sleeps are skipped. By simulated time, ticks also begin again with the first time, after
     a step back over more than a period, and when `use_sim_time` changes.
 
     Args:

@@ -62,7 +62,7 @@ LIMITS: Final = {
         "failed attempts to share memory: large messages go as bytes",
         "see docs/how-to/containers.md",
     ),
-    "refused_definitions": ("type definitions not kept", "generate the classes anew from one .msg or .srv"),
+    "refused_definitions": ("type definitions not kept", "generate the classes again from one .msg or .srv"),
 }
 """By counter: what has reached a limit, and what to do."""
 MAX_PROFILES: Final = 32
@@ -237,7 +237,7 @@ def _type_conflicts(snapshot: GraphSnapshot, what: str, *kinds: EntryKind) -> li
             remedy = "only those with the same type meet: rename one of them, or give it the other's type"
         elif len(hashes) > 1:
             text = f"{what} {name}: {types[0]} has {len(hashes)} definitions ({_users(entries, types[0])})"
-            remedy = "generate the classes anew from one .msg or .srv, and restart the nodes"
+            remedy = "generate the classes again from one .msg or .srv, and restart the nodes"
         else:
             continue
         found.append(Check("types", "fail", text, remedy))

@@ -43,7 +43,7 @@ class Executable(NamedTuple):
         name: The program's name.
         module: The module of its function; empty: it is the file.
         function: The function's path in the module: "main", or "Talker.main".
-        path: The file that the installer wrote for it; None if there is none.
+        path: The file that the installer wrote for it, or None.
     """
 
     package: str

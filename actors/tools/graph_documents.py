@@ -90,7 +90,7 @@ def nodes(
 
 
 def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:
-    """Return a topic: name, types, publishers, subscriptions; None if there is none.
+    """Return a topic: name, types, publishers, subscriptions, or None.
 
     Args:
         snapshot: The graph.
@@ -102,7 +102,7 @@ def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) 
 
 
 def service(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:
-    """Return a service: name, types, clients, servers; None if there is none.
+    """Return a service: name, types, clients, servers, or None.
 
     Args:
         snapshot: The graph.
@@ -113,7 +113,7 @@ def service(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None
 
 
 def action(snapshot: GraphSnapshot, name: str, _: BrokerNames | None = None) -> dict[str, Any] | None:
-    """Return an action: name, types, clients, servers; None if there is none.
+    """Return an action: name, types, clients, servers, or None.
 
     Args:
         snapshot: The graph.

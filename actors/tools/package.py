@@ -210,7 +210,7 @@ def comes_with_callboard(dependency: str) -> bool:
 
 
 def suggested_name(name: str) -> str | None:
-    """Return a valid package or node name that is similar; None if there is none.
+    """Return a valid package or node name that is similar, or None.
 
     Args:
         name: An invalid name.

@@ -27,7 +27,7 @@ def prefixes() -> list[Path]:
 
 
 def resource(kind: str, name: str) -> Path | None:
-    """Return the folder in which there is a resource; None if there is none.
+    """Return the folder in which there is a resource, or None.
 
     Args:
         kind: Its type.

@@ -271,7 +271,7 @@ class CounterRate:
         self._last: _Reading | None = None
 
     def add(self, time_sec: float, messages: int, size_bytes: int) -> None:
-        """Add a reading. A counter that has fallen was restarted: the window begins anew.
+        """Add a reading. A counter that has fallen was restarted: the window begins again.
 
         Args:
             time_sec: When it was taken; not before the last one.

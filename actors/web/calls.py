@@ -33,7 +33,7 @@ FLUSH_SEC: Final = 5.0
 """For a published message to reach the broker."""
 
 MAX_REASON: Final = 500
-"""Characters of a text about a value, which may be as long as the value."""
+"""Characters of a string about a value, which may be as long as the value."""
 
 M = TypeVar("M", bound=Message)
 

@@ -131,7 +131,7 @@ def _json(kind: FieldType, value: Any) -> Any:
 
 
 def _plain(base: str, value: Any) -> Any:
-    """Return a primitive value as JSON has it: a byte is a number, and what is no number is a text."""
+    """Return a primitive value as JSON has it: a byte is a number, and what is no number is a string."""
     if base in BINARY and isinstance(value, bytes):
         return value[0]
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value

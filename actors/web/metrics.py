@@ -258,7 +258,7 @@ def _mesh_metrics(report: BrokerReport) -> Iterator[Metric]:
     text = "Bytes from and to other brokers, by what they wait for"
     yield _gauge_by("callboard_mesh_waiting_bytes", text, "waits_for", waiting)
     problems = {reason: getattr(mesh, reason) for reason in MESH_PROBLEMS}
-    text = "Messages of the mesh that were lost or refused, and exchanges begun anew, by reason"
+    text = "Messages of the mesh that were lost or refused, and exchanges restarted, by reason"
     yield _counter_by("callboard_mesh_problems", text, "reason", problems)
     trips = {
         names[number]: broker.round_trip_us / 1e6

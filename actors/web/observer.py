@@ -31,7 +31,7 @@ MIN_RATE_SEC: Final = SAMPLE_PERIOD_SEC / 2
 """The shortest time over which rates are computed: programs may take samples in quick succession."""
 
 MAX_SAMPLE_GAP_SEC: Final = 10.0
-"""After a longer time without samples rates start anew: they would be an average over that time."""
+"""After a longer time without samples rates start again: they would be an average over that time."""
 
 CHANGE_PERIOD_SEC: Final = 0.1
 """The shortest time between two reports of graph changes: a launch causes hundreds of changes."""

@@ -26,7 +26,7 @@ _INDEX_BYTES: Final = 4
 
 
 def is_token_hash(text: str) -> bool:
-    """Return whether a text is a stored token: `sha256:` and 64 lower-case hexadecimal digits."""
+    """Return whether a string is a stored token: `sha256:` and 64 lower-case hexadecimal digits."""
     return _HASH.fullmatch(text) is not None
 
 

@@ -63,7 +63,7 @@ def is_user_name(name: str) -> bool:
 
 
 def parse_rules(text: str, source: str) -> AccessRules:
-    """Return the rules in a text.
+    """Return the rules in a string.
 
     Args:
         text: The content of a file.

@@ -58,7 +58,7 @@ class PatternSet:
             branch.pattern = pattern
 
     def find(self, name: str) -> str | None:
-        """Return a pattern that matches a full name; None if there is none."""
+        """Return a pattern that matches a full name, or None."""
         branches: dict[_Branch, None] = {}
         _enter(self._root, branches)
         for token in name[1:].split("/"):

@@ -201,7 +201,7 @@ class AccessRules:
             token: The token that it presents; None for none.
 
         Returns:
-            The user with the rights from there; None if there is none.
+            The user with the rights from there, or None.
         """
         if token is not None:
             user, stored = self._tokens.find(token)

@@ -108,7 +108,7 @@ class Daemon:
                 return
 
     def _reload(self) -> None:
-        """Apply the configuration anew. If it is wrong, everything remains as it was."""
+        """Apply the configuration again. If it is wrong, everything remains as it was."""
         if self._status:
             self._manager.notify_reloading()
         try:

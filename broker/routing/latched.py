@@ -181,7 +181,7 @@ class LatchedReplay(ReplaySource):
         return batch if batch.first_sequence < self._stop else None
 
     def next_bytes(self) -> int:
-        """Return the size of the next latched batch; 0 if there is none."""
+        """Return the size of the next latched batch; 0 without one."""
         batch = self._next()
         return 0 if batch is None else len(batch.payload)
 

@@ -57,7 +57,7 @@ class Pool(Generic[ServerT]):
                 self._levels.clear()
 
     def least_busy(self) -> ServerT | None:
-        """Return the server for the next request, None if there is none."""
+        """Return the server for the next request, or None."""
         if not self._levels:
             return next(iter(self._servers), None)
         while self._lowest not in self._levels:

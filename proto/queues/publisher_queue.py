@@ -45,7 +45,7 @@ class ReplaySource(ABC):
 
     @abstractmethod
     def next_bytes(self) -> int:
-        """Return the size of the next latched batch; 0 if there is none."""
+        """Return the size of the next latched batch; 0 without one."""
 
     @abstractmethod
     def pop(self) -> Replay:

@@ -11,7 +11,7 @@ Address: TypeAlias = IPv4Address | IPv6Address
 
 @lru_cache(maxsize=1000)
 def parse_address(text: str) -> Address:
-    """Return the address in a text; that of an IPv4 client of an IPv6 socket as IPv4.
+    """Return the address in a string; that of an IPv4 client of an IPv6 socket as IPv4.
 
     Raises:
         ValueError: It is no address.
@@ -22,7 +22,7 @@ def parse_address(text: str) -> Address:
 
 
 def is_loopback(text: str) -> bool:
-    """Return whether a text is an address of the loopback device; False for names."""
+    """Return whether a string is an address of the loopback device; False for names."""
     try:
         return parse_address(text).is_loopback
     except ValueError:
@@ -30,7 +30,7 @@ def is_loopback(text: str) -> bool:
 
 
 def is_address(text: str) -> bool:
-    """Return whether a text is an address; False for names."""
+    """Return whether a string is an address; False for names."""
     try:
         parse_address(text)
     except ValueError:

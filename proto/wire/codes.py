@@ -123,15 +123,15 @@ class Status(IntEnum):
     REMOTE_ERROR = 1
     """The handler raised; the body is a msgpack array [exception type, text]."""
     UNAVAILABLE = 2
-    """No server, or its link broke; the body is a text."""
+    """No server, or its link broke; the body is a string."""
     INVALID_REQUEST = 3
     """The server could not decode the request; the body is as with REMOTE_ERROR."""
     INVALID_REPLY = 4
     """The handler returned something that is not a valid reply; the body is as with REMOTE_ERROR."""
     OVERLOADED = 5
-    """A limit on pending requests is reached; the body is a text."""
+    """A limit on pending requests is reached; the body is a string."""
     CANCELLED = 6
-    """The server ended the call (its node stopped, or its deadline passed); the body is a text."""
+    """The server ended the call (its node stopped, or its deadline passed); the body is a string."""
 
 
 class EntryKind(IntEnum):

@@ -144,7 +144,7 @@ class Receiver:
 
     @property
     def kept_bytes(self) -> int:
-        """Size of the buffer made by `keep`; 0 if there is none."""
+        """Size of the buffer made by `keep`; 0 without one."""
         return 0 if self._source is self._scratch else len(self._source)
 
     def keep(self) -> None:

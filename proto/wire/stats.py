@@ -250,11 +250,11 @@ class MeshStats:
     refused: int = 0
     """Endpoints of other brokers that this one does not take."""
     resets: int = 0
-    """How often messages to or from a broker were lost, so that the exchange with it has begun anew."""
+    """How often messages to or from a broker were lost, so that the exchange with it was restarted."""
     rejected: int = 0
     """Brokers that have broken a rule, so that this one has removed and ignored them."""
     overflows: int = 0
-    """How often too much waited for brokers, so that the exchange with them has begun anew."""
+    """How often too much waited for brokers, so that the exchange with them was restarted."""
     neighbours: str = ""
     """The ids of the routers and peers that Zenoh is connected with, separated by spaces."""
 

@@ -97,7 +97,7 @@ def _print(checks: list[Check]) -> None:
 
 
 def _lines(text: str, max_width: int | None) -> list[str]:
-    """Return a text in lines of a width, if its words fit."""
+    """Return a string in lines of a width, if its words fit."""
     if max_width is None or len(text) <= max_width:
         return [text]
     return textwrap.wrap(text, max_width, break_long_words=False, break_on_hyphens=False)

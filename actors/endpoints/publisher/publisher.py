@@ -171,7 +171,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         endpoint.collect_encoded(data)
 
     def assert_liveliness(self) -> None:
-        """Assert that this publisher is alive, although it publishes nothing, so that its lease begins anew.
+        """Assert that this publisher is alive, although it publishes nothing, so that its lease begins again.
 
         Only a MANUAL_BY_TOPIC publisher needs that; any other is alive while its node is.
 

@@ -23,7 +23,7 @@ def perform_substitutions(context: Scope, substitutions: Iterable[Substitution])
 
 
 def normalize_to_list_of_substitutions(subs: Text) -> list[Substitution]:
-    """Return a text as a list of substitutions."""
+    """Return a string as a list of substitutions."""
     if isinstance(subs, Substitution):
         return [subs]
     if isinstance(subs, str | PurePath):

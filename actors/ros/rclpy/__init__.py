@@ -100,7 +100,7 @@ _executor: Executor | None = None
 
 
 def get_global_executor() -> Executor:
-    """Return the executor of `spin`; made on first use, and anew after a shutdown."""
+    """Return the executor of `spin`; made on first use, and again after a shutdown."""
     global _executor  # noqa: PLW0603 - rclpy's
     if _executor is None or _executor.context is not get_default_context():
         from actors.ros.rclpy.executors import SingleThreadedExecutor  # noqa: PLC0415 - programs may have their own

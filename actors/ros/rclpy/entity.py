@@ -94,5 +94,5 @@ class Entity(Destroyable):
         raise NotImplementedError
 
     def take(self) -> Callable[[], Any] | None:
-        """Return the next piece of work, and remove it; None if there is none. Called by the executor."""
+        """Return the next piece of work, and remove it, or None. Called by the executor."""
         raise NotImplementedError

@@ -26,7 +26,7 @@ __getattr__ = imported_names(__name__, "ParameterType ParameterValue")
 
 
 def get_parameter_value(string_value: str) -> ParameterValue:
-    """Return the value that a text has by YAML's rules; what no parameter can hold is a string."""
+    """Return the value that a string has by YAML's rules; what no parameter can hold is a string."""
     return Parameter("", value=native.parameter_value_from_string(string_value)).get_parameter_value()
 
 

@@ -91,14 +91,14 @@ class Future(Generic[T]):
         return self._done
 
     def result(self) -> T | None:
-        """Return the result, None if there is none; raise the exception if there is one."""
+        """Return the result, or None; raise the exception if there is one."""
         error = self.exception()
         if error is not None:
             raise error
         return self._result
 
     def exception(self) -> BaseException | None:
-        """Return the exception; None if there is none."""
+        """Return the exception, or None."""
         self._retrieved = True
         return self._exception
 

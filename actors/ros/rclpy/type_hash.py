@@ -26,7 +26,7 @@ class TypeHash:
 
     @classmethod
     def from_text(cls, text: str) -> TypeHash:
-        """Return the hash of a text such as "RIHS01_…"; that of any other text is invalid."""
+        """Return the hash of a string such as "RIHS01_…"; that of any other text is invalid."""
         prefix, _, digits = text.partition("_")
         if not (prefix.startswith("RIHS") and digits):
             return cls()

@@ -18,7 +18,7 @@ _BOLD: Final = 1
 
 
 class Paint(Enum):
-    """The appearance of a text that belongs to no hub."""
+    """The appearance of a string that belongs to no hub."""
 
     PLAIN = 0
     NODE = 1
@@ -53,7 +53,7 @@ class Canvas:
         self._dashed.add(hub)
 
     def write(self, row: int, column: int, text: str, paint: Paint = Paint.PLAIN) -> None:
-        """Write a text.
+        """Write a string.
 
         Args:
             row: Its row.
@@ -64,7 +64,7 @@ class Canvas:
         self._put(row, column, text, _BOLD if paint is Paint.NODE else 0)
 
     def write_of(self, hub: int, row: int, column: int, text: str) -> None:
-        """Write a text in a hub's colour.
+        """Write a string in a hub's colour.
 
         Args:
             hub: The hub's index.

@@ -51,5 +51,5 @@ def _edge_attributes(edge: Edge) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a quoted DOT string."""
+    """Return a string as a quoted DOT string."""
     return '"' + escape(text).replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -42,5 +42,5 @@ def _arrow(edge: Edge) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a quoted Mermaid string, with special characters as entity codes."""
+    """Return a string as a quoted Mermaid string, with special characters as entity codes."""
     return '"' + _SPECIAL.sub(lambda char: f"#{ord(char[0])};", escape(text)) + '"'

@@ -313,5 +313,5 @@ def _n(number: float) -> str:
 
 
 def _safe(text: str) -> str:
-    """Return a text, escaped for XML."""
+    """Return a string, escaped for XML."""
     return html.escape(_UNWRITABLE.sub("?", text))

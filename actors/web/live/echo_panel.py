@@ -19,7 +19,7 @@ MESSAGES_PER_UPDATE: Final = 20
 """Messages of one update; further ones are counted."""
 
 SHOWN_LENGTH: Final = 512
-"""Characters or elements of a text or sequence that are shown."""
+"""Characters or elements of a string or sequence that are shown."""
 
 
 class EchoParameters(msgspec.Struct, forbid_unknown_fields=True):

@@ -91,7 +91,7 @@ def test_brokers_that_begin_anew_at_the_same_time_agree() -> None:
 
 
 def test_nothing_is_begun_anew_while_nothing_is_lost() -> None:
-    """Also when a broker joins others that have begun anew before."""
+    """Also when a broker joins others that were restarted before."""
     network = Network(3)
     a, b, c = network
     network.partition(3)

@@ -12,7 +12,7 @@ EXAMPLES: Final = {
     "callboard launch my_package robot.py speed:=1.5": "a file of an installed package, with an argument",
     "callboard launch --ros py_pubsub pubsub_launch.py": "a file written for ROS 2, without ROS",
     "callboard launch robot.py --show-args": "which arguments there are",
-    "callboard launch robot.py --watch": "the same while you write it: what is saved runs anew",
+    "callboard launch robot.py --watch": "the same while you write it: what is saved runs again",
     "callboard launch robot.py --web": "the same with the page in a browser",
     "callboard launch robot.py --dry-run": "what it would start, as commands",
     "callboard launch robot.py --output both": "lines to the screen and to log files",

@@ -21,7 +21,7 @@ InvalidConditionExpressionError = LaunchError
 
 
 def evaluate_condition_expression(context: Scope, expression: Text) -> bool:
-    """Return whether a text means true.
+    """Return whether a string means true.
 
     Raises:
         InvalidConditionExpressionError: It means neither true nor false.
