@@ -74,13 +74,17 @@ def option(
     return {_KEY: Option(about=about, keys=names, choices=tuple(choices), **facts)}
 
 
-@cache
-def options_of(cls: type) -> tuple[Option, ...]:
+def options_of(cls: type[Any]) -> tuple[Option, ...]:
     """Return the options of an action or event handler, with those of its bases.
 
     Args:
         cls: Its class.
     """
+    return _options_of(cls)
+
+
+@cache
+def _options_of(cls: type[Any]) -> tuple[Option, ...]:
     return tuple(_row(each, str(each.type)) for each in fields(cls) if _KEY in each.metadata)
 
 

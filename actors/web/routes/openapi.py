@@ -92,7 +92,8 @@ def _described(route: Route, bodies: Mapping[type[msgspec.Struct], Mapping[str, 
 
 async def describe(request: web.Request) -> web.Response:
     """Return the API as an OpenAPI description."""
-    return json_response(openapi(request.app[ALL_ROUTES]))
+    routes = request.app[ALL_ROUTES]
+    return json_response(openapi(routes))
 
 
 ROUTES: Final = (

@@ -20,7 +20,7 @@ PLANNED = {"env", "additional_env", "prefix", "depends_on", "on_exit", "conditio
 """Options from which the planner makes something else than one field of a specification."""
 CLASSES = [
     each
-    for each in map(actors.launch.__dict__.get, dir(actors.launch))
+    for each in (getattr(actors.launch, name) for name in dir(actors.launch))
     if isinstance(each, type) and issubclass(each, Action | EventHandler)
 ]
 

@@ -90,7 +90,7 @@ def test_a_request_without_an_answer_does_not_hold_up_a_shutdown(context: Contex
         executor.spin_once(DEADLINE_SEC)
     assert took[0] < STOP_TIMEOUT_SEC / 2
     with SingleThreadedExecutor(context=context) as waiting:
-        assert client.node is not None
+        assert isinstance(client.node, Node)
         waiting.add_node(client.node)
         with pytest.raises(ServiceUnavailable):
             spun(waiting, reply)
