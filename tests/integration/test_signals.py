@@ -162,6 +162,7 @@ STUBBORN = """print("handling", flush=True)
             except asyncio.CancelledError:
                 print("ignored", flush=True)"""
 EXITING = """
+import sys
 import actors
 
 class Node(actors.Node):
