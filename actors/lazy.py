@@ -1,56 +1,108 @@
 """Names of a package that import their modules on first use (PEP 562).
 
+    with lazy_imports(__name__):
+        from actors.node.node import Node as Node
+
+Type checkers and import-linter read the imports as they are, so each name is written once. At run time they
+import nothing until somebody uses the name.
+
 It is not part of `proto`, so that the command line can report another installed package of that name.
 """
 
 from __future__ import annotations
 
+import builtins
 import sys
+from _thread import allocate_lock
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Final
 
+# Type checkers know it without an import; `import actors` shall not load `typing`.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from types import TracebackType
+    from typing import Any
 
-
-_HELPERS: Final = {"TYPE_CHECKING", "annotations", "lazy_names"}
+_HELPERS = {"annotations", "lazy_imports"}
 """What the package roots import for themselves."""
+_lock = allocate_lock()
+"""Held while `__import__` is replaced: two threads must not put back each other's replacement."""
 
 
-def lazy_names(
-    package: str, homes: Mapping[str, Sequence[str]]
-) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Return the `__getattr__` and `__dir__` of a package.
+class _Module:
+    """Stands for a module in the block, and for each name that is imported from it."""
 
-    `dir` and `__all__` have these names and those that the package imports for export, not its helpers.
+    __slots__ = ("module",)
+
+    def __init__(self, module: str) -> None:
+        self.module = module
+
+    def __getattr__(self, name: str) -> _Module:
+        return self
+
+
+class lazy_imports:  # noqa: N801 - used like a statement
+    """Make the imports of a block lazy, and give the package `__getattr__` and `__dir__`.
+
+    The block has statements `from module import Name as Name` only. Imports elsewhere, also those of other
+    threads, are not affected. `dir` and `__all__` have the names of the block and those that the package
+    imports for export, not its helpers.
 
     Args:
-        package: Its `__name__`.
-        homes: Full names of modules, each with the names to take from it.
+        package: The package's `__name__`.
     """
-    home_of = {name: module for module, names in homes.items() for name in names}
-    get = lazy_getattr(package, home_of)
 
-    def exports() -> set[str]:
-        own = vars(sys.modules[package]).items()
-        return {
-            *home_of,
-            *(
-                name
-                for name, value in own
-                if name[0] != "_" and name not in _HELPERS and not isinstance(value, ModuleType)
-            ),
-        }
+    def __init__(self, package: str) -> None:
+        self._package = package
+        self._namespace = vars(sys.modules[package])
 
-    def get_name(name: str) -> object:
-        return sorted(exports()) if name == "__all__" else get(name)  # what `from package import *` takes
+    def __enter__(self) -> None:
+        _lock.acquire()
+        self._import = builtins.__import__
+        builtins.__import__ = self._import_lazily
 
-    def names() -> list[str]:
-        special = {name for name in vars(sys.modules[package]) if name[:2] == "__"}
-        return sorted(exports() | special)
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        builtins.__import__ = self._import
+        _lock.release()
+        namespace = self._namespace
+        home_of = {name: each.module for name, each in namespace.items() if isinstance(each, _Module)}
+        for name in home_of:
+            del namespace[name]
+        get = lazy_getattr(self._package, home_of)
 
-    return get_name, names
+        def exports() -> set[str]:
+            return {
+                *home_of,
+                *(
+                    name
+                    for name, value in namespace.items()
+                    if name[0] != "_" and name not in _HELPERS and not isinstance(value, ModuleType)
+                ),
+            }
+
+        def get_name(name: str) -> object:
+            return sorted(exports()) if name == "__all__" else get(name)  # what `from package import *` takes
+
+        def names() -> list[str]:
+            return sorted(exports() | {name for name in namespace if name[:2] == "__"})
+
+        namespace["__getattr__"] = get_name
+        namespace["__dir__"] = names
+
+    def _import_lazily(
+        self,
+        name: str,
+        globals: Mapping[str, object] | None = None,  # noqa: A002 - the interpreter's names
+        locals: Mapping[str, object] | None = None,  # noqa: A002
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> Any:
+        if globals is self._namespace:
+            return _Module(name)
+        return self._import(name, globals, locals, fromlist, level)
 
 
 def lazy_getattr(package: str, home_of: Mapping[str, str]) -> Callable[[str], object]:

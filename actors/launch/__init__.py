@@ -14,8 +14,6 @@ Imports tools, processes, lifecycle and the packages below them, and broker.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from actors.launch.description.actions import (
     AppendEnvironmentVariable as AppendEnvironmentVariable,
     DeclareLaunchArgument as DeclareLaunchArgument,
@@ -112,9 +110,7 @@ from actors.launch.errors import (
     LaunchFileError as LaunchFileError,
     UnknownArgumentError as UnknownArgumentError,
 )
-from actors.lazy import lazy_names
+from actors.lazy import lazy_imports
 
-if TYPE_CHECKING:
+with lazy_imports(__name__):
     from actors.launch.launching import Launch as Launch
-
-__getattr__, __dir__ = lazy_names(__name__, {"actors.launch.launching": ("Launch",)})

@@ -7,11 +7,9 @@ Imports launch, processes, node and the packages below them, and broker.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from actors.lazy import lazy_imports
 
-from actors.lazy import lazy_names
-
-if TYPE_CHECKING:
+with lazy_imports(__name__):
     from actors.testing.fault_proxy import FaultProxy as FaultProxy
     from actors.testing.fault_proxy import ProxiedConnection as ProxiedConnection
     from actors.testing.launch_run import LaunchWaitError as LaunchWaitError
@@ -23,26 +21,3 @@ if TYPE_CHECKING:
     from actors.testing.transcript import OutputLine as OutputLine
     from actors.testing.transcript import ProcessState as ProcessState
     from actors.testing.transcript import ProcessStatus as ProcessStatus
-
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "actors.testing.link_faults": ("Direction",),
-        "actors.testing.fault_proxy": (
-            "FaultProxy",
-            "ProxiedConnection",
-        ),
-        "actors.testing.launch_run": ("LaunchWaitError",),
-        "actors.testing.launching": (
-            "RunningLaunch",
-            "launch",
-        ),
-        "actors.testing.plugin": ("NodeFactory",),
-        "actors.testing.simulated_clock": ("SimulatedClock",),
-        "actors.testing.transcript": (
-            "OutputLine",
-            "ProcessState",
-            "ProcessStatus",
-        ),
-    },
-)
