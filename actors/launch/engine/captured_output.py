@@ -1,4 +1,4 @@
-"""Captured output: what nodes in the launch's own process log and print, reported as output of a process.
+"""Captures what nodes in the launch's own process log and print, as output of a process.
 
 The task of such a node has its `CapturedOutput` in its context, and so has everything that it starts. A log
 handler and replacements for `sys.stdout` and `sys.stderr` find it there.
@@ -34,26 +34,27 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Listener
 
 MAX_WAITING_BYTES: Final = 1024 * 1024
-"""What one node may write while it holds the loop. Lines beyond it are dropped, and counted."""
+"""Limit of what one node writes while it blocks the loop. Further lines are dropped and counted."""
 
 _captured: ContextVar[CapturedOutput | None] = ContextVar("callboard_launch_output", default=None)
 
 
 class CapturedOutput:
-    """The output of one node. Lines are passed on in the event loop a little later, in the launch's context.
+    """The output of one node.
 
-    So no listener runs within the node's code, and threads can write, too.
+    Its lines are passed on by a callback of the event loop, in the context of the launch. So listeners never
+    run within the code of the node, and threads can write, too.
 
     Args:
-        write: Takes its lines; when it has ended all of them have come.
-        on_message: Called with the level and text of each message about it.
-        context: The launch's.
-        colored: Whether its lines may have colours.
+        write: Called with lines of a stream; `end` passes on the last ones.
+        on_message: Called with the level and text of messages about the output.
+        context: The context of the launch.
+        colored: Whether lines may have colours.
 
     Attributes:
-        colored: The same.
+        colored: As given.
         ended: Whether the node has ended.
-        lost_lines: Lines dropped because too much waited.
+        lost_lines: Number of lines dropped because too many waited.
     """
 
     def __init__(
@@ -81,16 +82,16 @@ class CapturedOutput:
 
     @staticmethod
     def current() -> CapturedOutput | None:
-        """Return that of the node that runs now; None if none does, or it has ended."""
+        """Return the output of the node whose code is running; None if there is none, or it has ended."""
         captured = _captured.get()
         return None if captured is None or captured.ended else captured
 
     def capture(self) -> None:
-        """Capture the output of all that runs in this context from now on."""
+        """Capture the output of everything that runs in this context from now on."""
         _captured.set(self)
 
     def write(self, stream: Stream, data: bytes) -> None:
-        """Write bytes. A line is passed on when it is complete."""
+        """Write bytes. Lines are passed on when they are complete."""
         with self._lock:
             self._add(stream, self._lines[stream].feed(data))
             call = not self._due and bool(self._waiting or self._unreported_lines)
@@ -100,7 +101,7 @@ class CapturedOutput:
                 self._loop.call_soon_threadsafe(self._flush, context=self._context)
 
     def end(self) -> None:
-        """Pass on all lines, also an incomplete one: the node has ended."""
+        """Pass on all lines, also incomplete ones, because the node has ended."""
         with self._lock:
             self.ended = True
             for stream, lines in self._lines.items():
@@ -130,20 +131,20 @@ class CapturedOutput:
 
 @contextmanager
 def captured_logs() -> Generator[None]:
-    """Meanwhile write what nodes in this process log to their stderr, as scripts do."""
+    """Within the context, write log records of nodes in this process to their stderr, as scripts do."""
     with _added(_CapturedLogs()):
         yield
 
 
 @contextmanager
 def launch_logs(notify: Listener) -> Generator[None]:
-    """Meanwhile report what others log in this process as messages, in the event loop."""
+    """Within the context, report log records of other code in this process as messages, in the event loop."""
     with _added(_LaunchLogs(notify)):
         yield
 
 
 class _Handler(logging.Handler):
-    """A log handler that reports its own errors in the way of the logging package."""
+    """A log handler that reports its own errors as the logging package does."""
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
@@ -207,7 +208,7 @@ def _message(record: logging.LogRecord) -> Message:
 
 
 class _CapturedStream(io.RawIOBase):
-    """Passes bytes on as output of the node that runs now, or as unattributed output."""
+    """Passes bytes on as output of the node whose code is running, or as unattributed output."""
 
     def __init__(
         self, stream: Stream, original: TextIO, unattributed: Callable[[Stream, bytes], None] | None
@@ -241,10 +242,11 @@ class _CapturedStream(io.RawIOBase):
 
 @contextmanager
 def captured_streams(unattributed: Callable[[Stream, bytes], None] | None = None) -> Generator[None]:
-    """Have such streams meanwhile. They hold for the whole process.
+    """Within the context, replace sys.stdout and sys.stderr of the whole process.
 
     Args:
-        unattributed: Takes what others print, from any thread, and must not wait; None: the streams before.
+        unattributed: Called in any thread with what code outside of nodes prints; must not block. None: it
+            goes to the original streams.
     """
     before = sys.stdout, sys.stderr
     sys.stdout = _text(Stream.STDOUT, before[0], unattributed)
@@ -257,12 +259,12 @@ def captured_streams(unattributed: Callable[[Stream, bytes], None] | None = None
 
 def _text(stream: Stream, original: TextIO, unattributed: Callable[[Stream, bytes], None] | None) -> TextIO:
     raw = _CapturedStream(stream, original, unattributed)
-    # Unbuffered, so that a text is written in the context of whoever prints it.
+    # Unbuffered, so that bytes are written in the context of the code that prints them.
     return io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace", newline="", write_through=True)  # type: ignore[type-var]
 
 
 class _SharedCapture:
-    """Captures logs and streams, which belong to the whole process, while anybody needs them captured."""
+    """Captures logs and streams, which belong to the whole process, while at least one user needs it."""
 
     def __init__(self) -> None:
         self._users = 0
@@ -270,7 +272,7 @@ class _SharedCapture:
 
     @contextmanager
     def __call__(self) -> Generator[None]:
-        """Meanwhile capture what nodes in this process log and print. It can be entered many times."""
+        """Within the context, capture what nodes in this process log and print. Contexts may overlap."""
         if not self._users:
             self._installed.enter_context(captured_logs())
             self._installed.enter_context(captured_streams())

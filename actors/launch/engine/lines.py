@@ -13,34 +13,34 @@ _UTF8_LENGTH: Final = 4
 
 
 class LineSplitter:
-    """Cuts what a process writes into lines, without their ends. Nothing is kept but the beginning of a line.
+    """Splits the output of a process into lines, without their ends. It keeps only the beginning of a line.
 
-    An end is a line feed; a carriage return before it, as terminals write it, is part of the end.
+    A line ends with a line feed; a carriage return before it, which terminals add, belongs to the end.
     """
 
     def __init__(self) -> None:
         self._begun = b""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Take bytes; return the lines that are complete now, and pieces of one that is too long."""
+        """Add bytes; return the lines that are complete now, and pieces of a line that is too long."""
         *whole, begun = (self._begun + data).split(b"\n")
         lines: list[bytes] = []
         for line in whole:
             rest = _pieces(line.removesuffix(b"\r"), lines)
             lines.append(rest)
-        # A carriage return may be part of an end that has not come yet: it counts for nothing.
+        # A carriage return may belong to an end whose line feed follows, so it does not count yet.
         text = begun.removesuffix(b"\r")
         self._begun = _pieces(text, lines) + begun[len(text) :]
         return lines
 
     def end(self) -> list[bytes]:
-        """Return the last line if it has no end; call it after the last bytes."""
+        """Return the last line if it has no end. Called after the last bytes."""
         begun, self._begun = self._begun, b""
         return [begun] if begun else []
 
 
 def _pieces(line: bytes, lines: list[bytes]) -> bytes:
-    """Move the pieces of a line that is too long to the lines; return its rest."""
+    """Append the pieces of a line that is too long to `lines`; return its rest."""
     begin = 0
     while len(line) - begin > MAX_LINE_BYTES:
         end = _cut(line, begin + MAX_LINE_BYTES)

@@ -1,4 +1,4 @@
-"""A process of the launch: under guard, and its output read line by line."""
+"""A process of the launch, killed with it if it dies, whose output is read line by line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from actors.processes.process import Process
 
 REST_TIMEOUT_SEC: Final = 1.0
-"""How long its pipe or terminal is read after its end. Only what has left its group can hold that open."""
+"""How long its pipe or terminal is read after its end. Only processes outside its group keep it open."""
 
 
 class LaunchedProcess(ProcessExecution):
@@ -35,11 +35,11 @@ class LaunchedProcess(ProcessExecution):
     Args:
         spec: What to run.
         guard: Kills it if this process is killed.
-        split: Whether stdout and stderr are told apart. If not they are read as one, in their order.
-        write: Takes its lines; at its end all of them have come.
-        on_message: Called with the level and text of each message about it.
-        stop_timeout_sec: What each step of stopping it may take, unless the specification says otherwise.
-        reports: As an execution's.
+        split: Whether stdout and stderr are separate streams. Otherwise one stream keeps the order of lines.
+        write: Called with lines of a stream; all of them have been passed on when the process has ended.
+        on_message: Called with the level and text of messages about the process.
+        stop_timeout_sec: The time for each step of stopping it, unless the specification has another.
+        reports: Further arguments of an execution.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class LaunchedProcess(ProcessExecution):
             return outcome
 
     async def _open(self, stream: Stream, stack: AsyncExitStack) -> _Reader:
-        """Make a pipe, or a terminal, and begin to read it."""
+        """Open a pipe or a pseudo-terminal, and begin to read it."""
         reading, writing = open_terminal() if self._spec.emulate_tty and CAN_EMULATE else os.pipe()
         self._pipes.append(writing)
         source = os.fdopen(reading, "rb", buffering=0)
@@ -112,7 +112,7 @@ class LaunchedProcess(ProcessExecution):
 
 
 class _Reader(asyncio.Protocol):
-    """Reads a pipe to its end; never pauses."""
+    """Reads a pipe to its end, without pausing: a full pipe would block the process."""
 
     def __init__(self, write: Callable[[Sequence[bytes]], None]) -> None:
         self.ended = asyncio.Event()
@@ -120,16 +120,16 @@ class _Reader(asyncio.Protocol):
         self._write = write
 
     def data_received(self, data: bytes) -> None:
-        """Something came."""
+        """Pass on the lines that are complete now."""
         if lines := self._lines.feed(data):
             self._write(lines)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """All writers have closed it."""
+        """Note that all writers have closed the pipe."""
         del exc
         self.ended.set()
 
     def end(self) -> None:
-        """Write the last line."""
+        """Pass on the last line."""
         if lines := self._lines.end():
             self._write(lines)

@@ -1,4 +1,4 @@
-"""The runner: carries out what the machine decides, and tells it what happens."""
+"""Carries out the effects of the machine, and reports events to it."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ class Runner:
     """Runs a launch, once.
 
     Args:
-        machine: Decides what to do.
+        machine: The state machine.
         listeners: Called with each event when it happens.
         target: The broker of its lifecycle nodes, and the number of its graph.
-        node_name: What the names of its hidden nodes begin with.
+        node_name: The beginning of the names of its hidden nodes.
         stop_timeout_sec: Seconds between SIGINT and SIGTERM, and between SIGTERM and SIGKILL, for processes
             without timeouts of their own. All processes are stopped at the same time.
     """
@@ -108,7 +108,7 @@ class Runner:
         self._driver.happened(partial(self._machine.restart, label, reason))
 
     def graph(self, presences: set[Presence]) -> None:
-        """Take in what the graph has now."""
+        """Report all nodes, topics and services that are in the graph now."""
         self._driver.happened(partial(self._machine.graph, frozenset(presences)))
 
     def notify(self, event: Event) -> None:
@@ -140,7 +140,7 @@ class Runner:
         label, driver = spec.label, self._driver
 
         def if_current(transition: Callable[[float], list[Effect]]) -> None:
-            # An execution that could not be stopped has been given up, and may still report.
+            # An execution that could not be stopped has been abandoned, and may still report.
             if driver.executions.get(label) is execution:
                 driver.happened(transition)
 

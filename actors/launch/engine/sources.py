@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from actors.launch.planning.process_spec import ProcessSpec
 
 SUFFIXES: Final = frozenset({".py", ".toml", ".yaml", ".yml"})
-"""Of files in folders that count. A file that is named itself counts in any case."""
+"""Suffixes of watched files in folders. A file that is a source itself is watched in any case."""
 IGNORED_FOLDERS: Final = frozenset({"__pycache__", "node_modules", "site-packages", "venv"})
-"""Folders in folders that do not count, beside those that begin with a dot."""
+"""Folders that are not watched, beside those that begin with a dot."""
 MAX_FOLDERS: Final = 1000
-"""What is watched at most; each costs the system some memory."""
+"""Limit of watched folders, each of which costs kernel memory."""
 
 
 class Sources:
-    """What the processes are made of. Paths in it are real ones: no links are left in them.
+    """The source files of processes. All paths are real paths, without symbolic links.
 
     Args:
         launch_files: Files that describe the launch, and belong to no process. More may be added later.
@@ -31,14 +31,14 @@ class Sources:
         self._processes: dict[str, _Process] = {}
 
     def add(self, spec: ProcessSpec) -> bool:
-        """Take a process in; return whether it is new and has sources."""
+        """Add a process; return whether it is new and has sources."""
         if spec.label in self._processes or not spec.sources:
             return False
         self._processes[spec.label] = _Process(spec)
         return True
 
     def forget(self, spec: ProcessSpec) -> None:
-        """A process will not be started again for its sources."""
+        """Remove a process."""
         self._processes.pop(spec.label, None)
 
     def is_launch_file(self, path: str) -> bool:
@@ -48,13 +48,13 @@ class Sources:
     def labels_of(self, path: str) -> list[str]:
         """Return the labels of the processes that a real path belongs to.
 
-        A script that is run itself is its own processes' only, though others may be in its folder.
+        A script that a process runs belongs to that process only, although others have sources in its folder.
         """
         own = [label for label, process in self._processes.items() if path in process.scripts]
         return own or [label for label, process in self._processes.items() if process.contains(path)]
 
     def folders(self) -> list[str]:
-        """Return the folders to watch, each for itself; at most `MAX_FOLDERS`. Reading them takes time."""
+        """Return the folders to watch, at most `MAX_FOLDERS`, without their subfolders. This blocks."""
         sources = [os.path.realpath(each) for each in tuple(self._launch_files)]
         for process in tuple(self._processes.values()):
             sources += process.sources
@@ -68,7 +68,7 @@ class Sources:
 
 
 class _Process:
-    """One process: what it is made of, and which files in its command are run."""
+    """The sources of a process, and the scripts in its command."""
 
     def __init__(self, spec: ProcessSpec) -> None:
         self.sources = tuple(map(os.path.realpath, spec.sources))
@@ -79,7 +79,7 @@ class _Process:
 
 
 def _counts(path: str, folder: str) -> bool:
-    """Return whether a file is in a folder, and counts there."""
+    """Return whether a file is in a folder, and is watched there."""
     file = PurePath(path)
     if file.suffix not in SUFFIXES or not file.is_relative_to(folder):
         return False
@@ -91,7 +91,7 @@ def _is_ignored(name: str) -> bool:
 
 
 def _folders(source: str) -> Iterator[str]:
-    """Yield the folders of a source: of a file the one that it is in."""
+    """Yield a folder and its subfolders, or the folder of a file."""
     path = Path(source)
     if not path.is_dir():
         if path.parent.is_dir():

@@ -1,4 +1,4 @@
-"""Transitions of lifecycle nodes: which one is requested next. Of each node one runs at a time."""
+"""The queue of transitions that are requested of lifecycle nodes, one at a time for each node."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from actors.launch.planning.process_spec import ProcessSpec
 
 MAX_WAITING: Final = 100
-"""Sequences of transitions that wait for one node; a node has seven transitions."""
+"""Limit of waiting sequences for one node, far beyond its seven transitions."""
 
 
 class _Node:
     """A lifecycle node, and what it is asked to do.
 
     Attributes:
-        label: Its process.
+        label: The label of its process.
         name: Its full name.
-        timeout_sec: What each transition may take.
+        timeout_sec: The limit of each transition.
         up: Whether its process runs.
-        waiting: Sequences of transitions. If one fails, the rest of its sequence is not requested.
-        request: What has been requested and not answered: the first transition of the first sequence.
+        waiting: Sequences of transitions. If one fails, the rest of its sequence is dropped.
+        request: The pending request: the first transition of the first sequence.
     """
 
     def __init__(self, process: ProcessSpec, timeout_sec: float) -> None:
@@ -43,8 +43,8 @@ class TransitionQueue:
     """The transitions that wait to be requested of the lifecycle nodes of a launch.
 
     Args:
-        emit: Takes requests.
-        notify: Takes messages.
+        emit: Called with requests.
+        notify: Called with messages.
     """
 
     def __init__(self, emit: Callable[[Effect], None], notify: Callable[[Event], None]) -> None:
@@ -55,7 +55,7 @@ class TransitionQueue:
         """By the labels of their processes, while these live."""
 
     def add(self, process: ProcessSpec, transitions: Iterable[int | str]) -> None:
-        """Request transitions of a node, after all earlier ones; if it does not run yet, when it does."""
+        """Request transitions of a node after all earlier ones, once its process runs."""
         node = self._node(process)
         if node is None:
             return
@@ -68,7 +68,7 @@ class TransitionQueue:
             self._next(node)
 
     def started(self, process: ProcessSpec) -> None:
-        """A process runs: request the transitions of its autostart, and then those that wait."""
+        """Handle that a process runs: request its autostart transitions, and then the waiting ones."""
         node = self._node(process)
         if node is None or process.lifecycle is None or self._abandoned:
             return
@@ -78,14 +78,14 @@ class TransitionQueue:
         self._next(node)
 
     def ended(self, label: str) -> None:
-        """A process has ended: give up what was requested of its node."""
+        """Handle that a process has ended: drop the transitions of its node."""
         node = self._nodes.pop(label, None)
         if node is not None and node.waiting:
             self._failed(node, node.waiting[0], "its process has ended")
             self._cancel(node)
 
     def request_ended(self, request: RequestTransition, failure: str | None) -> None:
-        """A request has ended: None if it succeeded, otherwise why not. Ignore one that nobody waits for."""
+        """Handle the end of a request: None if it succeeded, otherwise the reason. Ignore an outdated one."""
         node = self._nodes.get(request.label)
         if node is None or node.request is not request:
             return
@@ -101,7 +101,7 @@ class TransitionQueue:
         self._next(node)
 
     def abandon(self) -> None:
-        """Wait for nothing any more, and request nothing: the launch ends."""
+        """Drop all transitions, and request no others, because the launch ends."""
         self._abandoned = True
         for node in self._nodes.values():
             if node.waiting:
@@ -115,7 +115,7 @@ class TransitionQueue:
         return self._nodes.setdefault(process.label, _Node(process, process.lifecycle.timeout_sec))
 
     def _next(self, node: _Node) -> None:
-        """Request what is due, if nothing is under way."""
+        """Request the next transition, unless one is pending."""
         if node.up and node.waiting and node.request is None:
             first = node.waiting[0][0]
             node.request = RequestTransition(node.label, node.name, first, node.timeout_sec)

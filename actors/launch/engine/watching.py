@@ -1,7 +1,7 @@
-"""Watching: a process starts again when a file that it is made of changes.
+"""Restarts processes whose source files change.
 
-The system reports changes to `watchfiles`, which waits for them in a thread. Folders are watched each for
-itself, so that those which do not count cost nothing.
+`watchfiles` waits in a thread for changes that the system reports. Folders are watched one by one, not
+recursively, so that ignored folders cost nothing.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ if TYPE_CHECKING:
 MISSING: Final = "Watching sources needs watchfiles: pip install 'callboard[watch]'"
 
 QUIET_MS: Final = 100
-"""Changes that come within this time of each other are one: a program that is saved is written in pieces."""
+"""Changes within this time of each other count as one, because editors write a file in pieces."""
 LONGEST_MS: Final = 2000
-"""How long changes may go on until they are one all the same."""
+"""The longest time over which changes count as one."""
 POLL_INTERVAL_MS: Final = 100
-"""How long it takes to begin to watch, and to notice a process that comes later."""
+"""How soon watching begins, and a process that is added later is noticed."""
 END_TIMEOUT_SEC: Final = 3.0
 """How long to wait for the thread at the end: it notices within `QUIET_MS`, unless a file system hangs."""
 OFF: Final = "changed processes are not restarted any more"
 
 
 class SourceWatch:
-    """Restarts processes whose sources change. As a listener of a launch it learns of those that come later.
+    """Restarts processes whose sources change. As a listener of a launch it learns of later processes.
 
     Args:
-        steps: Of the launch: its processes are watched from the beginning.
-        launch_files: Files whose changes cannot be carried out; they are reported instead. More may be added.
+        steps: The steps of the launch; the processes that they start are watched from the beginning.
+        launch_files: Files whose changes are reported instead, as they need a new launch. May grow.
         restart: Called in the loop with a label and the reason.
-        notify: Gets messages, in the loop.
+        notify: Called with messages in the loop.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class SourceWatch:
         self._over = threading.Event()
 
     def on_event(self, event: Event) -> None:
-        """Something has happened in the launch."""
+        """Handle an event of the launch."""
         if isinstance(event, ProcessStarted) and self._sources.add(event.process):
             self._source_added.set()
         if isinstance(event, ProcessExited) and event.process.made_later:
@@ -84,7 +84,7 @@ class SourceWatch:
 
     @asynccontextmanager
     async def running(self) -> AsyncGenerator[None]:
-        """Watch meanwhile. What changes from the entry on is seen.
+        """Watch within the context. Changes after entering are noticed.
 
         Raises:
             LaunchError: watchfiles is not installed, or the system cannot watch these folders.
@@ -105,10 +105,10 @@ class SourceWatch:
     # In the thread
 
     def _begin(self) -> Generator[set[str]]:
-        """Begin to watch what is to be watched now, and say how much that is.
+        """Begin to watch the current folders, and report their number.
 
         Raises:
-            LaunchError: The system cannot.
+            LaunchError: The system cannot watch them.
         """
         self._source_added.clear()
         folders = self._sources.folders()
@@ -133,7 +133,7 @@ class SourceWatch:
             while not self._over.is_set():
                 changes = next(watched, set[str]())
                 if self._source_added.is_set() or any(Path(path).is_dir() for path in changes):
-                    # The new one first, so that nothing is missed.
+                    # The new watch begins before the old one ends, so that no change is missed.
                     before, watched = watched, self._begin()
                     changes |= next(before, set[str]())
                     before.close()

@@ -1,4 +1,4 @@
-"""What happens in a launch, one JSON object a line, for programs. docs/reference/json.md describes it."""
+"""The events of a launch as JSON, one object a line. docs/reference/json.md describes it."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 
 class JsonReport:
-    """A listener that writes every event. It keeps nothing, and may be called in any thread.
+    """A listener that writes every event. It has no state, and may be called in any thread.
 
     Args:
-        write: Takes whole lines; it must not wait.
-        now: The time, in s since the epoch.
+        write: Called with whole lines; it must not block.
+        now: Returns the time in seconds since the epoch.
     """
 
     def __init__(self, write: Callable[[bytes], None], now: Callable[[], float] = time.time) -> None:
@@ -39,7 +39,7 @@ class JsonReport:
         self._now = now
 
     def __call__(self, event: Event) -> None:
-        """Write an event; one with several lines of a process as so many objects."""
+        """Write an event; each line of a process is an object of its own."""
         stamp = self._now()
         if isinstance(event, ProcessIO):
             self._write(_of_output(event, stamp))
@@ -49,7 +49,7 @@ class JsonReport:
             self._write(_line(name, stamp, **facts))
 
     def ended(self, exit_code: int) -> None:
-        """Write the last object: the launch is over."""
+        """Write the last object, with the exit code."""
         self._write(_line("ended", self._now(), exit_code=exit_code))
 
     def format_lost(self, lines: int) -> bytes:
@@ -58,7 +58,7 @@ class JsonReport:
 
 
 def _of_output(event: ProcessIO, stamp: float) -> bytes:
-    # Floods come by here: all but the line itself is the same for all lines.
+    # This must be fast: processes may write many lines, whose objects differ only in the line.
     begin = _line("output", stamp, **_process(event), stream=event.stream.value).removesuffix(b"}\n").decode()
     lines = (json.dumps(line.decode(errors="replace")) for line in event.lines)
     return "".join([f'{begin}, "line": {line}}}\n' for line in lines]).encode()

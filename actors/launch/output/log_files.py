@@ -1,6 +1,6 @@
-"""Log files of a launch: what it says itself, and the lines of processes that are to be logged.
+"""Log files of a launch: its messages, and the lines of processes whose output mode asks for it.
 
-A thread writes, so that a slow or full disk holds nothing up. What it cannot write is counted and reported.
+A thread writes, so that a slow or full disk does not block the launch. Lost lines are counted and reported.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LAUNCH_LOG: Final = "launch.log"
 
 MAX_EARLY_LINES: Final = 1000
-"""What the launch says before a process wants log files; of more, the latest."""
+"""Messages kept before the first process that wants log files; of more, the latest."""
 
 _TOGETHER: Final = frozenset({OutputMode.LOG, OutputMode.BOTH, OutputMode.FULL})
 _APART: Final = frozenset({OutputMode.OWN_LOG, OutputMode.FULL})
@@ -39,18 +39,18 @@ _MAX_NAME_CHARACTERS: Final = 50
 
 @dataclass(frozen=True)
 class _Entry:
-    """Lines to be written, and the files that they go to."""
+    """Lines, and the files that they are written to."""
 
     lines: int
     writes: tuple[tuple[str, bytes], ...]
 
 
 class LogFiles:
-    """A listener that writes files, from the moment that a process wants any.
+    """A listener that writes log files, from the first process whose output mode asks for them.
 
     Args:
         root: The folder in which each launch makes its own.
-        notify: Called with messages about the folder and about errors, in this thread and another.
+        notify: Called with messages about the folder and errors, also in the writer thread.
     """
 
     def __init__(self, root: Path, notify: Listener) -> None:
@@ -65,11 +65,11 @@ class LogFiles:
 
     @property
     def lost_lines(self) -> int:
-        """Lines that came too fast, or could not be written."""
+        """Number of lines that came too fast, or could not be written."""
         return self._queue.lost_lines + self._unwritten
 
     def __call__(self, event: Event) -> None:
-        """Have what is to be logged of an event written."""
+        """Log an event."""
         if isinstance(event, ProcessEvent) and event.process.output in _TOGETHER | _APART:
             self._begin()
         if isinstance(event, ProcessIO):
@@ -82,7 +82,7 @@ class LogFiles:
             self._add(_Entry(1, ((LAUNCH_LOG, line.encode(errors="backslashreplace")),)))
 
     def close(self, timeout_sec: float) -> bool:
-        """Write what waits; say whether something is missing, and return whether nothing is."""
+        """Write the queued lines, report lost lines, and return whether none are lost."""
         if self._thread is None:
             return True
         self._queue.end()
@@ -139,7 +139,7 @@ class LogFiles:
             self._complain(error)
 
     def _complain(self, error: OSError) -> None:
-        """Say once that files cannot be written; the launch goes on."""
+        """Report once that files cannot be written; the launch goes on."""
         if not self._complained:
             self._complained = True
             where = self._folder.path if self._folder is not None else self._root
@@ -149,7 +149,7 @@ class LogFiles:
 
 
 def _writes(event: ProcessIO) -> list[tuple[str, bytes]]:
-    """Return which files get what."""
+    """Return the names of files and the bytes for each."""
     mode, label = event.process.output, event.process_name
     writes: list[tuple[str, bytes]] = []
     if mode in _TOGETHER:

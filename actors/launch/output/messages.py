@@ -1,4 +1,4 @@
-"""Wording: what a launch says of what happens, for people."""
+"""The messages of a launch about its events."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def message_for(event: Event) -> Message | None:
-    """Return what the launch says about an event; None: nothing."""
+    """Return the message about an event; None if there is none."""
     message: tuple[Level, str] | None
     match event:
         case Message():

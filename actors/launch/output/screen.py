@@ -1,4 +1,4 @@
-"""The screen: lines of processes with their labels, and between them what the launch says itself."""
+"""The human-readable output: lines of processes with their labels, and messages of the launch."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Event, Message
 
 _LABEL_COLORS: Final = tuple(f"\x1b[{code}m" for code in (36, 35, 32, 94, 96, 95, 92))
-"""Readable on light and dark, and none that means a warning or an error."""
+"""Readable on light and dark backgrounds, and different from those of warnings and errors."""
 _SHOWN: Final = frozenset({OutputMode.SCREEN, OutputMode.BOTH, OutputMode.FULL})
 
 
 class Screen:
-    """A listener that writes lines. It keeps nothing, and may be called in any thread.
+    """A listener that writes lines. It has no state, and may be called in any thread.
 
     Args:
-        write: Takes whole lines; it must not wait.
-        color: Whether they are coloured: each label its own way, warnings and errors as in a node's log.
+        write: Called with whole lines; it must not block.
+        color: Whether to colour labels, warnings and errors.
     """
 
     def __init__(self, write: Callable[[bytes], None], *, color: bool) -> None:
@@ -33,7 +33,7 @@ class Screen:
         self._color = color
 
     def __call__(self, event: Event) -> None:
-        """Show what is to be seen of an event."""
+        """Show an event."""
         if isinstance(event, ProcessIO):
             if _is_shown(event):
                 self._write(self._labelled(event))
@@ -46,7 +46,7 @@ class Screen:
         if not has_controls(b"".join(lines)):
             return b"".join(label + line + b"\n" for line in lines)
         shown = map(sanitize_line, lines)
-        # A colour that a line leaves on would colour all that follows.
+        # A line that leaves a colour on would colour all lines after it.
         return b"".join(label + line + (_RESET_LINE if b"\x1b" in line else b"\n") for line in shown)
 
     def _message_bytes(self, message: Message) -> bytes:

@@ -1,4 +1,4 @@
-"""The status of a launch in one line: how many processes wait, are up, are started again, and have died."""
+"""The status of a launch in one line: how many processes are in which state."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class State(Enum):
-    """What has become of a process: the word for it."""
+    """The state of a process, as the line names it."""
 
     UP = "up"
     WAITING = "waiting"
@@ -43,15 +43,15 @@ _COLORS: Final = {
 _BETWEEN: Final = " · "
 
 MAX_KNOWN: Final = 2 * MAX_PROCESSES
-"""Processes that are known by name: those that live, and the last that have ended."""
+"""Limit of remembered processes: those that run, and the last ones that have ended."""
 
 
 @dataclass(frozen=True)
 class StatusLine:
-    """The line.
+    """A status line.
 
     Attributes:
-        words: Its parts, each with how it is coloured; empty: not at all.
+        words: Its parts, each with an escape sequence for its colour, or an empty string.
     """
 
     words: tuple[tuple[str, str], ...]
@@ -60,7 +60,7 @@ class StatusLine:
         return _BETWEEN.join(text for text, _ in self.words)
 
     def drawn(self, columns: int, *, color: bool) -> bytes:
-        """Return it with as many of its characters as fit: one column stays free, where the cursor is."""
+        """Return the line, cut to the columns of the terminal. One column stays free for the cursor."""
         left = max(0, columns - 1)
         pieces: list[str] = []
         for number, (text, paint) in enumerate(self.words):
@@ -73,10 +73,10 @@ class StatusLine:
 
 
 class Status:
-    """A listener that counts.
+    """A listener that counts processes by state.
 
     Args:
-        show: Is given each line that differs from the one before; it must not wait.
+        show: Called with each new line; it must not block.
     """
 
     def __init__(self, show: Callable[[StatusLine], None]) -> None:
@@ -104,7 +104,7 @@ class Status:
         self._show(self.line)
 
     def _forget_one(self) -> None:
-        """Forget which one has ended longest ago; it goes on being counted."""
+        """Forget the name of the process that ended first; it stays counted."""
         for name, state in self._states.items():
             if state in {State.DEAD, State.FINISHED}:
                 del self._states[name]
@@ -112,7 +112,7 @@ class Status:
 
     @property
     def line(self) -> StatusLine:
-        """What it is now."""
+        """The current line."""
         if self._stopping:
             return StatusLine(
                 (
