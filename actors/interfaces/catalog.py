@@ -28,7 +28,9 @@ _GENERATED: Final = "from actors.interfaces.lazy import lazy_exports"
 
 def standard_packages() -> list[str]:
     """Return the names of the interface packages that callboard ships, sorted."""
-    return sorted({path.parent.name for kind in KINDS for path in _STANDARD.glob(f"*/{kind}")})
+    # By their modules: a package that was removed from a checkout may have left folders of bytecode.
+    found = (path for kind in KINDS for path in _STANDARD.glob(f"*/{kind}/__init__.py"))
+    return sorted({path.parent.parent.name for path in found})
 
 
 def known_packages() -> list[str]:
