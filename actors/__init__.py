@@ -35,6 +35,7 @@ with lazy_imports(__name__):
     from actors.endpoints.events import PublisherEventCallbacks as PublisherEventCallbacks
     from actors.endpoints.events import SubscriptionEventCallbacks as SubscriptionEventCallbacks
     from actors.endpoints.publisher.publisher import Publisher as Publisher
+    from actors.endpoints.service.service import ServiceServer as ServiceServer
     from actors.endpoints.service_introspection import ServiceIntrospectionState as ServiceIntrospectionState
     from actors.endpoints.subscription.backlog import MessageInfo as MessageInfo
     from actors.endpoints.subscription.subscription import Subscription as Subscription

@@ -28,7 +28,7 @@ class Robot(callboard.Node):
     def __init__(self) -> None:
         super().__init__("robot")
         self.ticks = self.create_publisher(Int64, "ticks", 1000)
-        self.received = self.create_subscription(Int64, "ticks", qos=1000)
+        self.received = self.create_subscription(Int64, "ticks", qos_profile=1000)
         self.create_service(AddTwoInts, "add_two_ints", self.add)
         self.adder = self.create_client(AddTwoInts, "add_two_ints")
 

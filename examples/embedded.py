@@ -14,7 +14,7 @@ def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
 async def main() -> None:
     async with callboard.Broker(callboard.BrokerOptions(port=0)) as hub:
         listener = callboard.Node("listener", url=hub.url)
-        heard = listener.create_subscription(String, "greetings", qos=10)
+        heard = listener.create_subscription(String, "greetings", qos_profile=10)
         listener.create_service(AddTwoInts, "add_two_ints", add)
 
         talker = callboard.Node("talker", url=hub.url)

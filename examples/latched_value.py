@@ -18,7 +18,7 @@ async def main() -> None:
         await publisher.flush()
 
         async with callboard.Node("late_joiner") as joiner:
-            async for msg in joiner.create_subscription(String, "map", qos=LATCHED):
+            async for msg in joiner.create_subscription(String, "map", qos_profile=LATCHED):
                 print(f"the late joiner got: {msg.data}")
                 break
 

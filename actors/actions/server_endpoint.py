@@ -19,7 +19,7 @@ from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import takes
 from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.service import Service
+from actors.endpoints.service.service import ServiceServer
 from actors.interfaces.action import action_types
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
@@ -100,9 +100,9 @@ class ActionServerEndpoint(Endpoint):
         # The publishers come first, so that they are matched when the first goal arrives.
         self._parts: list[Handle[Any]] = [self._feedback, self._status, *self._serve(names)]
 
-    def _serve(self, names: ActionNames) -> list[Service[Any, Any]]:
+    def _serve(self, names: ActionNames) -> list[ServiceServer[Any, Any]]:
         services = [
-            Service[Any, Any](
+            ServiceServer[Any, Any](
                 self.context,
                 srv_type,
                 srv_type.Request,

@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
+from actors.qos.profile import renamed_qos
+
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
     from actors.qos.profile import QoSProfile
@@ -68,8 +70,9 @@ def _mark(declare: Declaration) -> Callable[[F], F]:
 def subscription(
     msg_type: type[Message],
     topic: str,
-    qos: QoSProfile | int = 10,
+    qos_profile: QoSProfile | int = 10,
     *,
+    qos: QoSProfile | int | None = None,
     concurrent: bool = False,
     raw: bool = False,
 ) -> Callable[[F], F]:
@@ -78,16 +81,18 @@ def subscription(
     Args:
         msg_type: A message class.
         topic: Relative to the namespace, absolute with `/`, private with `~/`.
-        qos: A profile, or a depth, which means KEEP_LAST of that depth.
+        qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
+        qos: The former name of `qos_profile`.
         concurrent: Do not wait for the node's other callbacks, nor for this one.
         raw: Give each message as bytes (msgpack), and match publishers of every type.
 
     Returns:
         The decorator; the method stays as it is.
     """
+    profile = qos_profile if qos is None else renamed_qos(qos)
     return _mark(
         lambda node, callback: node.create_subscription(
-            msg_type, topic, callback, qos, concurrent=concurrent, raw=raw
+            msg_type, topic, callback, profile, concurrent=concurrent, raw=raw
         )
     )
 

@@ -17,7 +17,7 @@ from actors.endpoints.client.client import Client
 from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
 from actors.endpoints.endpoint import Handle, endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.service import Service
+from actors.endpoints.service.service import ServiceServer
 from actors.endpoints.subscription.subscription import Subscription
 from actors.endpoints.timer import Timer
 from actors.graph.view import BrokerView
@@ -30,7 +30,7 @@ from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
 from actors.node.time_source import TimeSource
 from actors.parameters.store import ParameterStore
-from actors.qos.profile import QoSProfile, qos_from
+from actors.qos.profile import QoSProfile, qos_from, renamed_qos
 from actors.session.connector import Connector
 from actors.session.link import Link
 from actors.session.shared_memory import MIN_BYTES, SharedMemory
@@ -378,7 +378,6 @@ class Node(NodeGraph, NodeParameters):
         callback: Callable[..., Any] | None = ...,
         qos_profile: QoSProfile | int = ...,
         *,
-        qos: QoSProfile | int | None = ...,
         concurrent: bool = ...,
         raw: Literal[False] = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
@@ -395,7 +394,6 @@ class Node(NodeGraph, NodeParameters):
         callback: Callable[..., Any] | None = ...,
         qos_profile: QoSProfile | int = ...,
         *,
-        qos: QoSProfile | int | None = ...,
         concurrent: bool = ...,
         raw: bool = ...,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
@@ -426,7 +424,7 @@ class Node(NodeGraph, NodeParameters):
             topic: As for `create_publisher`.
             callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate or `take`.
             qos_profile: A profile or a depth.
-            qos: The same by keyword, for subscriptions without a callback.
+            qos: The former name of `qos_profile`.
             concurrent: Do not wait for the node's other callbacks, nor for this one. At most 1,000 run at a
                 time; further messages wait.
             raw: Give each message as bytes (msgpack), and match publishers of every type.
@@ -449,8 +447,9 @@ class Node(NodeGraph, NodeParameters):
         """
         if msg_type is None and not raw:
             raise TypeError("create_subscription needs a message class, unless raw=True")
-        wanted = qos_profile if qos is None else qos
-        name, profile = self._topic_and_qos(topic, wanted, qos_overriding_options, "subscription")
+        if qos is not None:
+            qos_profile = renamed_qos(qos)
+        name, profile = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "subscription")
         return Subscription(
             self._context,
             msg_type,
@@ -471,7 +470,7 @@ class Node(NodeGraph, NodeParameters):
         callback: Callable[..., Any],
         *,
         concurrent: bool = False,
-    ) -> Service[RequestT, ResponseT]:
+    ) -> ServiceServer[RequestT, ResponseT]:
         """Serve requests.
 
         Args:
@@ -492,7 +491,7 @@ class Node(NodeGraph, NodeParameters):
         """
         request, response = _parts(srv_type)
         name = self._names.resolve_service(srv_name)
-        return Service(
+        return ServiceServer(
             self._context, srv_type, request, response, name, callback=callback, concurrent=concurrent
         )
 
@@ -661,7 +660,7 @@ class Node(NodeGraph, NodeParameters):
         """
         return self._destroy(subscription)
 
-    def destroy_service(self, service: Service[Any, Any]) -> bool:
+    def destroy_service(self, service: ServiceServer[Any, Any]) -> bool:
         """Take a service out of service; its handlers are cancelled.
 
         Args:

@@ -45,7 +45,7 @@ async def wait_for_message(
         RuntimeError: The node does not run.
         NodeDestroyed: The node has been destroyed.
     """
-    subscription = node.create_subscription(msg_type, topic, qos=qos_profile)
+    subscription = node.create_subscription(msg_type, topic, qos_profile=qos_profile)
     endpoint = endpoint_of(subscription)
     limit = endpoint.context.limit_sec(timeout_sec)
     try:

@@ -398,3 +398,9 @@ class QoSPresetProfiles(Enum):
             return cls[name.upper()].value
         except KeyError:
             raise ValueError(f"{name!r} is not one of {', '.join(cls.short_keys())}") from None
+
+
+def renamed_qos(qos: QoSProfile | int) -> QoSProfile | int:
+    """Return what a caller of the caller gave as `qos=`, the former name of `qos_profile=`; warn of it."""
+    warnings.warn("`qos=` is called `qos_profile=`, as in rclpy", DeprecationWarning, stacklevel=3)
+    return qos

@@ -45,7 +45,7 @@ def test_a_subscription_that_nobody_iterates_delays_a_topic_and_does_not_silence
         good = await stage.enter("good")
         received: list[int] = []
         good.create_subscription(Note, "red", lambda message: received.append(message.number), KEEP_ALL)
-        forgotten = idle.create_subscription(Note, "red", qos=KEEP_ALL)
+        forgotten = idle.create_subscription(Note, "red", qos_profile=KEEP_ALL)
         publisher = talker.create_publisher(Note, "red", KEEP_ALL)
         began = stage.loop.time()
         await publish(stage, publisher)
@@ -94,7 +94,7 @@ def test_a_subscription_may_ask_for_more_time(caplog: pytest.LogCaptureFixture) 
     async def scene(stage: Stage) -> None:
         talker, idle = await stage.enter("talker"), await stage.enter("idle")
         for seconds in (50.0, 1000.0):
-            idle.create_subscription(Note, "red", qos=KEEP_ALL, stall_timeout_sec=seconds)
+            idle.create_subscription(Note, "red", qos_profile=KEEP_ALL, stall_timeout_sec=seconds)
         publisher = talker.create_publisher(Note, "red", KEEP_ALL)
         task = asyncio.create_task(publish(stage, publisher))
         await asyncio.sleep(45)
@@ -115,7 +115,7 @@ def test_many_stalls_are_few_lines(caplog: pytest.LogCaptureFixture) -> None:
     async def scene(stage: Stage) -> None:
         talker, idle = await stage.enter("talker"), await stage.enter("idle")
         for _ in range(30):
-            idle.create_subscription(Note, "red", qos=KEEP_ALL)
+            idle.create_subscription(Note, "red", qos_profile=KEEP_ALL)
         publisher = talker.create_publisher(Note, "red", KEEP_ALL)
         await stage.until(lambda: publisher.get_subscription_count() == 30)
         for number in range(COUNT):

@@ -77,7 +77,7 @@ async def test_messages_published_without_a_broker_are_kept_to_the_depth(system:
         actors.Node("hearer", url=system.url) as hearer,
     ):
         publisher = talker.create_publisher(String, "t", LATCHED)
-        received = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
+        received = aiter(hearer.create_subscription(String, "t", qos_profile=LATCHED))
         publisher.publish(String(data="before"))
         assert (await anext(received)).data == "before"
         await daemon.kill()
@@ -101,13 +101,13 @@ async def test_latched_values_survive_the_broker(system: System) -> None:
         actors.Node("hearer", url=system.url) as hearer,
     ):
         publisher = talker.create_publisher(String, "t", LATCHED)
-        early = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
+        early = aiter(hearer.create_subscription(String, "t", qos_profile=LATCHED))
         for i in range(3):
             publisher.publish(String(data=str(i)))
             assert (await anext(early)).data == str(i)
         await daemon.kill()
         await system.broker()
-        late = aiter(hearer.create_subscription(String, "t", qos=LATCHED))
+        late = aiter(hearer.create_subscription(String, "t", qos_profile=LATCHED))
         assert [(await anext(late)).data for _ in range(2)] == ["1", "2"]
         publisher.publish(String(data="3"))
         assert (await anext(early)).data == "3"

@@ -58,7 +58,7 @@ async def test_keep_all_waits_for_a_slow_reader(hub: broker.Broker) -> None:
     total = 100_000
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
-        subscription = hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+        subscription = hearer.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
         await wait_for_subscriptions(publisher, talker)
 
         async def publish() -> None:
@@ -106,7 +106,7 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
         await hearer.get_graph()
         go_on.set()
         last = talker.create_publisher(Int64, "last", depth)
-        done = aiter(hearer.create_subscription(Int64, "last", qos=depth))
+        done = aiter(hearer.create_subscription(Int64, "last", qos_profile=depth))
         await wait_for_subscriptions(last, talker)
         last.publish(Int64(data=0))
         await anext(done)
@@ -126,8 +126,8 @@ async def test_late_joiners_get_the_latched_values(hub: broker.Broker) -> None:
         for i in range(5):
             publisher.publish(Int64(data=i))
         await publisher.flush()
-        late = aiter(hearer.create_subscription(Int64, "numbers", qos=LATCHED))
-        volatile = aiter(hearer.create_subscription(Int64, "numbers", qos=10))
+        late = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=LATCHED))
+        volatile = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=10))
         await wait_for_subscriptions(publisher, talker, 2)
         publisher.publish(Int64(data=5))
         assert [(await anext(late)).data for _ in range(4)] == [2, 3, 4, 5]
@@ -139,7 +139,7 @@ async def test_latched_values_disappear_with_their_publisher(hub: broker.Broker)
     async with actors.Node("hearer", url=hub.url) as hearer:
         async with actors.Node("talker", url=hub.url) as talker:
             talker.create_publisher(Int64, "numbers", LATCHED).publish(Int64(data=1))
-        subscription = hearer.create_subscription(Int64, "numbers", qos=LATCHED)
+        subscription = hearer.create_subscription(Int64, "numbers", qos_profile=LATCHED)
         await hearer.get_graph()
         assert subscription.queued == 0
         assert subscription.get_publisher_count() == 0
@@ -148,7 +148,7 @@ async def test_latched_values_disappear_with_their_publisher(hub: broker.Broker)
 async def test_a_stopping_publisher_sends_its_queue(hub: broker.Broker) -> None:
     """Leaving `async with` right after publishing loses nothing."""
     async with actors.Node("hearer", url=hub.url) as hearer:
-        received = aiter(hearer.create_subscription(Int64, "numbers", qos=KEEP_ALL))
+        received = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL))
         async with actors.Node("talker", url=hub.url) as talker:
             publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
             await wait_for_subscriptions(publisher, talker)
@@ -164,7 +164,7 @@ async def test_another_type_on_the_same_topic_is_no_match(
     with caplog.at_level(logging.WARNING):
         async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
             publisher = talker.create_publisher(Int64, "numbers", 10)
-            subscription = hearer.create_subscription(String, "numbers", qos=10)
+            subscription = hearer.create_subscription(String, "numbers", qos_profile=10)
             await talker.get_graph()
             publisher.publish(Int64(data=1))
             await publisher.flush()
@@ -182,7 +182,7 @@ async def test_a_raw_subscription_receives_every_type(hub: broker.Broker) -> Non
     """With raw=True it matches publishers of any type."""
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", 10)
-        raw = aiter(hearer.create_subscription(None, "numbers", qos=10, raw=True))
+        raw = aiter(hearer.create_subscription(None, "numbers", qos_profile=10, raw=True))
         await wait_for_subscriptions(publisher, talker)
         publisher.publish(Int64(data=7))
         assert b"data" in await anext(raw)

@@ -202,7 +202,7 @@ async def test_nodes_leave_a_broker_whose_process_blocks_and_reconnect(system: S
     embedder = await system.python("-c", EMBEDDER, str(system.port))
     await embedder.wait_for_line("up")
     async with actors.Node("hearer", url=system.url) as node:
-        received = aiter(node.create_subscription(Int64, "numbers", qos=10))
+        received = aiter(node.create_subscription(Int64, "numbers", qos_profile=10))
         client = node.create_client(AddTwoInts, "nobody")
         async with asyncio.timeout(DEADLINE_SEC):
             assert (await anext(received)).data == 1
@@ -219,7 +219,7 @@ async def test_a_node_that_blocks_the_broker_in_its_loop_stays_connected(system:
     """Broker and node share a loop that was blocked: neither takes the other for dead."""
     options = broker.BrokerOptions(port=system.port, keepalive_sec=0.3)
     async with broker.Broker(options) as hub, actors.Node("node", url=hub.url) as node:
-        received = aiter(node.create_subscription(String, "t", qos=10))
+        received = aiter(node.create_subscription(String, "t", qos_profile=10))
         publisher = node.create_publisher(String, "t", 10)
         publisher.publish(String(data="before"))
         assert (await anext(received)).data == "before"

@@ -174,8 +174,8 @@ async def test_a_message_cut_off_by_a_kill_is_discarded(system: System) -> None:
     """An incomplete large message is not delivered; other topics of the reader continue."""
     await system.broker()
     async with actors.Node("hearer", url=system.url) as hearer:
-        halves = hearer.create_subscription(String, "large", qos=10)
-        beside = aiter(hearer.create_subscription(Int64, "small", qos=10))
+        halves = hearer.create_subscription(String, "large", qos_profile=10)
+        beside = aiter(hearer.create_subscription(Int64, "small", qos_profile=10))
         for _ in range(5):
             talker = await system.python("-c", LARGE_TALKER)
             await talker.wait_for_line("publishing")

@@ -71,7 +71,7 @@ async def test_a_broker_out_of_descriptors_serves_its_connections(system: System
     loop_now = asyncio.get_running_loop()
     async with actors.Node("inside", url=system.url) as inside, asyncio.timeout(DEADLINE_SEC):
         publisher = inside.create_publisher(Int64, "t", 10)
-        received = aiter(inside.create_subscription(Int64, "t", qos=10))
+        received = aiter(inside.create_subscription(Int64, "t", qos_profile=10))
         await wait_for_subscriptions(publisher, inside)
         with ExitStack() as stack:
             for _ in range(60):

@@ -57,7 +57,7 @@ async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> 
     ):
         publisher = talker.create_publisher(String, "numbers", profile)
         side = talker.create_publisher(Int64, "side", 10)
-        messages = aiter(hearer.create_subscription(Int64, "side", qos=10))
+        messages = aiter(hearer.create_subscription(Int64, "side", qos_profile=10))
         await wait_for_subscriptions(publisher, talker)
         publisher.publish(String(data="0 first"))
         await counter.wait_for_line("first")
@@ -112,7 +112,7 @@ async def test_many_nodes_join_and_leave(hub: broker.Broker) -> None:
             async def visit(i: int) -> None:
                 async with actors.Node(f"visitor_{i}", url=hub.url) as node:
                     publisher = node.create_publisher(String, "visits", 100)
-                    messages = aiter(node.create_subscription(String, "visits", qos=100))
+                    messages = aiter(node.create_subscription(String, "visits", qos_profile=100))
                     await publisher.wait_for_subscriptions(1, timeout_sec=DEADLINE_SEC)
                     publisher.publish(String(data=f"visitor {i}"))
                     await anext(messages)
@@ -130,7 +130,7 @@ async def test_domains_do_not_see_each_other(hub: broker.Broker) -> None:
         actors.Node("same", url=hub.url, domain=2) as two,
     ):
         publisher = one.create_publisher(String, "t", 10)
-        subscription = two.create_subscription(String, "t", qos=10)
+        subscription = two.create_subscription(String, "t", qos_profile=10)
         await one.get_graph()
         await two.get_graph()
         publisher.publish(String(data="x"))

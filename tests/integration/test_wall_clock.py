@@ -88,7 +88,7 @@ async def test_nothing_depends_on_the_wall_clock(system: System) -> None:
     daemon = await system.python("-c", BROKER, "--port", str(system.port), "--keepalive-sec", "2")
     await daemon.wait_for_line("listening on")
     async with actors.Node("hearer", url=system.url) as node:
-        received = aiter(node.create_subscription(Int64, "numbers", qos=1000))
+        received = aiter(node.create_subscription(Int64, "numbers", qos_profile=1000))
         jumper = await system.python("-c", NODE)
         for what, least in (("deadline", 0.5), ("wait", 0.3), ("ticks", 40 * 0.05)):
             took = float((await jumper.wait_for_line(what)).split()[1])

@@ -54,7 +54,7 @@ async def test_handlers_read_topics_and_call_services(
         assert await get(app, "/add", b"a=5&b=3") == (200, {"sum": 8})
         assert await get(app, "/add", b"a=five") == (400, {"error": "a and b must be integers"})
 
-        received = node.create_subscription(String, "addison", qos=10)
+        received = node.create_subscription(String, "addison", qos_profile=10)
         publisher = node.create_publisher(String, "addison", 10)
         publisher.publish(String(data="hello"))
         async for _ in received:

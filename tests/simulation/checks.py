@@ -18,7 +18,7 @@ from tests.simulation.shared_memory import check_slots
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from actors.endpoints.service.service import Service
+    from actors.endpoints.service.service import ServiceServer
     from actors.endpoints.subscription.subscription import Subscription
     from broker.mesh.mesh import Mesh
     from broker.server import Broker
@@ -199,7 +199,7 @@ async def _check_calls_are_served(world: World) -> None:
                 world.complain(f"{member.host}: a fresh call of {name} gave {ready} in {took:.3f} s")
 
 
-def _services(world: World) -> Iterator[Service[Ask.Request, Ask.Response]]:
+def _services(world: World) -> Iterator[ServiceServer[Ask.Request, Ask.Response]]:
     for member in world.members:
         yield from member.services
 

@@ -16,7 +16,7 @@ from tests.simulation.records import Ask, CallHistory, Note, PublisherHistory, S
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator
 
-    from actors.endpoints.service.service import Service
+    from actors.endpoints.service.service import ServiceServer
     from tests.simulation.world import World
 
 TOPICS: Final = ("red", "green", "blue")
@@ -51,7 +51,7 @@ class Member:
         self.publishers: list[PublisherHistory] = []
         self.subscriptions: list[SubscriptionHistory] = []
         self.clients: list[tuple[str, actors.Client[Ask.Request, Ask.Response]]] = []
-        self.services: list[Service[Ask.Request, Ask.Response]] = []
+        self.services: list[ServiceServer[Ask.Request, Ask.Response]] = []
         self.raised = 0
         """Times that a subscription's callback has raised in this life."""
         self.task: asyncio.Task[None] | None = None

@@ -20,7 +20,7 @@ from tests.simulation.records import Ask
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
-    from actors.endpoints.service.service import Service
+    from actors.endpoints.service.service import ServiceServer
 
 SOON_SEC = 0.1
 """What a message or two takes over the stage's network, with much to spare."""
@@ -35,7 +35,7 @@ class Desk:
         self.begun: Counter[int] = Counter()
         self.done: list[int] = []
         self.cancelled: list[int] = []
-        self.service: Service[Any, Any] = node.create_service(
+        self.service: ServiceServer[Any, Any] = node.create_service(
             Ask, "double", self.handle, concurrent=concurrent
         )
 

@@ -134,7 +134,7 @@ async def ask_and_publish(stage: Stage, stuck: str) -> dict[str, list[float]]:
     elif stuck == "callbacks":
         subscription = listener.create_subscription(Note, "red", hang, KEEP_ALL, concurrent=True)
     elif stuck == "iterator":
-        subscription = listener.create_subscription(Note, "red", qos=KEEP_ALL)
+        subscription = listener.create_subscription(Note, "red", qos_profile=KEEP_ALL)
     publisher = talker.create_publisher(Note, "red", KEEP_ALL)
     for meter in meters.values():
         await meter.ready()

@@ -198,7 +198,9 @@ def test_an_iterator_gets_nothing_older_than_the_lifespan(*, kept: bool) -> None
     async def scene(stage: Stage) -> None:
         talker, listener = await stage.enter("talker"), await stage.enter("listener")
         history = KEEP_ALL if kept else actors.HistoryPolicy.KEEP_LAST
-        subscription = listener.create_subscription(Note, "red", qos=qos(depth=50_000, history=history))
+        subscription = listener.create_subscription(
+            Note, "red", qos_profile=qos(depth=50_000, history=history)
+        )
         publisher = talker.create_publisher(Note, "red", qos(lifespan=1.0, history=history, depth=50_000))
         await matched(stage, publisher)
         for number in range(40_000):

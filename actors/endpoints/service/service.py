@@ -17,7 +17,7 @@ Q = TypeVar("Q", bound=Message)
 A = TypeVar("A", bound=Message)
 
 
-class Service(Introspectable[ServiceEndpoint], Generic[Q, A]):
+class ServiceServer(Introspectable[ServiceEndpoint], Generic[Q, A]):
     """Serves requests. Made by `Node.create_service`.
 
     The callback is `(request, response) -> response` or `(request) -> response`, `def` or `async def`. An

@@ -123,9 +123,11 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
             An iterator. One task at a time may use it.
 
         Raises:
+            NodeDestroyed: The subscription or its node has been destroyed before.
             TypeError: The subscription has a callback (at the first step).
             RuntimeError: Another task is iterating, or the node does not run (at the first step).
         """
+        self._endpoint.require_alive()
         return self._endpoint.consumer.iterate()
 
     def take(self) -> tuple[M, MessageInfo] | None:

@@ -312,7 +312,7 @@ class Node(NodeParameters, NodeGraph):
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
         native = self._callboard.thread.call(
             lambda: self._callboard.native.create_subscription(
-                msg_type, topic, qos=profile.native(), raw=raw, event_callbacks=callbacks
+                msg_type, topic, qos_profile=profile.native(), raw=raw, event_callbacks=callbacks
             )
         )
         subscription = Subscription[MsgT](

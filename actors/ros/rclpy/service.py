@@ -12,7 +12,7 @@ from actors.ros.rclpy.imported_names import imported_names
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from actors.endpoints.service.service import Service as NativeService
+    from actors.endpoints.service.service import ServiceServer as NativeService
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.qos import QoSProfile
     from actors.threads.node_thread import NodeThread

@@ -8,7 +8,7 @@ from actors.ros.rclpy.queued_calls import QueuedCalls
 
 if TYPE_CHECKING:
     from actors.endpoints.client.client import Client as NativeClient
-    from actors.endpoints.service.service import Service as NativeService
+    from actors.endpoints.service.service import ServiceServer as NativeService
     from actors.endpoints.service_introspection import ServiceIntrospectionState
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.clock import Clock

@@ -86,7 +86,7 @@ async def test_callbacks_of_events_are_timed_like_others(meeting: Meeting) -> No
         String, "t", 10, event_callbacks=actors.PublisherEventCallbacks(matched=plain)
     )
     both.create_subscription(
-        String, "t", qos=10, event_callbacks=actors.SubscriptionEventCallbacks(matched=asynchronous)
+        String, "t", qos_profile=10, event_callbacks=actors.SubscriptionEventCallbacks(matched=asynchronous)
     )
     await matched(publisher)
     await until(lambda: sorted(told) == ["publisher 1", "subscription 1"])
@@ -111,7 +111,7 @@ async def test_drops_are_shown_where_they_happen(meeting: Meeting) -> None:
     assert (sent.published, sent.queued, sent.dropped, sent.queue_limit) == (10, 3, 7, 3)
     assert sent.queued_bytes > 0
     node = await meeting.node("node")
-    node.create_subscription(String, "t", qos=2)
+    node.create_subscription(String, "t", qos_profile=2)
     publisher = node.create_publisher(String, "t", KEEP_ALL)
     await matched(publisher)
     for _ in range(10):

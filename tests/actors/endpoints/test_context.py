@@ -119,7 +119,7 @@ async def test_departing_publishers_are_forgotten_behind_one_that_cannot_leave(
 ) -> None:
     """A reader without credit holds up one publisher; those destroyed after it are forgotten all the same."""
     node, reader = await meeting.node("n"), await meeting.node("reader")
-    reader.create_subscription(Int64, "stuck", qos=KEEP_ALL)
+    reader.create_subscription(Int64, "stuck", qos_profile=KEEP_ALL)
     stuck = node.create_publisher(Int64, "stuck", KEEP_ALL)
     await matched(stuck)
     for _ in range(WINDOW_MESSAGES + 1):

@@ -234,7 +234,7 @@ async def test_a_strict_pair_with_incompatible_qos_does_not_match(
         event_callbacks=heeding(incompatible_qos=told.append),
         strict_qos=True if strict == "subscription" else None,
     )
-    beside = listener.create_subscription(Int64, "numbers", qos=BEST_EFFORT)
+    beside = listener.create_subscription(Int64, "numbers", qos_profile=BEST_EFFORT)
     await matched(publisher)
     await until(lambda: len(told) == 2)
     assert told == [(1, 1, actors.QoSPolicyKind.RELIABILITY)] * 2

@@ -22,7 +22,7 @@ from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, invalid_requests
 
 if TYPE_CHECKING:
-    from actors.endpoints.service.service import Service
+    from actors.endpoints.service.service import ServiceServer
     from tests.actors.meeting import Meeting
 
 ASK = AddTwoInts.Request(a=1, b=2)
@@ -42,7 +42,7 @@ class Watch:
         self.events: list[Any] = []
         self.server: actors.Node
         self.caller: actors.Node
-        self.service: Service[Any, Any]
+        self.service: ServiceServer[Any, Any]
         self.client: actors.Client[Any, Any]
 
     async def open(self, callback: Any, srv_type: Any = AddTwoInts, **options: Any) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any, Final
+
+import pytest
+
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
@@ -50,3 +54,18 @@ def test_a_node_has_what_its_class_declares() -> None:
     kinds = sorted(endpoint.kind for endpoint in endpoints_of(node))
     assert kinds == ["service", "subscription", "subscription"]
     assert [timer.period_sec for timer in node.diagnostics().timers] == [0.5]
+
+
+FORMER: Final[dict[str, Any]] = {"qos": 3}  # type checkers know the new name alone
+
+
+def test_the_former_name_of_qos_profile_still_works() -> None:
+    """With a warning that names the caller's file."""
+    node = actors.Node("one", use_global_arguments=False)
+    with pytest.warns(DeprecationWarning, match="`qos=` is called `qos_profile=`") as caught:
+        subscription = node.create_subscription(String, "chatter", **FORMER)
+    assert subscription.qos_profile.depth == 3
+    with pytest.warns(DeprecationWarning, match="qos_profile") as also_caught:
+        actors.subscription(String, "chatter", qos=3)
+    assert caught[0].filename == also_caught[0].filename == __file__
+    node.destroy_node()

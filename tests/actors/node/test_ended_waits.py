@@ -155,6 +155,15 @@ async def test_an_iteration_ends_quietly_with_its_node(
     assert await ended_wait(node, first(ITERATIONS[items](node)), end) == "ended"
 
 
+async def test_iterating_over_a_destroyed_subscription_is_an_error(meeting: Meeting) -> None:
+    """It would end at once, as if there were nothing to read."""
+    node = await meeting.node("one")
+    subscription = node.create_subscription(String, "quiet")
+    subscription.destroy()
+    with pytest.raises(actors.NodeDestroyed):
+        await first(aiter(subscription))
+
+
 async def test_a_task_group_reports_a_call_whose_client_was_destroyed(meeting: Meeting) -> None:
     """The failure is raised where the group ends."""
     node = await meeting.node("one")

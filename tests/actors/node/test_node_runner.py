@@ -433,7 +433,7 @@ def test_a_destroyed_node_whose_queue_is_stuck_leaves_in_time(caplog: pytest.Log
 
     async def scene(stage: Stage) -> None:
         reader = await stage.enter("reader")
-        stuck = reader.create_subscription(Int64, "/out", qos=KEEP_ALL)
+        stuck = reader.create_subscription(Int64, "/out", qos_profile=KEEP_ALL)
         actor = Actor(stage, stop_timeout_sec=2)
         await actor.connected()
         publisher = actor.node.create_publisher(Int64, "/out", KEEP_ALL)

@@ -109,7 +109,7 @@ async def test_an_omitted_limit_is_the_nodes_and_none_is_none(meeting: Meeting, 
     other.create_service(AddTwoInts, "add", for_ever, concurrent=True)
     other.create_action_server(Fibonacci, "undecided", for_ever, goal_callback=for_ever)
     other.create_action_server(Fibonacci, "endless", for_ever)
-    other.create_subscription(String, "unread", qos=KEEP_ALL)
+    other.create_subscription(String, "unread", qos_profile=KEEP_ALL)
     node = await meeting.node("one", default_call_timeout_sec=LIMIT_SEC, stop_timeout_sec=0.1)
     wait, end = WAITS[name]
     endless = asyncio.ensure_future(wait(node, timeout_sec=None))

@@ -29,7 +29,7 @@ class Pair:
     def __init__(self, host: Host, thread: NodeThread, qos: actors.QoSProfile | int, **options: Any) -> None:
         self._host = host
         puller, talker = host.node("puller"), host.node("talker")
-        self.subscription = puller.create_subscription(Int64, "number", qos=KEEP_ALL)
+        self.subscription = puller.create_subscription(Int64, "number", qos_profile=KEEP_ALL)
         self.inner = talker.create_publisher(Int64, "number", qos)
         host.thread.enter(puller)
         self.talker = thread.enter(talker)

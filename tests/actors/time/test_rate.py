@@ -148,7 +148,7 @@ async def test_lifespans_are_measured_in_simulated_time(meeting: Meeting) -> Non
     clock = SimulatedClock(driver, node)
     lasting = actors.QoSProfile(depth=10, lifespan=Duration(nanoseconds=1_000_000))
     publisher = driver.create_publisher(Int64, "/number", lasting)
-    subscription = node.create_subscription(Int64, "/number", qos=10)
+    subscription = node.create_subscription(Int64, "/number", qos_profile=10)
     await meeting.settled(driver, node)
 
     async def send(number: int) -> None:

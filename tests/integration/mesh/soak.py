@@ -181,7 +181,7 @@ class MeshSoak:
                 async with actors.Node(f"visitor_{self._visits}", url=broker.url) as node:
                     publisher = node.create_publisher(String, "visits", 10)
                     node.create_service(AddTwoInts, f"visitor_{self._visits}", _answer)
-                    messages = aiter(node.create_subscription(String, "numbers", qos=10))
+                    messages = aiter(node.create_subscription(String, "numbers", qos_profile=10))
                     publisher.publish(String(data="here"))
                     with suppress(TimeoutError):
                         async with asyncio.timeout(VISIT_SEC * self._random.random()):

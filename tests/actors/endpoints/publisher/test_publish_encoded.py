@@ -64,7 +64,7 @@ async def test_keep_all_is_full_at_its_limit(meeting: Meeting, monkeypatch: pyte
     set_limits(monkeypatch, keep_all_messages=3)
     node = await meeting.node("node")
     publisher = node.create_publisher(Int64, "number", KEEP_ALL)
-    subscription = node.create_subscription(Int64, "number", qos=KEEP_ALL)
+    subscription = node.create_subscription(Int64, "number", qos_profile=KEEP_ALL)
     await matched(publisher)
     for number in range(3):
         publisher.publish_encoded(encoded(number))
@@ -78,7 +78,7 @@ async def test_bytes_are_not_decoded(meeting: Meeting, monkeypatch: pytest.Monke
     """Bytes of another type leave; the subscription counts them and keeps the others of the batch."""
     node = await meeting.node("node")
     publisher = node.create_publisher(Int64, "number")
-    subscription = node.create_subscription(Int64, "number", qos=10)
+    subscription = node.create_subscription(Int64, "number", qos_profile=10)
     await matched(publisher)
 
     def refuse(codec: Codec[Any], data: bytes) -> None:

@@ -227,7 +227,7 @@ async def test_a_full_keep_all_publisher_refuses(meeting: Meeting, monkeypatch: 
     set_limits(monkeypatch, keep_all_messages=300, ready_messages=100, window_messages=50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     other = talker.create_publisher(Int64, "others", 10)
-    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    subscription = listener.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
     publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
     await matched(publisher)
     await meeting.settled(talker, listener)

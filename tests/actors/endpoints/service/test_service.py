@@ -22,7 +22,7 @@ from tests.seams.nodes import context_of, invalid_requests, link_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from actors.endpoints.service.service import Service
+    from actors.endpoints.service.service import ServiceServer
     from tests.actors.meeting import Meeting
 
 
@@ -71,7 +71,7 @@ class Adder:
         self.caller = caller
         self.client = caller.create_client(AddTwoInts, "add")
 
-    async def serve(self, callback: Any, **options: Any) -> Service[Any, Any]:
+    async def serve(self, callback: Any, **options: Any) -> ServiceServer[Any, Any]:
         service = self.server.create_service(AddTwoInts, "add", callback, **options)
         assert await self.client.wait_for_service(20)
         return service

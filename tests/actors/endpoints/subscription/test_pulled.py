@@ -35,7 +35,7 @@ async def pair(
     """Return a matched publisher and pulled subscription."""
     talker, puller = await meeting.node("talker"), await meeting.node("puller")
     publisher = talker.create_publisher(Int64, "number", 1000 if isinstance(qos, int) else qos)
-    subscription = puller.create_subscription(Int64, "number", qos=qos)
+    subscription = puller.create_subscription(Int64, "number", qos_profile=qos)
     await matched(publisher)
     return publisher, subscription
 
@@ -178,7 +178,7 @@ async def test_on_ready_of_messages_that_wait_already(meeting: Meeting) -> None:
     """A hook that is set late is called for what waits: here a latched message."""
     node = await meeting.node("node")
     node.create_publisher(Int64, "number", latched(1)).publish(Int64(data=7))
-    subscription = node.create_subscription(Int64, "number", qos=latched(1))
+    subscription = node.create_subscription(Int64, "number", qos_profile=latched(1))
     await until(lambda: subscription.queued == 1)
     got: list[int] = []
     subscription.set_on_ready(lambda: got.extend(taken(subscription)))

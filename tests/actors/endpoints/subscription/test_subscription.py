@@ -71,7 +71,7 @@ async def heard_of(subscription: actors.Subscription[Int64], numbers: Iterable[i
 
 async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node) -> None:
     """What a replay brings after all is not counted as lost; what it does not bring is."""
-    subscription = node.create_subscription(Int64, "numbers", qos=10)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=10)
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
@@ -88,7 +88,7 @@ async def test_latched_messages_after_a_reconnect_are_no_loss(node: actors.Node)
 
 async def test_latched_messages_that_have_been_seen_are_discarded(node: actors.Node) -> None:
     """A publisher that gives its messages to a new broker again does not make them come twice."""
-    subscription = node.create_subscription(Int64, "numbers", qos=10)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=10)
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))
@@ -245,7 +245,7 @@ async def test_a_busy_mailbox_counts_as_a_busy_reader(node: actors.Node) -> None
 
 async def test_an_idle_iterator_gets_a_whole_run(node: actors.Node) -> None:
     """`async for` that waits gets the run whole; one that is busy afterwards keeps the last `depth`."""
-    subscription = node.create_subscription(Int64, "numbers", qos=4)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=4)
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     received: list[int] = []
@@ -275,7 +275,7 @@ async def test_an_idle_iterator_gets_a_whole_run(node: actors.Node) -> None:
 async def test_an_iterator_ends_with_its_node(meeting: Meeting) -> None:
     """`async for` ends when the subscription or the node is destroyed; a callback excludes it."""
     async with meeting.absent("listener") as listener:
-        subscription = listener.create_subscription(Int64, "numbers", qos=1)
+        subscription = listener.create_subscription(Int64, "numbers", qos_profile=1)
         waiting = asyncio.create_task(heard_of_all(subscription))
         await turns()
         second = aiter(subscription)
@@ -334,7 +334,7 @@ async def test_credit_goes_to_the_publisher_it_is_meant_for(
     """Messages of an earlier session give no credit when taken: their publisher's number may be another's."""
     set_limits(monkeypatch, window_messages=4)
     listener = await meeting.node("listener")
-    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    subscription = listener.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
     link = link_of(listener)
     assert link.channel is not None
     granted: list[Any] = []
@@ -355,7 +355,7 @@ async def test_messages_of_earlier_sessions_count_against_the_window(
     """A stuck KEEP_ALL reader holds one window, however often its links break; taken, it opens again."""
     set_limits(monkeypatch, window_messages=50)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
-    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    subscription = listener.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
     publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
     for _ in range(4):
         await matched(publisher)
@@ -376,7 +376,7 @@ async def test_a_publisher_that_comes_back_before_it_has_gone_adds_nothing_to_wh
 ) -> None:
     """What its earlier life has sent is taken before the next one may send, however their frames cross."""
     listener = await meeting.node("listener")
-    subscription = listener.create_subscription(Int64, "numbers", qos=KEEP_ALL)
+    subscription = listener.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
     attachments = link_of(listener).attachments
     granted: list[Any] = []
     monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
@@ -398,7 +398,7 @@ async def test_latched_messages_that_come_again_keep_no_deadline(
     met: list[int] = []
     durability = actors.DurabilityPolicy.TRANSIENT_LOCAL if latched else actors.DurabilityPolicy.VOLATILE
     qos = actors.QoSProfile(depth=10, deadline=100.0, durability=durability)
-    subscription = node.create_subscription(Int64, "numbers", qos=qos)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=qos)
     monkeypatch.setattr(Deadline, "met", lambda _deadline: met.append(subscription.queued))
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
@@ -416,7 +416,7 @@ async def test_latched_messages_that_come_again_keep_no_deadline(
 
 async def test_a_bad_message_drops_only_itself(node: actors.Node, caplog: pytest.LogCaptureFixture) -> None:
     """Of a run that does not decode only the bad messages are dropped, counted and told of."""
-    subscription = node.create_subscription(Int64, "numbers", qos=10)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=10)
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     builder = BatchBuilder(0)
@@ -452,7 +452,7 @@ async def test_numbers_stay_with_their_messages_around_a_bad_one(tmp_path: Path)
 
 async def test_duplicates_are_discarded_and_gaps_counted(node: actors.Node) -> None:
     """What was seen does not come again, also after a reconnect; what never came is lost or lost_on_break."""
-    subscription = node.create_subscription(Int64, "numbers", qos=100)
+    subscription = node.create_subscription(Int64, "numbers", qos_profile=100)
     attachments = link_of(node).attachments
     attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
     attachments.batch_received(batch_of(1, range(3)))

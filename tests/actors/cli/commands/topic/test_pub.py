@@ -24,7 +24,7 @@ HELLO = ("topic", "pub", "/said", "std_msgs/msg/String", "{data: hello}")
 async def test_pub_says_what_it_publishes(desk: Desk) -> None:
     """ROS 2's texts; every message comes, in order."""
     async with desk.node() as node:
-        subscription = node.create_subscription(String, "said", qos=10)
+        subscription = node.create_subscription(String, "said", qos_profile=10)
         await node.get_graph()
         ended = await desk.callboard(*HELLO, "-t", "2", "-r", "1000")
         received = aiter(subscription)
@@ -66,7 +66,7 @@ async def test_pub_once_waits_for_a_subscription(desk: Desk) -> None:
     pub = desk.start(*HELLO, "--once")
     async with desk.node() as node:
         assert await node.wait_for_node("/nobody", 0.0) is False
-        subscription = node.create_subscription(String, "said", qos=10)
+        subscription = node.create_subscription(String, "said", qos_profile=10)
         assert await anext(aiter(subscription)) == String(data="hello")
         ended = await pub
     assert ended.code == 0
@@ -114,7 +114,7 @@ async def test_pub_from_stdin_publishes_what_comes_as_it_comes(
     with os.fdopen(reading, encoding="utf-8") as stream:
         monkeypatch.setattr(sys, "stdin", stream)
         async with desk.node() as node:
-            received = aiter(node.create_subscription(String, "said", qos=10))
+            received = aiter(node.create_subscription(String, "said", qos_profile=10))
             await node.get_graph()
             pub = desk.start(*READ)
             os.write(writing, b"data: \xc3")
@@ -137,7 +137,7 @@ async def test_pub_from_a_file(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_
             stream.seek(0)
             monkeypatch.setattr(sys, "stdin", stream)
             async with desk.node() as node:
-                subscription = node.create_subscription(String, "said", qos=1000)
+                subscription = node.create_subscription(String, "said", qos_profile=1000)
                 await node.get_graph()
                 ended = await desk.callboard(*READ, *options)
                 received = aiter(subscription)
@@ -187,7 +187,7 @@ async def test_pub_takes_values_or_stdin(desk: Desk) -> None:
 async def test_pub_fills_in_times(desk: Desk) -> None:
     """Each message has that at which it was sent."""
     async with desk.node() as node:
-        subscription = node.create_subscription(Imu, "imu", qos=10)
+        subscription = node.create_subscription(Imu, "imu", qos_profile=10)
         await node.get_graph()
         values = "{header: auto}"
         ended = await desk.callboard(
@@ -217,7 +217,7 @@ async def test_pub_stays_when_it_is_told_to(desk: Desk) -> None:
         pub = desk.start(*HELLO, *options)
         assert await node.wait_for_node("speaker", 30)
         latched = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
-        assert await anext(aiter(node.create_subscription(String, "said", qos=latched))) == String(
+        assert await anext(aiter(node.create_subscription(String, "said", qos_profile=latched))) == String(
             data="hello"
         )
         assert (await pub).code == 0
@@ -226,13 +226,13 @@ async def test_pub_stays_when_it_is_told_to(desk: Desk) -> None:
 async def test_pub_as_a_named_node(desk: Desk) -> None:
     """Seen in the graph; two nodes cannot have one name, and a bad one is wrong usage."""
     async with desk.node() as node:
-        subscription = node.create_subscription(String, "said", qos=10)
+        subscription = node.create_subscription(String, "said", qos_profile=10)
         pub = desk.start(*HELLO, "-w", "2", "--once", "--timeout", "30", "--node-name", "speaker")
         await endpoint_of(subscription).context.wait_until(
             lambda: subscription.get_publisher_count() > 0, "Matching", 30
         )
         publishers = await node.get_publishers_info_by_topic("said")
-        node.create_subscription(String, "said", qos=10)
+        node.create_subscription(String, "said", qos_profile=10)
         assert await anext(aiter(subscription)) == String(data="hello")
         assert (await pub).code == 0  # before the next prints: whoever ends takes all that was printed
         taken = await desk.callboard(*HELLO, "--once", "-n", "fellow")
