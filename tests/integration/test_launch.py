@@ -70,7 +70,7 @@ async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     (package / "launch" / "pubsub.launch.py").write_text(textwrap.dedent(COURSE))
     for each in ("publisher", "subscriber"):
         source = (ROOT / "examples" / f"minimal_{each}.py").read_text()
-        main = f"def main():\n    actors.run(Minimal{each.title()})\n"
+        main = f"def main():\n    callboard.run(Minimal{each.title()})\n"
         (package / f"my_{each}.py").write_text(source.partition("if __name__")[0] + main)
     environ = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(site.path)])}
     program = await system.program(
