@@ -67,7 +67,7 @@ def test_junk_does_not_push_out_definitions_in_use() -> None:
 
 def test_definitions_of_one_link_are_limited_in_bytes() -> None:
     """Case 57: what several endpoints of a link declare counts once."""
-    switch = Switch(Router(limits=RouterLimits(max_definition_bytes=20)))
+    switch = Switch(Router(limits=RouterLimits(max_definition_bytes=len(REAL))))
     node = switch.join("/n")
     switch.send(node, *(declared(number, REAL) for number in range(1, 5)), declared(5, b"more"))
     (refused,) = switch.read(node, frames.Refused)

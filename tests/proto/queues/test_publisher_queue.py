@@ -73,11 +73,11 @@ def test_the_byte_limit_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) 
 def test_exactly_the_byte_limit_may_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     """Only what exceeds it is dropped."""
     monkeypatch.setattr(limits, "MAX_QUEUE_BYTES", 100)
-    queue = PublisherQueue(1, 1000)
-    queue.put(make_batch(0, [bytes(50)]))
-    queue.put(make_batch(1, [bytes(50)]))
+    queue = PublisherQueue(1, 2)
+    for sequence in range(3):  # one is dropped for the depth
+        queue.put(make_batch(sequence, [bytes(50)]))
     queue.trim()
-    assert (queue.pending_bytes, queue.dropped) == (100, 0)
+    assert (queue.pending_bytes, queue.dropped) == (100, 1)
 
 
 def test_keep_all_is_never_trimmed(monkeypatch: pytest.MonkeyPatch) -> None:
