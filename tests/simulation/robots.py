@@ -155,7 +155,7 @@ class Operator(actors.Node):
             await asyncio.sleep(self._random.expovariate(3))
             try:
                 await do()
-            except (actors.ServiceUnavailable, actors.ServiceTimeout, actors.GoalUnknown):
+            except (actors.ServiceUnavailable, actors.ServiceTimeout, actors.WaitTimeout, actors.GoalUnknown):
                 continue
             except actors.NodeDestroyed:
                 return
@@ -187,7 +187,7 @@ class Operator(actors.Node):
             assert state is result.status
 
     async def _result(self, handle: actors.ClientGoalHandle[Any, Any]) -> GoalState:
-        state = (await handle.result()).status
+        state = (await handle.result(None)).status
         assert state is (await handle.result(0)).status is handle.status
         return state
 
