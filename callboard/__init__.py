@@ -9,8 +9,9 @@ The packages behind it keep their names, such as `actors.interfaces` and `actors
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
 
+# Type checkers know it without an import; `import callboard` shall not load `typing`.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from actors import *  # noqa: F403 - each package lists its names once
     from broker import *  # noqa: F403
