@@ -16,62 +16,17 @@
 
 from __future__ import annotations
 
-import unicodedata
 from enum import IntEnum
 from typing import Final
 
-from proto.limits import MAX_ERROR_TEXT
+from proto.untrusted_text import escape as escape
+from proto.untrusted_text import peer_name as peer_name
+from proto.untrusted_text import peer_text as peer_text
 
 _QUOTED_NAME_LENGTH: Final = 512
 """Longest invalid name that an error text quotes completely; a hostile one may have megabytes."""
 _QUOTED_CONTEXT: Final = 40
 """Characters quoted before and after the invalid character of a longer name."""
-
-
-def escape(text: str) -> str:
-    """Escape text from elsewhere for a terminal or a log.
-
-    Args:
-        text: Any text.
-
-    Returns:
-        The text with control characters, line ends, and invisible, combining and double-width characters as
-        Python escapes, so that each character takes one column.
-    """
-    if text.isascii() and text.isprintable():
-        return text
-    return "".join(char if _is_plain(char) else char.encode("unicode_escape").decode() for char in text)
-
-
-def peer_text(text: str) -> str:
-    """Return a peer's text for a log, a terminal, a file or an exception: in one line, and not too long.
-
-    Args:
-        text: The text of an ERROR, GOODBYE, REFUSED or NOTICE frame, or of an error in a reply.
-
-    Returns:
-        The text with control characters, line ends and invisible characters as Python escapes, cut at 500
-        characters. Letters of any language stay.
-    """
-    if len(text) <= MAX_ERROR_TEXT and text.isprintable():
-        return text
-    text = text[: MAX_ERROR_TEXT + 1]
-    if not text.isprintable():
-        text = "".join(
-            char if char.isprintable() else char.encode("unicode_escape").decode() for char in text
-        )
-    return text if len(text) <= MAX_ERROR_TEXT else f"{text[: MAX_ERROR_TEXT - 1]}…"
-
-
-def peer_name(name: str) -> str:
-    """Return a name that a peer has sent, with `peer_text`'s escapes if it is none that a broker accepts."""
-    return name if name.isprintable() else peer_text(name)
-
-
-def _is_plain(char: str) -> bool:
-    if not char.isprintable() or unicodedata.category(char).startswith("M"):
-        return False
-    return unicodedata.east_asian_width(char) not in {"W", "F"}
 
 
 class ErrorCode(IntEnum):

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.cli.interrupts import raise_at_once
-from actors.cli.output import sanitize
 from actors.cli.parsing import parser_of
 from actors.cli.table import VERBS, Group, Verb
 from proto.errors import CallboardError
+from proto.untrusted_text import sanitize
 from proto.wire.codes import EntryKind
 from proto.wire.names import is_hidden
 

@@ -7,25 +7,13 @@ import math
 import sys
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from proto.untrusted_text import sanitize
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 QUOTED_CHARS: Final = 500
 """The characters that an error quotes of its input at most."""
-
-
-def sanitize(text: str) -> str:
-    """Escape unprintable characters except newlines and tabs: messages are untrusted.
-
-    Invisible and private characters are escaped, too, so that two names or texts that differ look different;
-    `escape_controls`, for log lines, lets them through.
-    """
-    if text.replace("\n", "").replace("\t", "").isprintable():
-        return text
-    return "".join(
-        char if char in "\n\t" or char.isprintable() else char.encode("unicode_escape").decode()
-        for char in text
-    )
 
 
 def shortened(text: str) -> str:

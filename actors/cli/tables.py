@@ -16,9 +16,9 @@ import sys
 import unicodedata
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from actors.cli.output import sanitize
 from actors.cli.terminal import terminal_width
 from actors.config.environment import color_wish
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -17,7 +17,7 @@ def escape_controls(text: str) -> str:
     """Escape the control characters of a string, except line ends and tabs.
 
     For log lines, which may have any printed text of their program: other unprintable characters, such as
-    no-break spaces and joined emoji, stay. The CLI's `sanitize` escapes these, too.
+    no-break spaces and joined emoji, stay. `proto.untrusted_text.sanitize` escapes these, too.
     """
     if text.isprintable():
         return text

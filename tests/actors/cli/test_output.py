@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from actors.cli.output import print_json, print_out, sanitize
+from actors.cli.output import print_json, print_out
+from proto.untrusted_text import sanitize
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,12 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.cli.interrupts import Interrupted
-from actors.cli.output import print_out, sanitize
+from actors.cli.output import print_out
 from actors.cli.parsing import Options, Parser, positive
 from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.logging.severity import ROOT_NAME
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator

@@ -16,10 +16,10 @@ from actors.cli.commands.top.columns import BUSIEST, NODES, SERVICES, TOPICS, he
 from actors.cli.commands.top.echo import EchoPane
 from actors.cli.commands.top.help import HelpScreen
 from actors.cli.commands.top.rows import RowsTable, styled_text
-from actors.cli.output import sanitize
 from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
 from actors.tools.overview import Samples
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.widgets import RichLog, Static
 
 from actors.cli.commands.top.columns import compact, duration, rate
-from actors.cli.output import sanitize
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from textual.app import ComposeResult

@@ -11,7 +11,7 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from actors.cli.commands.top.columns import Column, RowT, chosen
-from actors.cli.output import sanitize
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

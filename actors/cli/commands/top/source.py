@@ -8,7 +8,6 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar
 
 from actors.cli.hidden_node import graph_of
-from actors.cli.output import sanitize
 from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
@@ -16,6 +15,7 @@ from actors.threads.errors import ThreadStoppedError
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.tools.overview import Sample
 from actors.tools.percentiles import Percentiles
+from proto.untrusted_text import sanitize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
