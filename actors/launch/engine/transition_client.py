@@ -154,7 +154,7 @@ class TransitionClient:
         transition = Transition(id=wanted) if isinstance(wanted, int) else Transition(label=wanted)
         client = self._node.create_client(ChangeState, f"{request.node}/change_state")
         try:
-            await client.wait_for_service()
+            await client.wait_for_service(None)  # the request's own limit ends the wait
             response = await client.call(ChangeState.Request(transition=transition), None)
         finally:
             client.destroy()

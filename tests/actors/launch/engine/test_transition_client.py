@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextvars
+import math
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ import pytest
 import actors
 from actors import LifecycleState, TransitionCallbackReturn
 from actors.config.contexts import find_broker_target
+from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC
 from actors.launch.engine import transition_client
 from actors.launch.engine.effects import RequestTransition
 from actors.launch.engine.transition_client import TransitionClient
@@ -60,8 +62,10 @@ class Answers:
     def has(self, answers: int) -> bool:
         return len(self.answers) == answers
 
-    def request(self, transition: int | str, node: str = "/managed") -> RequestTransition:
-        request = RequestTransition("managed-1", node, transition, LIMIT_SEC)
+    def request(
+        self, transition: int | str, node: str = "/managed", limit_sec: float = LIMIT_SEC
+    ) -> RequestTransition:
+        request = RequestTransition("managed-1", node, transition, limit_sec)
         self.client.request(request)
         return request
 
@@ -107,6 +111,21 @@ def test_transitions_are_requested_and_watched() -> None:
                 "managed-1 inactive shuttingdown",
                 "managed-1 shuttingdown finalized",
             ]
+
+    play(scene)
+
+
+def test_a_request_waits_for_its_node_until_its_own_limit() -> None:
+    """Longer than calls wait by default: the machine's first start of a program can take minutes."""
+
+    async def scene(stage: Stage) -> None:
+        async with client_on("launch") as said:
+            said.request(1, limit_sec=math.inf)
+            await asyncio.sleep(2 * DEFAULT_CALL_TIMEOUT_SEC)
+            assert said.answers == []
+            await stage.enter_as(Managed, "managed")
+            await stage.until(lambda: bool(said.answers))
+            assert said.answers == [(1, None)]
 
     play(scene)
 
