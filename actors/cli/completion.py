@@ -128,9 +128,9 @@ class _Line:
         self.values: dict[str, list[str]] = {}
         self._awaits: argparse.Action | None = None
         for word in typed:
-            self._take(word)
+            self._assign(word)
 
-    def _take(self, word: str) -> None:
+    def _assign(self, word: str) -> None:
         """Assign a complete word to its argument."""
         name, equals, value = word.partition("=")
         if self._awaits is not None and _takes_value(self._awaits):

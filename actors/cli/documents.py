@@ -40,7 +40,7 @@ class Documents:
             if self._size > MAX_DOCUMENT_CHARS:
                 raise ValueError(f"A document is longer than {MAX_DOCUMENT_CHARS} characters")
             if line.endswith("\n"):
-                found += self._take("".join(self._line))
+                found += self._add_line("".join(self._line))
                 self._line.clear()
         return found
 
@@ -48,9 +48,9 @@ class Documents:
         """Return the last document, if there is one, at the end of the stream."""
         line = "".join(self._line)
         self._line.clear()
-        return [*(self._take(line) if line else []), *self._close()]
+        return [*(self._add_line(line) if line else []), *self._close()]
 
-    def _take(self, line: str) -> list[str]:
+    def _add_line(self, line: str) -> list[str]:
         """Add a complete line; return the document that it completes."""
         if line.rstrip() in {"---", "..."}:
             return self._close()

@@ -44,7 +44,7 @@ class EntryBatch(Generic[E]):
         elif len(entries) == 1:  # the link knows of the others' frame already
             link.flush_later(source)
 
-    def take_back(self, call: int) -> bool:
+    def withdraw(self, call: int) -> bool:
         """Remove a call's entry; return False if it has been sent."""
         for index, entry in enumerate(self._entries):
             if entry.call == call:

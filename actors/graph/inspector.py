@@ -200,11 +200,11 @@ class Inspector:
         """
         snapshot = GraphSnapshot()
 
-        def take(frame: frames.Graph) -> bool:
+        def accept(frame: frames.Graph) -> bool:
             snapshot.apply(frame)
             return not frame.more
 
-        self._ask(frames.Watch(_QUERY, keep=False), frames.Graph, take)
+        self._ask(frames.Watch(_QUERY, keep=False), frames.Graph, accept)
         return snapshot
 
     def report(self) -> BrokerReport:
@@ -219,11 +219,11 @@ class Inspector:
         """
         parts = ReportParts()
 
-        def take(frame: frames.Stats) -> bool:
+        def accept(frame: frames.Stats) -> bool:
             parts.add(frame)
             return parts.complete
 
-        self._ask(frames.Inspect(_QUERY), frames.Stats, take)
+        self._ask(frames.Inspect(_QUERY), frames.Stats, accept)
         return parts.report()
 
     def definition(self, type_hash: str) -> bytes | None:
@@ -243,12 +243,12 @@ class Inspector:
 
         found: list[bytes | None] = []
 
-        def take(frame: frames.Definition) -> bool:
+        def accept(frame: frames.Definition) -> bool:
             if frame.type_hash == type_hash:
                 found.append(frame.definition)
             return bool(found)
 
-        self._ask(frames.Describe(type_hash), frames.Definition, take)
+        self._ask(frames.Describe(type_hash), frames.Definition, accept)
         definition = found[0]
         return definition if definition is None or hash_of(definition) == type_hash else None
 

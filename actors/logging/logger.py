@@ -301,7 +301,7 @@ class Logger:
         else:
             write_unhandled(record)
         for sink in sinks_of(self.name):
-            sink.take(record)
+            sink.accept(record)
         return True
 
     def _filters_pass(self, key: tuple[CodeType, int], level: int, options: LogOptions) -> bool:

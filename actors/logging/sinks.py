@@ -1,4 +1,4 @@
-"""Sinks: they take the records of one logger and of the loggers below it, beside the program's handlers.
+"""Sinks: they accept the records of one logger and of the loggers below it, beside the program's handlers.
 
 A record goes to the sinks of its own logger or, if it has none, of the nearest logger above that has some.
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 
 class LogSink(Protocol):
-    """Something that takes records."""
+    """Something that accepts records."""
 
     @property
     def target(self) -> object:
         """Where it sends them: of a logger's sinks with equal targets only the first takes a record."""
         ...
 
-    def take(self, record: logging.LogRecord) -> None:
-        """Take a record, in the thread that logs. It must not raise."""
+    def accept(self, record: logging.LogRecord) -> None:
+        """Accept a record, in the thread that logs. It must not raise."""
         ...
 
 
@@ -36,7 +36,7 @@ class DiscardingSink:
 
     target = None
 
-    def take(self, record: logging.LogRecord) -> None:
+    def accept(self, record: logging.LogRecord) -> None:
         """Discard a record."""
 
 

@@ -83,7 +83,7 @@ class Rosout(PublisherEndpoint):
         super().__init__(context, Log, topic, qos_profile_rosout_default, None)
         self._remove_sink = add_sink(context.log.name, self)
 
-    def take(self, record: logging.LogRecord) -> None:
+    def accept(self, record: logging.LogRecord) -> None:
         """Publish a record at the end of the loop turn. From any thread."""
         here = threading.get_ident() == self._thread
         if here and self._silent:

@@ -76,7 +76,7 @@ class Execution(ABC):
     def stop(self) -> None:
         """Begin to stop the child. It ends within the time limits of all steps together."""
         if self._step < 0:
-            self._take(0)
+            self._start_step(0)
 
     def force_stop(self) -> None:
         """Take the last step now. The child ends within `LAST_STEP_SEC`."""
@@ -86,7 +86,7 @@ class Execution(ABC):
         self.stop()
         last = len(self._steps) - 1
         if self._step < last:
-            self._take(last)
+            self._start_step(last)
         elif not self._ended:  # its own time limit may be longer
             self._begin_limit(last)
 
@@ -113,7 +113,7 @@ class Execution(ABC):
         """Whether `stop` has been called."""
         return self._step >= 0
 
-    def _take(self, step: int) -> None:
+    def _start_step(self, step: int) -> None:
         if self._ended:
             return
         self._step = step
@@ -125,7 +125,7 @@ class Execution(ABC):
         self._forget_timer()
         wait = LAST_STEP_SEC if self._force_stopped else self._step_timeout_sec(step)
         last = step == len(self._steps) - 1
-        following = self._give_up if last else lambda: self._take(step + 1)
+        following = self._give_up if last else lambda: self._start_step(step + 1)
         self._timer = asyncio.get_running_loop().call_later(wait, following)
 
     def _give_up(self) -> None:

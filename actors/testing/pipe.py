@@ -107,7 +107,7 @@ class Pipe:
                 with suppress(TimeoutError):
                     async with asyncio.timeout(None if math.isinf(wait_s) else wait_s):
                         await self._writer_wakeup.wait()
-            piece = self._take(loop.time())
+            piece = self._pop_due(loop.time())
             if not piece:
                 break
             await loop.sock_sendall(sink, piece)
@@ -133,7 +133,7 @@ class Pipe:
         link_faults = self._link_faults
         return chunk.read_at + link_faults.delay_sec + link_faults.jitter_sec * chunk.jitter_factor
 
-    def _take(self, now: float) -> bytes:
+    def _pop_due(self, now: float) -> bytes:
         """Remove the bytes that may leave together; none means the end of the stream."""
         most = min(PIECE_BYTES, self._link_faults.drip_bytes or PIECE_BYTES)
         parts: list[bytes] = []

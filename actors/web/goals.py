@@ -80,7 +80,7 @@ class FollowedGoal:
         self._feedback.append(message.feedback)
         self.news.set()
 
-    def take_feedback(self) -> list[dict[str, Any]]:
+    def pop_feedback(self) -> list[dict[str, Any]]:
         """Return the feedback that has come since the last call."""
         taken = [message_to_javascript(each) for each in self._feedback]
         self._feedback.clear()

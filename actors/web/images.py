@@ -107,7 +107,7 @@ class TopicImages:
             return
         async with self._converting:
             self._news.clear()
-            (received,) = self._reader.take()
+            (received,) = self._reader.pop()
             found = await self._converted(received)
         self._newest = Image(number=next(_NUMBERS), sent_ns=received.info.source_timestamp, found=found)
         self._next_at = self._loop.time() + IMAGE_PERIOD_SEC

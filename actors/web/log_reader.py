@@ -105,7 +105,7 @@ class LogReader:
         self._subscription = observer.node.create_subscription(Log, TOPIC, self._receive, profile)
         self._answer = SubscriptionAnswer(observer.node, lambda: self._subscription, wake)
 
-    def take(self) -> list[dict[str, Any]]:
+    def pop(self) -> list[dict[str, Any]]:
         """Return the oldest lines that wait, `LINES_PER_UPDATE` at most, in the order of their time.
 
         Raises:

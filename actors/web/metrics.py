@@ -140,7 +140,7 @@ class Metrics:
             report: The broker's counters now; None if it does not answer.
             snapshot: The graph.
         """
-        self._collector.take(report, snapshot)
+        self._collector.update(report, snapshot)
         return generate_latest(self._registry)
 
 
@@ -154,7 +154,7 @@ class _BrokerCollector(Collector):
         self._lost = 0
         self._topics = TopicCounts()
 
-    def take(self, report: BrokerReport | None, snapshot: GraphSnapshot) -> None:
+    def update(self, report: BrokerReport | None, snapshot: GraphSnapshot) -> None:
         """Use this report from now on."""
         self._report, self._snapshot = report, snapshot
         if report is None:
@@ -163,7 +163,7 @@ class _BrokerCollector(Collector):
             self._broker, self._lost = report.totals.broker, 0
             self._topics = TopicCounts()
         self._lost = max(self._lost, report.totals.lost_on_break)
-        self._topics.take(report.topics)
+        self._topics.update(report.topics)
 
     def describe(self) -> list[Metric]:
         """Return nothing: the registry needs names only to find collectors that share one."""
@@ -214,7 +214,7 @@ class TopicCounts:
         self._others: Counter[str] = Counter()
         self._other_queued = 0
 
-    def take(self, topics: Mapping[str, TopicStats]) -> None:
+    def update(self, topics: Mapping[str, TopicStats]) -> None:
         """Use these numbers from now on.
 
         Args:

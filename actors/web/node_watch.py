@@ -221,7 +221,7 @@ class NodeWatch:
         try:
             if self._transitions is None:
                 self._transitions = self._feeds.read(f"{self._name}/transition_event", 1, self._news.set)
-            if self._transitions.take():
+            if self._transitions.pop():
                 self._stale.add(LIFECYCLE)
         except (TooManyTopicsError, SubscriptionRefusedError):
             return False
@@ -253,7 +253,7 @@ class NodeWatch:
         """Mark the parameters as stale if they have changed; return whether the node reports changes."""
         events = self._events
         try:
-            changed = any(_is_of(self._name, events, each.data) for each in events.take())
+            changed = any(_is_of(self._name, events, each.data) for each in events.pop())
         except SubscriptionRefusedError:
             return False
         if changed or events.skipped:

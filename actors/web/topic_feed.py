@@ -111,7 +111,7 @@ class TopicReader:
             self.wake()
         self.skipped += self._waiting.add(received)
 
-    def take(self) -> list[Received]:
+    def pop(self) -> list[Received]:
         """Return what has come since the last call.
 
         Raises:

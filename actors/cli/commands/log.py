@@ -63,7 +63,7 @@ def run(options: Options) -> int:
             _check_names(options, await graph_of(node))
             printer = _LogPrinter(options)
             with Listener(node, timeout_sec=options.timeout if options.follow else None) as listener:
-                listener.subscribe(TOPIC, printer.take, qos, msg_type=Log)
+                listener.subscribe(TOPIC, printer.print_or_hold, qos, msg_type=Log)
                 try:
                     await _receive_latched(options, listener)
                 finally:
@@ -136,7 +136,7 @@ class _LogPrinter:
         self._prefixes = () if "" in names else tuple(f"{name}." for name in names)
         self._held: list[tuple[Log, MessageInfo]] | None = []
 
-    def take(self, line: Log, info: MessageInfo) -> None:
+    def print_or_hold(self, line: Log, info: MessageInfo) -> None:
         """Print a line if it was asked for, or hold it."""
         if line.level < self._least:
             return

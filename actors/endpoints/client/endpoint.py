@@ -273,7 +273,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         """Take back a request that has not been sent; cancel one that has."""
         if self._early.pop(call, None) is not None or self._refused.remove(call):
             return
-        if not self._outgoing.take_back(call):
+        if not self._outgoing.withdraw(call):
             self._cancelled.append(call)
             self.context.link.flush_later(self)
 

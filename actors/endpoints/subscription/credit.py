@@ -73,8 +73,8 @@ class CreditWindows:
         attachment.granted_bytes = max(attachment.granted_bytes, attachment.taken_bytes + self.bytes)
         return (attachment.granted_sequence, attachment.granted_bytes) != before
 
-    def taken(self, attachment: Attachment, end: int, size: int) -> bool:
-        """Note messages taken below `end`, of `size` bytes; return whether half the window is used up."""
+    def consumed(self, attachment: Attachment, end: int, size: int) -> bool:
+        """Note messages consumed below `end`, of `size` bytes; return whether half the window is used up."""
         attachment.taken_bytes += size
         if end > attachment.taken_sequence:  # noqa: PLR1730 - max() takes longer, and this is the hot path
             attachment.taken_sequence = end
@@ -146,15 +146,15 @@ class SubscriptionCredit:
         was_last = queued_batch is self._last_detached
         if was_last:
             self._last_detached = None
-        self.taken(queued_batch.attachment, queued_batch.end, queued_batch.size)
+        self.consumed(queued_batch.attachment, queued_batch.end, queued_batch.size)
         if was_last:
             for attachment in self._tracker.attachments.values():
                 self._open(attachment)
 
-    def taken(self, attachment: Attachment, end: int, size: int) -> None:
+    def consumed(self, attachment: Attachment, end: int, size: int) -> None:
         """Note that a whole batch is done: grant its publisher new credit when half of the old is used up."""
         # After the end of the session its id may be another publisher's.
-        if attachment.current and self._windows.taken(attachment, end, size):
+        if attachment.current and self._windows.consumed(attachment, end, size):
             self._open(attachment)
 
     def _open(self, attachment: Attachment) -> None:

@@ -161,7 +161,7 @@ class SubscriptionEndpoint(Endpoint):
         if start < stop and self._keep(attachment, batch, start, size):
             self.consumer.wake()
         elif self._credit is not None:
-            self._credit.taken(attachment, batch.first_sequence + stop, size)
+            self._credit.consumed(attachment, batch.first_sequence + stop, size)
 
     def _keep(self, attachment: Attachment, batch: Batch | Replay, start: int, size: int) -> bool:
         """Put the messages of a batch from `start` on into the backlog; return whether there are any."""

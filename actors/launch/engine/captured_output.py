@@ -148,12 +148,12 @@ class _Handler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
-            self.take(record)
+            self.report(record)
         except Exception:  # noqa: BLE001 - a log call must not fail
             self.handleError(record)
 
     @abstractmethod
-    def take(self, record: logging.LogRecord) -> None: ...
+    def report(self, record: logging.LogRecord) -> None: ...
 
 
 class _CapturedLogs(_Handler):
@@ -161,7 +161,7 @@ class _CapturedLogs(_Handler):
         super().__init__()
         self._plain, self._colored = RosFormatter(), RosFormatter(color=True)
 
-    def take(self, record: logging.LogRecord) -> None:
+    def report(self, record: logging.LogRecord) -> None:
         captured = CapturedOutput.current()
         if captured is not None:
             line = (self._colored if captured.colored else self._plain).format(record)
@@ -175,7 +175,7 @@ class _LaunchLogs(_Handler):
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
 
-    def take(self, record: logging.LogRecord) -> None:
+    def report(self, record: logging.LogRecord) -> None:
         if CapturedOutput.current() is not None:
             return
         message = _message(record)

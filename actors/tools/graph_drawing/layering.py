@@ -103,7 +103,7 @@ def _sequence(ahead: Neighbours, behind: Neighbours) -> list[int]:
     first: list[int] = []
     last: list[int] = []
 
-    def take(vertex: int, onto: list[int]) -> None:
+    def move(vertex: int, onto: list[int]) -> None:
         del left[vertex]
         onto.append(vertex)
         for other in ahead[vertex]:
@@ -115,9 +115,9 @@ def _sequence(ahead: Neighbours, behind: Neighbours) -> list[int]:
         sinks = [vertex for vertex in left if not outs[vertex]]
         sources = [vertex for vertex in left if not ins[vertex]]
         if sinks:
-            take(sinks[-1], last)
+            move(sinks[-1], last)
         elif sources:
-            take(sources[0], first)
+            move(sources[0], first)
         else:
-            take(max(left, key=lambda vertex: (outs[vertex] - ins[vertex], -vertex)), first)
+            move(max(left, key=lambda vertex: (outs[vertex] - ins[vertex], -vertex)), first)
     return first + last[::-1]

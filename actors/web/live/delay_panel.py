@@ -68,7 +68,7 @@ class DelayPanel(DocumentPanel):
 
     def _delay(self, reader: TopicReader) -> float | None:
         try:
-            taken = reader.take()
+            taken = reader.pop()
         except SubscriptionRefusedError:
             return None
         if not taken or taken[-1].info.source_timestamp < self._since_ns:

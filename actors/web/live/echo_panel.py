@@ -49,10 +49,10 @@ class EchoPanel:
     def __init__(self, feeds: TopicFeeds, parameters: EchoParameters, wake: Callable[[], None]) -> None:
         self._reader: TopicReader = feeds.read(parameters.topic, MESSAGES_PER_UPDATE, wake, parameters.type)
 
-    def take(self) -> dict[str, Any] | None:
+    def pop(self) -> dict[str, Any] | None:
         """Return `messages`, and how many were `skipped` before them."""
         reader = self._reader
-        taken = reader.take()
+        taken = reader.pop()
         if not taken:
             return None
         skipped, reader.skipped = reader.skipped, 0

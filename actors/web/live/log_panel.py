@@ -27,10 +27,10 @@ class LogPanel:
     def __init__(self, logs: LogReaders, chosen: LogFilter, wake: Callable[[], None]) -> None:
         self._reader = logs.read(chosen, wake)
 
-    def take(self) -> dict[str, Any] | None:
+    def pop(self) -> dict[str, Any] | None:
         """Return `lines`, as `callboard log --json` prints them, and how many were `skipped`."""
         reader = self._reader
-        lines = reader.take()
+        lines = reader.pop()
         if not lines:
             return None
         skipped, reader.skipped = reader.skipped, 0

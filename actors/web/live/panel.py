@@ -23,7 +23,7 @@ class Panel(Protocol):
     is queued for a slow browser, which gets the newest state.
     """
 
-    def take(self) -> dict[str, Any] | None:
+    def pop(self) -> dict[str, Any] | None:
         """Return the body of the next message to the page; None if nothing is new."""
         ...
 
@@ -54,7 +54,7 @@ class DocumentPanel:
         """Return the document as it is now; JSON's types only."""
         raise NotImplementedError
 
-    def take(self) -> dict[str, Any] | None:
+    def pop(self) -> dict[str, Any] | None:
         """Return `patch`: a JSON Merge Patch of what the page has; at first of an empty document."""
         document = self.document()
         patch = merge_patch(self._sent, document)

@@ -52,13 +52,13 @@ class PlotPanel:
             require_path(path)
         self._reader: TopicReader = feeds.read(parameters.topic, POINTS_PER_UPDATE, wake)
 
-    def take(self) -> dict[str, Any] | None:
+    def pop(self) -> dict[str, Any] | None:
         """Return `points`, each a list of its time in seconds and the values, and how many were `skipped`.
 
         A value is null if a message has no such field, or no finite number there.
         """
         reader = self._reader
-        taken = reader.take()
+        taken = reader.pop()
         if not taken:
             return None
         skipped, reader.skipped = reader.skipped, 0

@@ -1,7 +1,7 @@
 """One browser's connection: the panels that its page has opened, and what they send.
 
 The page sends JSON objects: `{"open": ID, "panel": NAME, ...parameters}` and `{"close": ID}`. It gets
-`{"id": ID, ...}` with what `Panel.take` of that panel returned, and `{"id": ID, "error": TEXT}` if it
+`{"id": ID, ...}` with what `Panel.pop` of that panel returned, and `{"id": ID, "error": TEXT}` if it
 cannot be opened or has failed.
 """
 
@@ -118,16 +118,16 @@ class LiveSession:
             for number, text in errors.items():
                 await self._send({"id": number, "error": text})
             for number in dirty:
-                if (body := self._taken(number)) is not None:
+                if (body := self._pop(number)) is not None:
                     await self._send({"id": number, **body})
             await asyncio.sleep(UPDATE_PERIOD_SEC)
 
-    def _taken(self, number: int) -> dict[str, Any] | None:
+    def _pop(self, number: int) -> dict[str, Any] | None:
         panel = self._panels.get(number)
         if panel is None:
             return None
         try:
-            return panel.take()
+            return panel.pop()
         except CallboardError as error:  # such as a graph too large to be drawn
             self._close(number)
             return {"error": str(error)}

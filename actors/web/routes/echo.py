@@ -28,7 +28,7 @@ async def echo(request: web.Request) -> web.StreamResponse:
             stream = await EventStream.begin(request)
             while True:
                 await stream.wait(news)
-                for received in reader.take():
+                for received in reader.pop():
                     await stream.send(message_document(received, reader))
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0

@@ -86,7 +86,7 @@ async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
         skipped, goal.skipped = goal.skipped, 0
         if skipped:
             await stream.send({"skipped": skipped}, "skipped")
-        for each in goal.take_feedback():
+        for each in goal.pop_feedback():
             await stream.send({"feedback": each}, "feedback")
         if not ended:
             await asyncio.sleep(UPDATE_PERIOD_SEC)

@@ -28,7 +28,7 @@ async def log(request: web.Request) -> web.StreamResponse:
             stream = await EventStream.begin(request)
             while True:
                 await stream.wait(news)
-                for line in reader.take():
+                for line in reader.pop():
                     await stream.send(line)
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0

@@ -26,7 +26,7 @@ class Sink:
         self.target = target
         self.texts: list[str] = []
 
-    def take(self, record: logging.LogRecord) -> None:
+    def accept(self, record: logging.LogRecord) -> None:
         self.texts.append(record.getMessage())
 
 

@@ -401,7 +401,7 @@ async def test_a_thread_may_log_while_the_node_ends(
     encode = codec_for(Log).encode
 
     def encode_meanwhile(line: Log) -> bytes:
-        thread = threading.Thread(target=sink.take, args=(record,))
+        thread = threading.Thread(target=sink.accept, args=(record,))
         thread.start()
         thread.join()
         return encode(line)
@@ -409,7 +409,7 @@ async def test_a_thread_may_log_while_the_node_ends(
     monkeypatch.setattr(rosout, "_codec", SimpleNamespace(encode=encode_meanwhile))
     sink.destroy()
     await until(lambda: sink.diagnostics().dropped == 1)
-    sink.take(record)
+    sink.accept(record)
     await meeting.settled(node)
     found = sink.diagnostics()
     assert (found.published, found.dropped, found.queued) == (3, 2, 0)

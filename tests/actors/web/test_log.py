@@ -105,7 +105,7 @@ async def test_a_slow_reader_gets_the_newest_lines(
     for number in (5, 1, 9, 7, 3, 8):
         publisher.publish(Log(stamp=Time(sec=number), msg=str(number)))
     await until(lambda: reader.skipped == 3)
-    assert [each["msg"] for each in reader.take()] == ["7", "8", "9"]
+    assert [each["msg"] for each in reader.pop()] == ["7", "8", "9"]
     reader.close()
 
 

@@ -100,7 +100,7 @@ def by_topic(counts: TopicCounts, metric: str = "callboard_topic_messages") -> d
 
 def take(counts: TopicCounts, **messages: int) -> dict[str, float]:
     """Take these numbers of messages by topic, and return what is shown."""
-    counts.take({name: topic(name, number) for name, number in messages.items()})
+    counts.update({name: topic(name, number) for name, number in messages.items()})
     return by_topic(counts)
 
 
@@ -124,7 +124,7 @@ def test_a_topic_that_begins_again_counts_from_zero() -> None:
 def test_a_thousand_topics_are_a_bounded_number_of_series(metric: str) -> None:
     """Whoever declares topics cannot fill the memory of a Prometheus server."""
     counts = TopicCounts()
-    counts.take({f"/t{number}": topic(f"/t{number}", number) for number in range(1000)})
+    counts.update({f"/t{number}": topic(f"/t{number}", number) for number in range(1000)})
     assert len(by_topic(counts, metric)) == MAX_TOPICS + 1
 
 

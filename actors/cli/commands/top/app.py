@@ -115,7 +115,7 @@ class TopApp(App[None]):
         self._show_target()
         self._tables["topics"].focus()
         self.run_worker(self._watch(), name="samples")
-        self.set_interval(self._echo_interval_s, self._echo.take)
+        self.set_interval(self._echo_interval_s, self._echo.show_new)
 
     async def _watch(self) -> None:
         while True:

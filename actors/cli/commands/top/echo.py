@@ -80,12 +80,12 @@ class EchoPane(Vertical):
         self._row = row
         self._show_status()
 
-    async def take(self) -> None:
+    async def show_new(self) -> None:
         """Show the messages since the last update."""
         reader = self._reader
         if reader is None or self._paused:
             return
-        received = await reader.take()
+        received = await reader.pop()
         if self._reader is not reader:  # the user has chosen another topic
             return
         self._received = received

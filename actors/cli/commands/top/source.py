@@ -66,7 +66,7 @@ class Received(NamedTuple):
 class TopicReader(Protocol):
     """Receives one topic."""
 
-    async def take(self) -> Received:
+    async def pop(self) -> Received:
         """Return the messages since the last update."""
         ...
 
@@ -163,9 +163,9 @@ class NodeTopicReader:
         if info.source_timestamp >= self._since_ns:  # the age of a latched message is no delay
             self._delays.add(_delay(info))
 
-    async def take(self) -> Received:
+    async def pop(self) -> Received:
         """Return the messages since the last update."""
-        waiting, received = await _run_in(self._thread, self._take)
+        waiting, received = await _run_in(self._thread, self._pop)
         for data, info in waiting:
             text = shown(data, self._decode)
             received.messages.append(
@@ -173,7 +173,7 @@ class NodeTopicReader:
             )
         return received
 
-    async def _take(self) -> tuple[list[tuple[bytes, MessageInfo]], Received]:
+    async def _pop(self) -> tuple[list[tuple[bytes, MessageInfo]], Received]:
         assert self._subscription is not None
         waiting = list(self._waiting)
         self._waiting.clear()

@@ -60,9 +60,9 @@ def test_a_publisher_is_granted_a_window_when_it_comes_and_another_when_half_is_
     assert bench.sent == [(1, WINDOW_MESSAGES)]
     assert bench.credit.limit == WINDOW_MESSAGES
     half = WINDOW_MESSAGES // 2
-    bench.credit.taken(attachment, half, 10)
+    bench.credit.consumed(attachment, half, 10)
     assert len(bench.sent) == 1
-    bench.credit.taken(attachment, half + 1, 10)
+    bench.credit.consumed(attachment, half + 1, 10)
     assert bench.sent[1:] == [(1, half + 1 + WINDOW_MESSAGES)]
 
 
@@ -76,7 +76,7 @@ def test_while_leftovers_wait_nobody_is_granted_anything() -> None:
     bench.attach(3)
     bench.attach(4)
     bench.credit.finished(used)
-    bench.credit.taken(active, 20_001, 10)
+    bench.credit.consumed(active, 20_001, 10)
     assert bench.sent == []
     bench.credit.finished(leftover)
     window = SHARED_MESSAGES // 3
@@ -91,7 +91,7 @@ def test_when_publishers_have_gone_the_windows_of_the_others_are_larger() -> Non
         bench.detach(attachment, None)
     assert bench.credit.limit == WINDOW_MESSAGES
     bench.sent.clear()
-    bench.credit.taken(stays, WINDOW_MESSAGES, 10)
+    bench.credit.consumed(stays, WINDOW_MESSAGES, 10)
     assert bench.sent == [(1, 2 * WINDOW_MESSAGES)]
 
 
@@ -101,5 +101,5 @@ def test_what_is_taken_of_a_publisher_that_has_gone_grants_nothing() -> None:
     attachment = bench.attach(1)
     bench.detach(attachment, None)
     bench.sent.clear()
-    bench.credit.taken(attachment, 10 * WINDOW_MESSAGES, 10)
+    bench.credit.consumed(attachment, 10 * WINDOW_MESSAGES, 10)
     assert bench.sent == []

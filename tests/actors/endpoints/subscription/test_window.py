@@ -52,7 +52,7 @@ def test_a_grant_waits_until_half_is_used() -> None:
     windows.divide(1)
     windows.open(flow)
     ends = range(1, 2 * WINDOW_MESSAGES)
-    grants = [windows.taken(flow, end, 1) and windows.open(flow) for end in ends]
+    grants = [windows.consumed(flow, end, 1) and windows.open(flow) for end in ends]
     assert sum(grants) == pytest.approx(4, abs=1)
 
 
@@ -72,7 +72,7 @@ def test_a_grant_is_never_taken_back() -> None:
     windows.open(flow)
     granted = flow.granted_sequence, flow.granted_bytes
     windows.divide(1000)
-    assert not windows.taken(flow, 2, 1)
+    assert not windows.consumed(flow, 2, 1)
     assert (flow.granted_sequence, flow.granted_bytes) == granted
 
 

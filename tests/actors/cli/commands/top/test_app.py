@@ -53,7 +53,7 @@ class FakeTopicReader:
         self.received = Received([], 0, 0, None, None)
         self.closed = False
 
-    async def take(self) -> Received:
+    async def pop(self) -> Received:
         """Return it."""
         return self.received
 
@@ -275,7 +275,7 @@ async def test_a_topic_is_received() -> None:
         reader.received = Received(
             [ReceivedMessage("/a", 0, 0.0004, "data: hi [b]there[/b]")], 1234, 99, 0.0005, 0.021
         )
-        await here.app.query_one("#echo").take()  # type: ignore[attr-defined]
+        await here.app.query_one("#echo").show_new()  # type: ignore[attr-defined]
         await here.pilot.pause()
         assert "  /a  0.4 ms\ndata: hi [b]there[/b]" in here.log()
         assert here.text("#status").endswith("delay p50 0.5 ms, p99 21 ms of the last 99  1,234 not shown")
@@ -303,12 +303,12 @@ async def test_space_pauses() -> None:
         reader = here.source.readers["/fast"]
         reader.received = Received([ReceivedMessage("/a", 0, 0.0, "data: hi")], 0, 1, 0.1, 0.1)
         pane = here.app.query_one("#echo")
-        await pane.take()  # type: ignore[attr-defined]
+        await pane.show_new()  # type: ignore[attr-defined]
         assert here.text("#target").endswith("paused")
         assert here.text("#status").endswith("paused")
         assert here.log() == ""
         await here.press("space")
-        await pane.take()  # type: ignore[attr-defined]
+        await pane.show_new()  # type: ignore[attr-defined]
         await here.pilot.pause()
         assert "data: hi" in here.log()
         assert here.text("#status").endswith("delay p50 100 ms, p99 100 ms of the last one")

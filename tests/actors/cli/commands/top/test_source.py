@@ -40,7 +40,7 @@ async def take_messages(reader: TopicReader, count: int) -> tuple[list[ReceivedM
     async def enough() -> Received:
         nonlocal known
         while True:
-            received = await reader.take()
+            received = await reader.pop()
             messages.extend(received.messages)
             known += len(received.messages) + received.besides
             if known >= count:
@@ -68,7 +68,7 @@ async def test_messages_are_received_with_where_they_are_from(meeting: Meeting, 
     publisher = talker.create_publisher(String, "chatter", 10)
     reader = await source.listen("/chatter", await talker.get_graph())
     await until(lambda: publisher.get_subscription_count() == 1)
-    assert await reader.take() == ([], 0, 0, None, None)
+    assert await reader.pop() == ([], 0, 0, None, None)
     publisher.publish(String(data="hello"))
     (message,), received = await take_messages(reader, 1)
     assert (message.node, message.text, received.measured) == ("/talker", "data: hello", 1)
