@@ -43,7 +43,7 @@ class Panel:
         self.closed = False
         wake()
 
-    def take(self) -> dict[str, Any]:
+    def pop(self) -> dict[str, Any]:
         """Return it."""
         return {"news": 1}
 
