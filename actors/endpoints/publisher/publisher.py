@@ -232,8 +232,13 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         deadline = loop.time() + limit
         what = f"Flushing '{self.topic_name}'"
         await context.wait_until(
-            lambda: bool(endpoint.refusal or (endpoint.accepted_now and endpoint.queue.empty)), what, limit
+            lambda: bool(
+                endpoint.destroyed or endpoint.refusal or (endpoint.accepted_now and endpoint.queue.empty)
+            ),
+            what,
+            limit,
         )
+        endpoint.require_alive()
         self._require_accepted()
         with in_flight():
             try:

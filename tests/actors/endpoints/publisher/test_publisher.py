@@ -15,7 +15,7 @@ from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
 from actors.node.node_runner import STOP_TIMEOUT_SEC
 from proto.errors import InvalidTopicNameError
 from proto.queues.outbox import Outbox
-from tests.actors.meeting import KEEP_ALL, latched, matched, turns, until
+from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, turns, until
 from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, link_of
 
@@ -516,6 +516,19 @@ async def test_stamps_are_the_time_of_sending(meeting: Meeting) -> None:
     await turns()
     await until(lambda: stamps)
     assert before <= stamps[0] <= time.time_ns()
+
+
+async def test_a_flush_ends_with_its_publisher(tmp_path: Path) -> None:
+    """Also without a broker and without a time limit: its messages can never be sent any more."""
+    async with alone(tmp_path) as node:
+        publisher = node.create_publisher(String, "chatter")
+        publisher.publish(String(data="lost"))
+        flushing = asyncio.create_task(publisher.flush(None))
+        await turns()
+        publisher.destroy()
+        async with asyncio.timeout(DEADLINE_SEC):
+            with pytest.raises(actors.NodeDestroyed):
+                await flushing
 
 
 async def test_flushing_a_destroyed_publisher_raises_as_publishing_does(meeting: Meeting) -> None:
