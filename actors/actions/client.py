@@ -230,7 +230,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
             return endpoint.ready
 
         try:
-            await endpoint.context.wait_until(ready, f"A server of '{self.action_name}'", timeout_sec)
+            await endpoint.context.wait_until(ready, f"'{self.action_name}' has no server", timeout_sec)
         except WaitTimeout:
             return False
         return True

@@ -199,8 +199,13 @@ class NodeContext(LinkEndpoint):
             return math.inf
         return self.default_call_timeout_sec if isinstance(timeout_sec, DefaultTimeout) else timeout_sec
 
-    async def wait_until(self, condition: Callable[[], bool], what: str, timeout_sec: Timeout) -> None:
+    async def wait_until(self, condition: Callable[[], bool], failure: str, timeout_sec: Timeout) -> None:
         """Wait until `condition` holds; check it whenever the link changes.
+
+        Args:
+            condition: What to wait for.
+            failure: What is wrong when it does not hold in time, for the error: "'/add' has no server".
+            timeout_sec: The time limit.
 
         Raises:
             WaitTimeout: It does not hold within `timeout_sec`.
@@ -214,7 +219,7 @@ class NodeContext(LinkEndpoint):
                         await self.link.changed()
                         self.require_alive()
             except TimeoutError as error:
-                raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+                raise WaitTimeout(f"{failure} after {limit:g} s") from error
 
     def declared_qos(self, name: str, profile: QoSProfile, *, strict_qos: bool | None) -> frames.Options:
         """Return the QoS map for an endpoint's declaration; warn if the broker does not know strict QoS.

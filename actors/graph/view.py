@@ -33,7 +33,7 @@ async def connected(context: NodeContext, timeout_sec: float) -> float:
     link = context.link
     deadline = context.require_loop().time() + timeout_sec
     try:
-        await context.wait_until(lambda: link.connected, "Connecting", timeout_sec)
+        await context.wait_until(lambda: link.connected, "No session", timeout_sec)
     except WaitTimeout as error:
         raise BrokerUnreachable(f"No broker at {link.broker_urls}") from error
     return deadline - context.require_loop().time()
@@ -51,7 +51,7 @@ async def answered(
     try:
         await context.wait_until(
             lambda: condition() or link.connections != session or not link.connected,
-            "The broker's answer",
+            "No answer",
             timeout_sec,
         )
     except WaitTimeout as error:

@@ -90,7 +90,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
             return endpoint.peers > 0
 
         try:
-            await endpoint.context.wait_until(ready, f"A server of '{self.srv_name}'", timeout_sec)
+            await endpoint.context.wait_until(ready, f"'{self.srv_name}' has no server", timeout_sec)
         except WaitTimeout:
             return False
         return True

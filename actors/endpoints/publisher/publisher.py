@@ -104,9 +104,10 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """
         endpoint = self._endpoint
         endpoint.require_alive()
+        missing = "no subscription" if count == 1 else f"fewer than {count} subscriptions"
         await endpoint.context.wait_until(
             lambda: bool(endpoint.destroyed or endpoint.refusal or endpoint.peers >= count),
-            f"A match of '{self.topic_name}' with {count} subscriptions",
+            f"'{self.topic_name}' has {missing}",
             timeout_sec,
         )
         endpoint.require_alive()
@@ -204,7 +205,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         if endpoint.crowded:
             await endpoint.context.wait_until(
                 lambda: bool(endpoint.destroyed or endpoint.refusal or not endpoint.crowded),
-                f"Space to publish on '{self.topic_name}'",
+                f"The queue of '{self.topic_name}' is still full",
                 timeout_sec,
             )
         endpoint.require_alive()
@@ -230,12 +231,12 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         loop = context.require_loop()
         limit = context.limit_sec(timeout_sec)
         deadline = loop.time() + limit
-        what = f"Flushing '{self.topic_name}'"
+        failure = f"Messages on '{self.topic_name}' have not reached the broker"
         await context.wait_until(
             lambda: bool(
                 endpoint.destroyed or endpoint.refusal or (endpoint.accepted_now and endpoint.queue.empty)
             ),
-            what,
+            failure,
             limit,
         )
         endpoint.require_alive()
@@ -245,7 +246,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
                 async with time_limit(deadline - loop.time()):
                     await link.round_trip()
             except TimeoutError as error:
-                raise WaitTimeout(f"{what} did not come true within {limit:g} s") from error
+                raise WaitTimeout(f"{failure} after {limit:g} s") from error
 
     def _require_accepted(self) -> None:
         """Raise PublisherRefused if the broker of this session has refused the publisher."""

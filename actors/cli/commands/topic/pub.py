@@ -152,7 +152,7 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
     print_err(f"Waiting for at least {wanted} matching subscription(s) on {publisher.topic_name}...")
     try:
         await endpoint_of(publisher).context.wait_until(
-            lambda: publisher.get_subscription_count() >= wanted, "Matching subscriptions", options.timeout
+            lambda: publisher.get_subscription_count() >= wanted, "Too few subscriptions", options.timeout
         )
     except WaitTimeout:
         found = publisher.get_subscription_count()

@@ -560,7 +560,7 @@ async def test_waiting_for_subscriptions_ends(meeting: Meeting) -> None:
     """At its deadline with WaitTimeout, and with NodeDestroyed when the publisher is destroyed."""
     node = await meeting.node("node")
     publisher = node.create_publisher(Int64, "number")
-    with pytest.raises(actors.WaitTimeout, match="'/number' with 3 subscriptions"):
+    with pytest.raises(actors.WaitTimeout, match="'/number' has fewer than 3 subscriptions after"):
         await publisher.wait_for_subscriptions(3, timeout_sec=0.01)
     waiting = asyncio.create_task(publisher.wait_for_subscriptions(timeout_sec=20))
     await turns()
