@@ -71,7 +71,7 @@ class BrokerOptions:
     )
     mesh_name: str | None = _option(
         None,
-        "this broker's name for people who look at the mesh: up to 63 letters, digits and -_."
+        "this broker's name in listings of the mesh: up to 63 letters, digits and -_."
         " (default: the host's name)",
     )
     auth: Path | None = _option(
@@ -80,7 +80,7 @@ class BrokerOptions:
         " (docs/reference/access.md)",
     )
     insecure: bool = _option(
-        False, "without --auth: let everybody in who can connect; with it: take tokens over plain TCP"
+        False, "without --auth: accept every connection; with it: accept tokens over plain TCP"
     )
     tls_cert: Path | None = _option(
         None, "PEM file with the broker's certificate and its chain; connections then use TLS"

@@ -132,7 +132,7 @@ class Parameter:
             type_ = ParameterType.from_parameter_value(value)
         if not isinstance(cast("object", type_), ParameterType):
             raise TypeError(
-                f"{type_!r} is no type: use one of Parameter.Type, such as Parameter.Type.INTEGER"
+                f"{type_!r} is not a type: use one of Parameter.Type, such as Parameter.Type.INTEGER"
             )
         if not type_.check(value):
             raise ValueError(f"Type {type_.name} and value {value!r} do not agree")

@@ -217,7 +217,7 @@ def graph(snapshot: GraphSnapshot) -> list[Check]:
     ]
     quality = _disagreements(snapshot)
     return [
-        *summed_up("types", types, "everybody agrees on every topic's and service's"),
+        *summed_up("types", types, "all nodes agree on the type of each topic and service"),
         *summed_up("qos", quality, "every publisher offers what its subscriptions ask for"),
     ]
 

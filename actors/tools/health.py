@@ -109,6 +109,6 @@ def _transport(url: BrokerUrl) -> Check:
 def _refused(error: ProtocolError, target: BrokerTarget) -> Check:
     remedy = {
         ErrorCode.VERSION: "run the same version of callboard on both sides",
-        ErrorCode.UNAUTHORIZED: "ask whoever runs the broker for a token",
+        ErrorCode.UNAUTHORIZED: "ask the operator of the broker for a token",
     }.get(error.code, OTHER_PROGRAM)
     return Check("broker", "fail", f"{target.url}: {error}", remedy)

@@ -189,7 +189,9 @@ def variables(environ: Mapping[str, str] | None = None) -> list[Check]:
             read(environ)
         except CallboardError as error:
             found.append(Check("variables", "fail", str(error), "correct it, or unset it"))
-    return found or [Check("variables", "ok", ", ".join(sorted(given)) or "none is set")]
+    return found or [
+        Check("variables", "ok", ", ".join(sorted(given)) or "none of callboard's variables is set")
+    ]
 
 
 def contexts() -> list[Check]:
@@ -203,7 +205,7 @@ def contexts() -> list[Check]:
     except CallboardError as error:
         return [Check("contexts", "fail", str(error), "correct it, or: callboard context use default")]
     if not path.exists():
-        return [Check("contexts", "ok", "none is named")]
+        return [Check("contexts", "ok", "no named contexts")]
     if os.name == "posix" and path.stat().st_mode & 0o077:
         return [Check("contexts", "warn", f"others can read or write {path}", f"chmod 600 {path}")]
     return [Check("contexts", "ok", f"{len(known.named)} named; '{known.current}' is in use")]

@@ -151,7 +151,7 @@ def openness(url: BrokerUrl, broker: object, timeout_sec: float, *, ca: str = ""
         return Check("access", "warn", f"the broker lets in anybody who reaches {outside}", remedy)
     if unknown:
         return Check("access", "skip", unknown)
-    return Check("access", "ok", "the broker lets in nobody from other machines without credentials")
+    return Check("access", "ok", "connections from other machines need credentials")
 
 
 def own_addresses() -> tuple[str, ...]:

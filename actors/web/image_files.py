@@ -82,7 +82,7 @@ def _field(message: Any, name: str, *kinds: type[Any]) -> Any:
     try:
         value = value_at(message, name)
     except InvalidFieldError:
-        raise ImageError(f"The message has no field '{name}', so it is no image") from None
+        raise ImageError(f"The message has no field '{name}', so it is not an image") from None
     if type(value) not in kinds:
         raise ImageError(f"The field '{name}' has the type {type(value).__name__}")
     return value

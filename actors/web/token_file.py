@@ -28,7 +28,7 @@ def read_token(path: str | Path) -> str:
     try:
         token = Path(path).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
+        reason = getattr(error, "strerror", None) or "it is not text"
         raise TokenFileError(f"Cannot read the token in {path}: {reason}") from None
     if TOKEN.fullmatch(token) is None:
         raise TokenFileError(f"{path} needs a token: 16 or more letters, digits, '-' or '_'")

@@ -74,7 +74,7 @@ class Admission:
         if self._connections[source] <= self._max_per_address:
             return ""
         return (
-            f"this broker takes {self._max_per_address} connections from one address"
+            f"this broker accepts at most {self._max_per_address} connections from one address"
             " (its --max-connections-per-address)"
         )
 

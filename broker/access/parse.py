@@ -133,7 +133,7 @@ def _user(name: str, value: object, roles: dict[str, Role]) -> User:
     for token, place in tokens.items():
         if not is_token_hash(token):  # not quoted: it may be the token itself
             remedy = f"`callboard auth token {name}` makes one"
-            raise AccessFileError(f"{place} is no 'sha256:' and 64 hex digits; {remedy}")
+            raise AccessFileError(f"{place} is not 'sha256:' and 64 hexadecimal digits; {remedy}")
     certificates = _texts(table, "certificates", where)
     for certificate, place in certificates.items():
         if not certificate or len(certificate) > MAX_CERTIFICATE_NAME:
@@ -189,7 +189,7 @@ def _patterns(role: dict[str, Any], key: str, where: str) -> dict[Action, Patter
         patterns = _texts(table, word, where)
         for pattern, place in patterns.items():
             if fault := pattern_fault(pattern):
-                raise AccessFileError(f"{place}: {_quote(pattern)} is no pattern: {fault}")
+                raise AccessFileError(f"{place}: {_quote(pattern)} is not a pattern: {fault}")
         found[Action(word)] = PatternSet(tuple(patterns))
     return found
 
@@ -231,7 +231,9 @@ def _texts(table: dict[str, Any], key: str, where: str) -> dict[str, str]:
 def _check_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in known:
-            raise AccessFileError(f"{where}{_quote(key)} is not known here; there is {', '.join(known)}")
+            raise AccessFileError(
+                f"{where}{_quote(key)} is not a known key here; use one of: {', '.join(known)}"
+            )
 
 
 def _kind(value: object) -> str:

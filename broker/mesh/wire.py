@@ -108,7 +108,7 @@ class MessageDecoder:
         (version,) = _unpack(_version, attachment)
         frame = self._frame(payload)
         if not isinstance(frame, _CHANGES):
-            raise _malformed(f"{type(frame).__name__} is no change of a graph")
+            raise _malformed(f"{type(frame).__name__} does not change a graph")
         return Change(version, frame)
 
     def direct(self, broker: int, payload: bytes, attachment: bytes) -> Direct:
@@ -120,7 +120,7 @@ class MessageDecoder:
         """Return what a publisher sends to all subscriptions of its topic."""
         frame = self._frame(payload)
         if not isinstance(frame, (frames.Batch, frames.Assert)):
-            raise _malformed(f"{type(frame).__name__} is no message of a topic")
+            raise _malformed(f"{type(frame).__name__} does not carry a topic's message")
         return frame
 
     def snapshot(self, payload: bytes) -> Snapshot:
@@ -132,7 +132,7 @@ class MessageDecoder:
     def _declaration(self, raw: bytes) -> frames.Frame:
         frame = self._frame(raw)
         if not isinstance(frame, _DECLARATIONS):
-            raise _malformed(f"{type(frame).__name__} is no declaration")
+            raise _malformed(f"{type(frame).__name__} is not a declaration")
         return frame
 
 

@@ -1,4 +1,4 @@
-"""How many connections a broker takes, and how it refuses others.
+"""The limit on a broker's connections, and how it refuses more.
 
 A broker without free descriptors cannot even refuse: depending on the loop, clients wait or are disconnected
 without an error, and the log fills. So some descriptors stay free, and each refused client gets the reason.
@@ -25,15 +25,16 @@ class Capacity:
         wanted: Connections that its options allow.
 
     Attributes:
-        most: Connections that the broker takes.
-        arenas: Descriptors that shared memory may take: each arena keeps one.
+        most: Connections that the broker accepts.
+        arenas: Descriptors for shared memory: each arena keeps one open.
         backlog: Connections that the kernel may hold for it. asyncio's own loop accepts as many in a row
             before any of them can be refused, so twice as many must fit: refused ones take a while to close.
         refused: Connections turned away so far.
-        refusal: Why no more are taken, for clients and the log.
+        refusal: Why no more are accepted, for clients and the log.
     """
 
     def __init__(self, wanted: int) -> None:
+        # 0 raises nothing: an embedded broker leaves the limits of its process alone.
         files = process.raise_file_limit(0)
         reserved = min(RESERVED_FILES, files // 2)
         self.most = min(wanted, files - reserved)
@@ -41,4 +42,4 @@ class Capacity:
         self.backlog = min(MAX_BACKLOG, max(1, reserved // 2))
         self.refused = 0
         limit = "--max-connections" if self.most == wanted else "limit of open files, ulimit -n"
-        self.refusal = f"this broker takes {self.most} connections (its {limit})"
+        self.refusal = f"this broker accepts at most {self.most} connections (its {limit})"

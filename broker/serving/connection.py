@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 AGENT: Final = agent("callboard-broker")
 
-OTHER_USER: Final = "this broker takes connections of its own user only at its unix socket"
+OTHER_USER: Final = "at its unix socket this broker accepts only connections of its own user"
 
 _MESSAGES: Final = frozenset(
     {frames.Batch, frames.Request, frames.Reply, frames.Cancel, frames.Grant, frames.Credit}
@@ -91,6 +91,7 @@ class Connection:
         link.address = address_text(channel.extra_info)
         link.origin = origin_of(channel.extra_info)
         logger.debug("Connection from %s", link.address)
+        # Before the check below: `closed` follows for refused connections, too, and undoes the counts.
         self._dispatcher.open(link)
         if not (self._dispatcher.options.insecure or is_same_user(channel.extra_info)):
             text = "Refused a connection from another user of this machine"
@@ -104,6 +105,7 @@ class Connection:
         if router is not None:
             if link.suspended_at is not None:
                 self._dispatcher.restore(link)
+            # By frequency: nearly all frames are messages, and one look at a set is all they pay.
             kind = type(frame)
             if kind in _MESSAGES:
                 self._dispatcher.deliver(router, router.handle(link.peer, frame))
@@ -114,7 +116,7 @@ class Connection:
                 self._note_change(kind)
         elif isinstance(frame, frames.Hello):
             self._greet(frame)
-        else:
+        else:  # no session: the client was refused, or has left its graph
             self.channel.close()
 
     def _note_change(self, kind: type[Any]) -> None:
@@ -130,6 +132,7 @@ class Connection:
         elif isinstance(frame, frames.Ping):
             self._dispatcher.reports.answer_ping(self._link, frame.token)
         elif isinstance(frame, frames.Goodbye):
+            # The reason first: `leave` logs the nodes of the link with it.
             self._dispatcher.note_ending(self._link, peer_text(frame.text), left=True)
             self._dispatcher.leave(self._link)
         elif isinstance(frame, frames.Error):
@@ -157,11 +160,13 @@ class Connection:
             if size > most:
                 text = f"a message of {size} bytes is over the limit of {most}"
                 raise ProtocolError(ErrorCode.TOO_LARGE, text)
+            # A reference stands for a large message, so it is refused when fragments of one would be.
             if dispatcher.reassembly.refusing:
                 dispatcher.reassembly.refuse()
             else:
                 dispatcher.deliver(router, router.handle(link.peer, batch))
         elif isinstance(frame, frames.Release):
+            # Queues that waited for slots can send again: as if the transport had space again.
             memory.released(frame)
             self.channel.flush()
             self.writable()
@@ -201,6 +206,7 @@ class Connection:
         }
         if link.principal is not None:
             welcome["user"] = link.principal.user
+        # Before `join`: the frames that it delivers must come after WELCOME.
         self.channel.send(frames.Welcome(limits.PROTOCOL_VERSION, welcome))
         identity = _identity(options, "instance"), _identity(options, "token")
         self._dispatcher.join(link, domain, *identity)
@@ -211,6 +217,7 @@ class Connection:
         words = [*Capability]
         shared, link = self._dispatcher.shared_memory, self._link
         same_user = is_same_user(self.channel.extra_info)
+        # Only processes of the broker's user can read the secret in /proc; others do not learn where it is.
         secret = shared.offer(options.get("host")) if same_user else {}
         if secret:
             link.memory = LinkMemory(
@@ -231,10 +238,10 @@ class Connection:
         self._dispatcher.warnings.warn("links without shared memory", text, self._link, problem)
 
     def read_finished(self) -> None:
-        """ChannelHandler: one read has been handled; send what it caused."""
+        """ChannelHandler: one read has been handled; send what its frames caused."""
         link = self._link
         if link.suspended_at is not None:
-            self._dispatcher.restore(link)  # any bytes count, a PING's, too
+            self._dispatcher.restore(link)  # any bytes show that the peer is alive, even a part of a frame
         if self.channel.reassembler.held_bytes:
             self._dispatcher.note_partial(link)
         self._dispatcher.flush()
@@ -249,13 +256,13 @@ class Connection:
         """ChannelHandler: the peer broke the protocol or a limit."""
         reason = peer_text(str(error))
         line = "Closing %s: %s: %s", self._link, error.code.name, reason
-        if error.code is ErrorCode.NAME_TAKEN:  # it tries again
+        if error.code is ErrorCode.NAME_TAKEN:  # not worth a warning: the node tries again
             logger.debug(*line)
         else:
             self._dispatcher.warnings.warn(f"links closed with {error.code.name}", *line)
         self._dispatcher.note_ending(self._link, f"{error.code.name}: {reason}")
-        # The connection may last until the peer has read the reason, but its nodes leave the graph before.
-        # Not at once: this may be called during deliveries.
+        # The connection lasts until the peer has read the reason; its nodes leave the graph before that, so
+        # that nobody calls them. Not in this call: it may be part of a delivery, which iterates over links.
         self._loop.call_soon(self._dispatcher.leave, self._link)
 
     def closed(self, error: Exception | None) -> None:
@@ -263,6 +270,7 @@ class Connection:
         link = self._link
         if is_tls_error(error):
             reason = describe(error)
+            # Once there is a session, it is a broken connection like any other.
             if not link.session:
                 self._dispatcher.limit_counts.tls_failures += 1
                 self._dispatcher.warnings.warn("failures of TLS", "Closing %s: TLS: %s", link, reason)

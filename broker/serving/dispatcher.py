@@ -38,9 +38,9 @@ UNKNOWN_USER: Final = "the access rules do not know this user or its credentials
 
 @dataclass(slots=True)
 class LimitCounts:
-    """What one run of a broker has refused or ended, apart from what its parts count themselves.
+    """Counts refusals and endings of one run of a broker that no other part counts.
 
-    The names are those of the statistics.
+    The field names are those of the statistics.
     """
 
     refused_per_address: int = 0
@@ -54,9 +54,9 @@ class Dispatcher:
     Args:
         options: The broker's limits.
         capacity: How many links it may have.
-        admission: Which of them come in, and whose they are.
+        admission: Decides which links are accepted, and identifies their users.
         presence_log: Logs which nodes and endpoints come and go.
-        warnings: Logs what else peers cause.
+        warnings: Logs warnings that peers cause.
 
     Attributes:
         links: All links.
@@ -65,17 +65,19 @@ class Dispatcher:
         reassembly: The bytes of incomplete messages of all links.
         latched: The bytes of latched messages of all links.
         received: The bytes of buffers for received bytes and for TLS of all links.
-        memory: What all links hold.
+        memory: Counts the memory of all links, and frees some beyond the limit.
         shared_memory: What clients on this host share with the broker.
         limit_counts: How often links have reached limits that no other part counts.
         partial: Links that have, or had, incomplete messages.
         max_reassembly_bytes: Bytes of incomplete messages of one link.
         draining: Whether the broker is stopping: no peer may join any more.
-        on_progress: Called after each delivery, write and end of a link; set while draining.
-        budget: Limits the frames that are handled in one loop turn; set before the first link.
+        on_progress: Called after each delivery, write and end of a link. A drain sets it, to check whether it
+            may go on.
+        budget: Limits the frames that are handled in one loop turn. It needs a running loop, so the broker
+            sets it when it starts, before the first link.
         reports: Reports changes of the graphs, once per loop turn.
         mesh: The broker's part in a mesh; None without one.
-        mesh_channels: By router, what waits for the mesh.
+        mesh_channels: By router, the outbox to the mesh.
         closed_bytes_received, closed_bytes_sent: Bytes of the closed links.
         closed_frames_received: Frames from them.
     """
@@ -123,6 +125,7 @@ class Dispatcher:
 
     def open(self, link: Link) -> None:
         """Add a new link, or refuse it if there are too many."""
+        # A refused link is added, too, until its connection has ended: `close` undoes what is counted here.
         self.links[link] = self.handshaking[link] = None
         too_many = self.admission.enter(link.origin)
         refusal = self.capacity.refusal if len(self.links) > self.capacity.most else too_many
@@ -177,11 +180,14 @@ class Dispatcher:
             if router is None or link.principal is None:
                 continue
             principal = rules.renewed(link.principal)
+            # The link leaves its graph only in the next loop turn (`Connection.failed`). Until then it has no
+            # rights, so that the reload holds at once.
             if principal is None:
                 link.fail(ErrorCode.UNAUTHORIZED, UNKNOWN_USER)
                 principal = replace(link.principal, rights=Rights((), UNKNOWN_USER))
             link.principal = principal
             self.deliver(router, router.set_principal(link.peer, principal))
+        # After all principals are new: a message in a departed queue needs the rights of both its ends.
         for router in tuple(self.joined):
             self.deliver(router, router.drop_denied(rules.renewed))
         if self.mesh is not None:
@@ -219,6 +225,7 @@ class Dispatcher:
                 key_base=0 if self.mesh is None else mesh_key(self.mesh.number, 0),
             )
             self.joined[router] = joined
+            # Only now: the mesh may deliver at once, and `deliver` looks the router up in `joined`.
             if self.mesh is not None:
                 self.mesh_channels[router] = self.mesh.add(router)
         return router
@@ -239,6 +246,8 @@ class Dispatcher:
     def leave(self, link: Link) -> None:
         """Remove a link from its graph, and close it."""
         self.memory.end(link)
+        # A link leaves twice if it said GOODBYE: then, and when its connection ends. The second time has no
+        # router.
         router, link.router = link.router, None
         if router is not None:
             self.note_ending(link, "")
@@ -248,7 +257,8 @@ class Dispatcher:
             self.reports.report_soon()
             self.flush()
         link.channel.close()
-        link.channel.outbox = Outbox()  # nothing of it is sent any more
+        # An empty outbox frees what waited, although the transport may keep the channel for a while.
+        link.channel.outbox = Outbox()
         memory, link.memory = link.memory, None
         if memory is not None:
             memory.end()
@@ -299,8 +309,8 @@ class Dispatcher:
         while total.bytes > total.max_bytes:
             most = max(self.partial, key=_held_partly)
             text = (
-                f"all links have sent more than {total.max_bytes} bytes of incomplete messages, and this link"
-                f" {_held_partly(most)} (the broker's --max-total-reassembly-bytes)"
+                f"all links together have sent over {total.max_bytes} bytes of incomplete messages, and"
+                f" this link {_held_partly(most)} (the broker's --max-total-reassembly-bytes)"
             )
             most.fail(ErrorCode.LIMIT, text)
             most.channel.reassembler.clear()

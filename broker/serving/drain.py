@@ -2,7 +2,7 @@
 
     calls        no new ones, except those that the answer to another needs; pending calls get their answers,
                  up to `drain_timeout_sec`
-    messages     credit stops every publisher; messages on their way arrive and are delivered
+    messages     no more credit is granted; messages that have been sent arrive and are delivered
     goodbye      comes last on each link; a client that has read it has read everything, and closes
 
 The second and third step have the rest of `drain_timeout_sec`, and at least LAST_STEP_SEC each. No step waits
@@ -44,6 +44,7 @@ class Drain:
         dispatcher, loop = self._dispatcher, asyncio.get_running_loop()
         deadline = loop.time() + timeout_sec
         least = min(LAST_STEP_SEC, timeout_sec)
+        # Clients in their handshake have nothing to lose, and would only delay the stop.
         for link in tuple(dispatcher.links):
             if link.router is None:
                 link.refuse(ErrorCode.SHUTDOWN, "the broker is stopping")
@@ -51,13 +52,15 @@ class Drain:
             router.calls.closed = True  # except those that pending ones need for their answers
         if not await self._until(self._calls_answered, deadline):
             logger.warning("%d calls were not answered in time", self._pending_calls())
+        # Publishers go on while calls are answered, because an answer may depend on their messages.
         self._hold()
         deadline = max(deadline, loop.time() + least)
         await self._until(self._caught_up, min(deadline, loop.time() + dispatcher.options.keepalive_sec))
         if not await self._until(self._delivered, deadline):
             unread = sum(link.has_unsent for link in dispatcher.links)
             mesh = " and the mesh" if dispatcher.mesh_has_unsent else ""
-            logger.warning("%d links%s did not read what waits for them in time", unread, mesh)
+            logger.warning("%d links%s did not read their pending messages in time", unread, mesh)
+        # Reports that are due must be sent before GOODBYE, the last frame of a session.
         dispatcher.reports.report()
         for link in tuple(dispatcher.links):
             link.send_goodbye()

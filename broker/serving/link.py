@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 logger: Final = logging.getLogger("callboard.broker")
 
 CATCH_UP: Final = 1
-"""The token of the PING that follows a hold: its PONG comes after all frames sent before the hold."""
+"""The token of the PING that follows a hold. Frames keep their order: when its PONG arrives, everything that
+the client sent before it learnt of the hold has arrived, too."""
 
 
 class Link:
@@ -41,14 +42,15 @@ class Link:
         agent: The client's software and version, sanitized.
         address: Its host and port, or "unix socket".
         origin: Where it comes from.
-        principal: Whose it is; None if there are no access rules, or before the handshake.
-        rejected: Why it has no user, if it is refused only when the time for the handshake is over.
+        principal: Its user; None if there are no access rules, or before the handshake.
+        rejected: Why it has no user. Set if the refusal is delayed, which slows down guessing.
         opened_at: Loop time when it was opened.
         check_at: Loop time of the next keepalive check, even if nothing relies on the link.
         suspended_at: Loop time since which it is suspended for silence, or None.
         was_relied_on: Whether something relied on the link at the last keepalive check.
         behind: Whether frames that it sent before the broker's hold may still arrive.
-        left: Whether it ends because the client or the broker stops on purpose.
+        left: Whether it ends because the client or the broker stops on purpose; then its nodes are not logged
+            as dead.
         ending: Why it ends; "" until that is known.
         held_bytes: What waits for it, as last counted by the memory guard.
         memory: The shared memory of the link; None if the client is not on the broker's host.
@@ -86,12 +88,13 @@ class Link:
         self.channel.fail(ProtocolError(code, text))
 
     def fail_if_over_limit(self) -> None:
-        """Close the link if more waits for it than its limits allow and nothing of that may be dropped."""
+        """Close the link if more waits for it than its limits allow, and none of it may be dropped."""
         outbox, options = self.channel.outbox, self._options
-        if outbox.bulk_bytes > options.max_bulk_bytes:  # independent of how fast the peer reads
+        # Large replies first: a peer that reads fast can exceed this limit, too, so the text blames nobody.
+        if outbox.bulk_bytes > options.max_bulk_bytes:
             text = (
-                f"{outbox.bulk_bytes} bytes of large replies wait for this link, and"
-                f" {options.max_bulk_bytes} may (the broker's --max-bulk-bytes)"
+                f"{outbox.bulk_bytes} bytes of large replies wait for this link, over the limit of"
+                f" {options.max_bulk_bytes} (the broker's --max-bulk-bytes)"
             )
         elif outbox.undroppable_bytes > options.max_queue_bytes:
             text = _too_slow("replies and control frames", options.max_queue_bytes, "--max-queue-bytes")
@@ -105,6 +108,7 @@ class Link:
         """Send ERROR to a peer without a session, and close, once; the refusal is not logged here."""
         if not self.channel.connected:
             return
+        # Not `fail`, which logs a warning: callers that want one have logged their own.
         self.channel.send(frames.Error(code, text))
         self.channel.flush()
         self.channel.close()
@@ -122,10 +126,11 @@ class Link:
 
     @property
     def has_unsent(self) -> bool:
-        """Whether anything waits for a peer that may still read it."""
+        """Whether unsent frames remain for a peer that may still read them."""
         if not self.channel.connected or self.suspended_at is not None:
             return False
         outbox = self.channel.outbox
+        # Blocked queues wait for credit or slots; the outbox does not count them among `has_more`.
         waits = outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0
         return waits or outbox.has_more or any(queue.pending for queue in outbox.blocked)
 

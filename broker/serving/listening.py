@@ -25,15 +25,15 @@ if TYPE_CHECKING:
     from broker.options import BrokerOptions
 
 SOCKET_MODE: Final = 0o600
-"""Of a socket file: for its owner only."""
+"""Permissions of a socket file: only its owner may connect."""
 
 LOCK_TRIES: Final = 100
 LOCK_PAUSE_SEC: Final = 0.01
-"""Between tries. A broker holds the lock for a fraction of it."""
+"""Pause between tries. A broker holds the lock for a fraction of it."""
 
 
 class NotASocketError(OSError):
-    """The path of the socket file has another file."""
+    """The path of the socket file exists and is not a socket."""
 
 
 class SocketFile:
@@ -79,7 +79,8 @@ class Listener:
         """Stop listening."""
         if self._file is not None:  # first: without a listener the file may be replaced by the next broker's
             self._file.remove()
-        for server in reversed(self._servers):  # the port last: whoever gets it can get the names, too
+        # The port last: a broker that gets it can get the socket files beside it, too.
+        for server in reversed(self._servers):
             server.close()
 
 
@@ -142,7 +143,7 @@ async def listen_tcp(
 
     Raises:
         UnprotectedError: One of the addresses is not of the loopback device, and it is not `exposed`.
-        OSError: It cannot; EADDRINUSE if another listens there, even since a moment ago.
+        OSError: It cannot listen; EADDRINUSE if another process listens there, even if it has just begun.
     """
     server = await loop.create_server(protocol, host, port, backlog=backlog, start_serving=False)
     try:
@@ -152,7 +153,8 @@ async def listen_tcp(
             if not all(is_loopback(name[0]) for name in names):
                 raise unprotected_error(str(BrokerUrl(host, port or names[0][1])))
         await server.start_serving()
-        # Two may bind a port as long as none listens. uvloop does not tell the slower one that it failed.
+        # Two processes may bind a port as long as neither listens. uvloop does not report the failure to the
+        # slower one: its sockets are just gone.
         if not all(server.sockets):
             raise OSError(errno.EADDRINUSE, os.strerror(errno.EADDRINUSE))
     except OSError:
@@ -194,7 +196,7 @@ async def listen_unix(
     to lock the folder before it goes on without.
 
     Raises:
-        NotASocketError: The file exists and is no socket.
+        NotASocketError: The file exists and is not a socket.
         OSError: It cannot; EADDRINUSE if another listens there.
     """
     # The loop itself would remove the file, whoever listens there.
@@ -213,7 +215,7 @@ async def listen_unix(
 
 @asynccontextmanager
 async def _alone_in(folder: Path, tries: int) -> AsyncGenerator[None]:
-    """Lock a folder: between bind and listen a socket file looks stale to other brokers.
+    """Lock a folder, because between bind and listen a socket file looks stale to other brokers.
 
     Only a few system calls happen under the lock. If the file system has no locks or somebody keeps this one,
     continue without: then only brokers that start at the same moment can disturb each other.
@@ -249,7 +251,7 @@ def _remove_stale(path: Path) -> None:
     """Remove a socket file that a dead broker has left.
 
     Raises:
-        NotASocketError: The file is no socket.
+        NotASocketError: The file is not a socket.
         OSError: EADDRINUSE: somebody listens there.
     """
     try:
@@ -257,7 +259,7 @@ def _remove_stale(path: Path) -> None:
     except OSError:
         return
     if not stat.S_ISSOCK(mode):
-        raise NotASocketError("the file exists and is no socket")
+        raise NotASocketError("the file exists and is not a socket")
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
         probe.settimeout(0)
         try:

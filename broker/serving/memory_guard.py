@@ -29,14 +29,14 @@ MUCH_BYTES: Final = 16 * 1024 * 1024
 
 
 class Holder(Protocol):
-    """What holds memory for what waits: a link, or a mesh."""
+    """Holds frames that have not been sent: a link, or a mesh."""
 
     held_bytes: int
-    """As counted last."""
+    """The bytes at the last `count`."""
 
     @property
     def outbox(self) -> Outbox:
-        """What waits."""
+        """The frames that wait."""
         ...
 
 
@@ -90,7 +90,7 @@ class MemoryGuard:
         return held > self._check_above or self.full
 
     def count(self, holder: Holder) -> None:
-        """Note what waits for a link, or for a mesh, now."""
+        """Count again the bytes that wait for a link, or for a mesh."""
         outbox = holder.outbox
         held = outbox.held_bytes + outbox.urgent_bytes + outbox.ordered_bytes
         self.queued_bytes += held - holder.held_bytes
@@ -107,9 +107,11 @@ class MemoryGuard:
 
         Args:
             links: All links.
-            meshes: The graphs' meshes, which count like links; all that waits for one is dropped at worst.
+            meshes: The graphs' meshes, which count like links. A mesh cannot be closed: at worst, everything
+                that waits for it is dropped.
         """
         held = self.held_bytes
+        # Reading /proc costs microseconds, so it is asked only if the count is over the limit.
         resident = self._resident() if held > self._enough else 0
         self.full = held > self._enough and (resident is None or resident > self._enough)
         self._reassembly.refusing = self.full
@@ -126,6 +128,7 @@ class MemoryGuard:
         for holder in sorted(holders, key=lambda holder: holder.outbox.held_bytes, reverse=True):
             if self.held_bytes <= self._enough:
                 break
+            # Half, so that a burst does not empty one link while others keep everything.
             holder.outbox.drop_from_fullest(holder.outbox.held_bytes // 2)
             self.count(holder)
 
@@ -142,13 +145,14 @@ class MemoryGuard:
             return
         self._closing = most
         self.closed += 1
-        text = f"the broker holds {self.held_bytes} bytes, {_memory(most)} of them for this link, and"
-        most.fail(ErrorCode.LIMIT, f"{text} {self.max_bytes} may be (the broker's --max-broker-bytes)")
+        over = f"the broker holds {self.held_bytes} bytes, over its limit of {self.max_bytes}"
+        text = f"{over} (--max-broker-bytes), and this link holds most: {_memory(most)}"
+        most.fail(ErrorCode.LIMIT, text)
         most.channel.reassembler.clear()
 
 
 def _memory(link: Link) -> int:
-    """Return what is held for a link: what waits for it, and what it has sent."""
+    """Return the bytes held for a link: frames that wait for it, and frames that it has sent."""
     peer = None if link.router is None else link.router.peer(link.peer)
     received = link.channel.reassembler.held_bytes + link.channel.held_bytes
     return link.held_bytes + received + (0 if peer is None else peer.latched_bytes)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class PeerWarnings:
-    """Logs what peers cause, in one run of a broker: a few lines of each reason, then sums.
+    """Logs warnings that peers cause, in one run of a broker: a few lines for each reason, then only counts.
 
     Args:
         clock: Returns the time in seconds.
@@ -25,7 +25,7 @@ class PeerWarnings:
         """Log a warning, or count it.
 
         Args:
-            reason: What such warnings have in common, in words for the sum.
+            reason: The kind of warning, as the line with the count names it, such as "failures of TLS".
             text: The warning, with a %s for each value.
             values: Its values.
         """

@@ -57,7 +57,8 @@ class PeriodicCheck:
             await asyncio.sleep(period)
             now = loop.time()
             self._lag.record(now, max(0.0, now - expected))
-            # After a stall of this process the sockets have not been read yet: check at the next time.
+            # After a stall of this process (a debugger, a suspended laptop) the sockets have not been read
+            # yet: every peer would look silent. Check at the next time.
             stalled, expected = now - expected > period, now + period
             if not stalled:
                 self._check(now)
@@ -84,6 +85,7 @@ class PeriodicCheck:
                 router.routes.prune(at_least=0)
                 router.routes.latched_expiry.check(now)
             due.update((each, None) for each in dispatcher.links if all_due or each.check_at <= now)
+        # After `due` is complete: closing a link below changes the dicts that it is made of.
         self._check_partial(now)
         for link in due:
             try:
@@ -152,7 +154,7 @@ class PeriodicCheck:
         if not (all_due or relied_on):
             limit = max(limit, self._options.idle_keepalive_sec)
         state = link.liveness.check(now, link.channel.bytes_received, limit)
-        # Bytes that came before somebody asked for the peer do not show that it is alive now.
+        # Bytes that arrived before anything relied on the link do not show that the peer is alive now.
         if link.was_relied_on and link.liveness.last_seen_at == now:
             router.mark_alive(link.peer)
         link.was_relied_on = link.peer in router.relied_on

@@ -42,12 +42,14 @@ class PresenceLog:
 
         Args:
             domain: The graph's number.
-            link: The endpoint's link; None if it is of another broker of the mesh.
+            link: The endpoint's link; None if the endpoint belongs to another broker of the mesh.
             endpoint: A node, publisher, subscription, service or client.
-            reason: None if it has been declared; otherwise why it has gone, "" if its connection has ended.
+            reason: None if the endpoint has been declared; otherwise why it was removed, "" if its connection
+                has ended.
         """
         is_node = isinstance(endpoint, NodeRecord)
         level = logging.DEBUG if not is_node or is_hidden(endpoint.name) else self._level
+        # Before the limit, which must count only lines that would be logged.
         if not logger.isEnabledFor(level):
             return
         if level > logging.DEBUG and not self._limit.admits("changes"):

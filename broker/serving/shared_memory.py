@@ -1,4 +1,4 @@
-"""Large messages of clients on the broker's host, which stay in the shared memory of their publisher.
+"""Forwards large messages of clients on the broker's host, which stay in their publisher's shared memory.
 
 The broker maps the arena of each such client once. A REFERENCE becomes a batch like any other; only that its
 message is a slot of the arena. Each link that can read the arena gets a reference, too, and all others get
@@ -29,10 +29,10 @@ from proto.wire.references import (
 
 MAX_ARENAS: Final = 256
 """Arenas that the broker maps; it needs a descriptor for each. Those of links that have ended count while
-something of them is held."""
+a message in them is held."""
 
 MAX_TOTAL_BYTES: Final = MAX_ARENAS * ARENA_BYTES
-"""Their size together, since a holder of one message keeps all memory of its arena."""
+"""Total size of the mapped arenas. It is limited because one held message keeps all memory of its arena."""
 
 if TYPE_CHECKING:
     import asyncio
@@ -51,8 +51,8 @@ class OpenArena:
     Attributes:
         arena, memory: As given.
         ended: Whether its link has ended, so that nobody can open it any more.
-        slots: Slots that are held.
-        readers: The links for which there has been a message in it.
+        slots: How many slots are held.
+        readers: The links that have been told of it, because a message for them was in it.
     """
 
     def __init__(self, arena: frames.Arena, memory: memoryview) -> None:
@@ -64,7 +64,7 @@ class OpenArena:
 
 
 class SharedMemory:
-    """What all links of a broker share.
+    """Shared memory of all links of a broker: their arenas, and the secret that clients must read.
 
     Args:
         enabled: Whether messages may travel by reference.
@@ -85,7 +85,9 @@ class SharedMemory:
         self._numbers = count(1)
         self._max_arenas = min(MAX_ARENAS, descriptors)
         self._secret: Arena | None = None
-        """Its token is what clients must have read: only processes of the broker's user can."""
+        """An arena of the broker whose token clients must have read. Only processes of the broker's user can,
+        so a client that knows it is on this host and may share memory. Made for the first client that needs
+        it."""
 
     def offer(self, host: object) -> dict[str, frames.Scalar]:
         """Return the options of WELCOME for a client with this host identity; none for other hosts."""
@@ -106,7 +108,7 @@ class SharedMemory:
         return bool(token) and hmac.compare_digest(proof, session_proof(token, session, ends))
 
     def close(self) -> None:
-        """Let nobody read the secret any more."""
+        """Close the secret, so that no client can read it any more."""
         if self._secret is not None:
             self._secret.close()
             self._secret = None
@@ -118,6 +120,7 @@ class SharedMemory:
             ArenaError: It cannot be opened, another link has it, or there are too many.
         """
         others = [each.arena for each in self.arenas.values()]
+        # An arena belongs to one link: it ends with that link, and its size counts once.
         if any(other.token == arena.token for other in others):
             raise ArenaError("another link has this arena")
         total = arena.size + sum(other.size for other in others)
@@ -288,7 +291,7 @@ class LinkMemory:
             self._channel.send(frames.Unmap(arena))
 
     def end(self) -> None:
-        """Note that the link has ended: nobody can open its arena, and it reads nothing any more."""
+        """End the use of shared memory: others can no longer open its arena, and it reads no others."""
         shared, references, own = self._shared, self.references, self._own
         shared.sent += references.sent
         shared.copied += references.copied

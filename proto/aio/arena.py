@@ -322,14 +322,14 @@ def read_token(process: int, number: int) -> bytes:
     except OSError as error:
         raise ArenaError(f"cannot open {path}: {error.strerror}") from error
     if len(token) != limits.INSTANCE_BYTES:
-        raise ArenaError(f"{path} is no arena")
+        raise ArenaError(f"{path} is not an arena")
     return token
 
 
 def _open(path: str) -> int:
     """Return a descriptor of the memory file at this path in /proc, to read."""
     if not os.readlink(path).startswith(_LINK):  # noqa: PTH115 - nodes start without pathlib
-        raise ArenaError(f"{path} is no arena")
+        raise ArenaError(f"{path} is not an arena")
     return os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
 
 

@@ -93,7 +93,7 @@ def _load_certificate(context: ssl.SSLContext, certificate: Path | str, key: Pat
 
     def refuse_passphrase() -> str:
         raise TlsFileError(
-            f"The key {key} is protected by a passphrase, which nobody can type here: store it without one"
+            f"The key {key} is protected by a passphrase: store it without one, as nobody can be asked"
             " (openssl pkey -in KEY -out NEW_KEY), readable by its owner only"
         )
 

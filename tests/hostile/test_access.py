@@ -178,7 +178,7 @@ async def test_connections_of_one_address_are_limited(
             come_from("192.0.2.7")
         await until(lambda: broker.stats().connections == 0)
         assert await greet(broker) is None, "the ended ones do not count any more"
-    assert "takes 3 connections from one address (its --max-connections-per-address)" in caplog.text
+    assert "accepts at most 3 connections from one address (its --max-connections-per-address)" in caplog.text
 
 
 FULL = "".join(

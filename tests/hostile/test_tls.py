@@ -209,7 +209,7 @@ async def test_a_refused_client_is_told_why(ours: Authority, monkeypatch: pytest
     """A limit is named after the handshake, although the broker refuses before it."""
     use(monkeypatch, ours.files())
     async with Broker(ours.options(max_connections=1)) as broker, actors.Node("first", url=broker.url):
-        with pytest.raises(ProtocolError, match="takes 1 connections"):
+        with pytest.raises(ProtocolError, match="accepts at most 1 connections"):
             await graph(broker.url)
 
 

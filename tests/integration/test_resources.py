@@ -96,7 +96,7 @@ async def test_a_broker_out_of_descriptors_serves_its_connections(system: System
         assert inside.connected
     assert await daemon.stop() == 0
     assert daemon.output.count("Refused") == MAX_LINES
-    assert "more like this: this broker takes" in daemon.output
+    assert "more like this: this broker accepts" in daemon.output
     assert "Traceback" not in daemon.output
 
 

@@ -78,7 +78,7 @@ def _prefix(text: str | None) -> list[str]:
     try:
         return shlex.split(text or "")
     except ValueError as error:
-        raise CommandError(f"--prefix '{text}' is no command: {error}", USAGE) from None
+        raise CommandError(f"--prefix '{text}' is not a command: {error}", USAGE) from None
 
 
 def _become(program: str, *arguments: str) -> NoReturn:

@@ -114,7 +114,7 @@ class MeshChannel:
             reason: For the log.
         """
         routes, before = self._router.routes, self.outbox
-        self.mesh.overflows.lost_all(f"{reason}, and the mesh takes nothing")  # empties queues in use
+        self.mesh.overflows.lost_all(f"{reason}, and the mesh accepts no more")  # empties queues in use
         for each in tuple(routes.departed.all()):
             if each.peer == self.mesh.peer:
                 before.discard_queue(each.queue, shed=True)

@@ -74,6 +74,7 @@ def _probe(endpoint: str) -> tuple[str, bool]:
     try:
         socket.create_connection((host, int(port)), PROBE_SEC).close()
     except (OSError, UnicodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "this is no name of a host"
+        reason = error.strerror if isinstance(error, OSError) else "this is not a host name"
         return f"nobody answers there ({reason or error})", False
-    return "it does not let this broker in (another password in --mesh-auth, TLS, or it is no Zenoh)", True
+    reasons = "another password in --mesh-auth, TLS, or it is not Zenoh"
+    return f"it does not let this broker in ({reasons})", True

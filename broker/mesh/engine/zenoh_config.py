@@ -149,7 +149,7 @@ def _read_auth(path: Path) -> tuple[str, str]:
     pairs = [line.partition(":") for line in text.splitlines()]
     for number, (user, _, password) in enumerate(pairs, 1):
         if not user or not password:
-            raise ConfigurationError(f"{path} (--mesh-auth): line {number} is no 'user:password'")
+            raise ConfigurationError(f"{path} (--mesh-auth): line {number} is not 'user:password'")
     if not pairs:
         raise ConfigurationError(f"{path} (--mesh-auth): it is empty; it needs a line 'user:password'")
     return pairs[0][0], pairs[0][2]

@@ -129,7 +129,7 @@ def test_wrong_variables_are_found(environ: dict[str, str], status: str, finding
 
 def test_the_file_of_contexts_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
     """None is fine; a broken one, a choice that is gone, and one that others can read are reported."""
-    assert machine_checks.contexts()[0].finding == "none is named"
+    assert machine_checks.contexts()[0].finding == "no named contexts"
     contexts = Contexts()
     contexts.add("robot", Context(url="callboard://robot"))
     contexts.use("robot")

@@ -63,7 +63,7 @@ async def test_an_endpoint_that_refuses_the_broker_is_told_apart(caplog: pytest.
 async def test_an_endpoint_that_cannot_be_resolved_is_named(caplog: pytest.LogCaptureFixture) -> None:
     """A label of a host's name has at most 63 characters."""
     (line,) = await lines(f"tcp/{'a' * 64}.example:1", caplog, [[]] * 5)
-    assert "nobody answers there (this is no name of a host)" in line
+    assert "nobody answers there (this is not a host name)" in line
 
 
 async def test_an_endpoint_where_nobody_answers_is_named_beside_others(

@@ -120,7 +120,7 @@ def test_the_first_user_is_what_a_broker_joins_with(tmp_path: Path) -> None:
     ("text", "mode", "fault"),
     [
         ("", 0o600, "it is empty"),
-        ("a:b\nc\n", 0o600, "line 2 is no 'user:password'"),
+        ("a:b\nc\n", 0o600, "line 2 is not 'user:password'"),
         (":b\n", 0o600, "line 1 is no"),
         ("a:b\n", 0o640, "chmod 600"),
     ],

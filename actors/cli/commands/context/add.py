@@ -20,7 +20,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument("name", metavar="NAME", help="letters, digits, - and _")
     parser.add_argument("--url", metavar="URL", required=True, help="the broker, or several with commas")
     parser.add_argument("--domain", type=domain, metavar="N", help=f"which of its graphs, 0 to {MAX_DOMAIN}")
-    parser.add_argument("--description", metavar="TEXT", default="", help="one line, for people")
+    parser.add_argument("--description", metavar="TEXT", default="", help="one line that describes it")
     parser.add_argument("--token-file", metavar="PATH", help="file with the token that the broker requires")
     parser.add_argument("--ca", metavar="PATH", help="PEM file with the authorities to trust for TLS")
     parser.add_argument("--cert", metavar="PATH", help="PEM file with the certificate of this client")

@@ -60,7 +60,7 @@ def _read_stdin() -> str:
     try:
         name = sys.stdin.readline(MAX_LINE_LENGTH).strip()
     except UnicodeDecodeError as error:
-        raise CommandError(f"What comes on stdin is no text: {error.reason}") from None
+        raise CommandError(f"stdin is not text: {error.reason}") from None
     if not name:
         raise CommandError("stdin names no type", USAGE)
     return name

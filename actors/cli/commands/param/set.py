@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 EXAMPLES: Final = {
     "callboard param set /driver speed 2.5": "one value",
     "callboard param set --atomic /driver speed 2.5 frame map": "several, all or none",
-    "callboard param set /driver offset -- -1.5e-3": "a value with a leading dash that is no plain number",
+    "callboard param set /driver offset -- -1.5e-3": "a negative value that is not a plain number",
 }
 
 

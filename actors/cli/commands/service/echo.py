@@ -69,7 +69,7 @@ def _check_service(snapshot: GraphSnapshot, service: str, *, typed: bool) -> Non
     known = dict(snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT))
     if service in known:
         print_err(
-            f"WARNING: nobody tells of the calls of {service} yet; its clients and servers do after "
+            f"WARNING: no client or server of {service} publishes its calls yet; they do after "
             "configure_introspection(clock, qos, ServiceIntrospectionState.CONTENTS)"
         )
         return

@@ -107,7 +107,7 @@ async def test_a_service_that_does_not_tell(desk: Desk) -> None:
         await client.call(AddTwoInts.Request())
         assert (await echo).json["info"]["event_type"] == "REQUEST_RECEIVED"
     assert quiet.code == 124
-    assert quiet.err.startswith("WARNING: nobody tells of the calls of /add yet")
+    assert quiet.err.startswith("WARNING: no client or server of /add publishes its calls yet")
     assert "configure_introspection" in quiet.err
 
 
