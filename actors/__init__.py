@@ -86,6 +86,7 @@ with lazy_imports(__name__):
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer
     from actors.node.node import Node as Node
+    from actors.node.options import NodeOptions as NodeOptions
     from actors.node.qos_overrides import QoSOverridingOptions as QoSOverridingOptions
     from actors.node.wait_for_message import wait_for_message as wait_for_message
     from actors.parameter_client.client import ParameterClient as ParameterClient

@@ -35,16 +35,16 @@ class LifecycleNode(Node):
         node_name: As for `Node`.
         enable_communication_interface: Serve `~/change_state`, `~/get_state`, `~/get_available_states`,
             `~/get_available_transitions` and `~/get_transition_graph`, and publish `~/transition_event`.
-        options: All other arguments of `Node`.
+        arguments: All other arguments of `Node`, `options` and its keywords included.
 
     Raises:
         CallboardError, ValueError, TypeError, RuntimeError: As `Node`.
     """
 
     def __init__(
-        self, node_name: str, *, enable_communication_interface: bool = True, **options: Any
+        self, node_name: str, *, enable_communication_interface: bool = True, **arguments: Any
     ) -> None:
-        super().__init__(node_name, **options)
+        super().__init__(node_name, **arguments)
         self._transitions = Transitions(self, self._context)
         if enable_communication_interface:
             self._transitions.serve()

@@ -5,16 +5,16 @@ A node is made without a running loop; it connects on `async with node:` or `awa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, Unpack, overload
 
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.arguments.ros_arguments import process_arguments as found_arguments
-from actors.callbacks.timing import SLOW_CALLBACK_SEC
 from actors.config.contexts import find_broker_target
 from actors.config.environment import allows_shared_memory
 from actors.endpoints.client.client import Client
-from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC, NodeContext
+from actors.endpoints.context import NodeContext
 from actors.endpoints.endpoint import Handle, endpoint_of
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import ServiceServer
@@ -25,7 +25,8 @@ from actors.logging.logger import Logger, get_logger, node_logger_name
 from actors.logging.sinks import DiscardingSink, add_sink
 from actors.node.decorators import declared
 from actors.node.graph_queries import NodeGraph
-from actors.node.node_runner import STOP_TIMEOUT_SEC, NodeRunner
+from actors.node.node_runner import NodeRunner
+from actors.node.options import NodeKeywords, NodeOptions
 from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
 from actors.node.time_source import TimeSource
@@ -33,9 +34,8 @@ from actors.parameters.store import ParameterStore
 from actors.qos.profile import QoSProfile, qos_from, renamed_qos
 from actors.session.connector import Connector
 from actors.session.link import Link
-from actors.session.shared_memory import MIN_BYTES, SharedMemory
+from actors.session.shared_memory import SharedMemory
 from actors.time.rate import Rate
-from proto.checks import require_domain, require_seconds
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
@@ -58,6 +58,8 @@ GoalT = TypeVar("GoalT", bound="Message")
 ResultT = TypeVar("ResultT", bound="Message")
 FeedbackT = TypeVar("FeedbackT", bound="Message")
 
+_DEFAULT_OPTIONS = NodeOptions()
+
 
 class Node(NodeGraph, NodeParameters):
     """A named actor: callbacks on topics, services and timers.
@@ -65,17 +67,8 @@ class Node(NodeGraph, NodeParameters):
     Args:
         node_name: The name, without a namespace. A remap (`-r __node:=…`) goes before it.
         namespace: "" or None is the root; "ns" means "/ns".
-        url: The broker, or several, separated by commas: whenever there is no link they are tried in this
-            order, so that a node comes back to the first that answers, but leaves none that it is linked to.
-            CALLBOARD_URL, the context in use (`actors.config.contexts`) and then callboard://127.0.0.1:7411
-            are the defaults, in this order.
-        domain: Which of a broker's disjoint graphs to join, 0 to 232. CALLBOARD_DOMAIN, the context's and
-            then 0 are the defaults, in this order.
-        token: What to present to a broker with access rules, in place of the environment's or the context's
-            token.
         cli_args: Arguments of this node alone: ["--ros-args", "-r", "a:=b"]. They win over the process's.
         use_global_arguments: Take what `actors.run` found on the command line.
-        process_arguments: Take these instead, as parsed by `actors.parse_ros_arguments`.
         parameter_overrides: Values for parameters; they win over the command line and files.
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
         automatically_declare_parameters_from_overrides: Declare every override.
@@ -85,26 +78,8 @@ class Node(NodeGraph, NodeParameters):
             argument `--disable-rosout-logs` turns it off for all nodes of a process.
         enable_logger_service: Let other nodes read and set the levels of this process's loggers: the services
             `~/get_logger_levels` and `~/set_logger_levels`.
-        start_diagnostics_service: Tell other nodes where the node runs and what its callbacks take: the
-            service `~/get_diagnostics`.
-        connect_timeout_sec: Raise BrokerUnreachable on entry when no broker has accepted the node within
-            this; None enters without one, and goes on trying in the background.
-        default_call_timeout_sec: The deadline of calls that name none.
-        stop_timeout_sec: What leaving gives running callbacks to end, and then queued messages to be sent, an
-            attempt to connect that is in progress included. What could not be sent is counted in a warning.
-            Callbacks that still run are cancelled; all in all leaving takes at most two seconds longer.
-        shared_memory: Send and receive large messages in shared memory if the broker is on this host (Linux,
-            same user); CALLBOARD_SHARED_MEMORY=0 turns it off for all nodes of a process.
-        shared_memory_min_bytes: The size from which on a message is large: at least 4 KiB.
-        shared_name: Let other nodes have the same full name if they share it, too, as ROS 2 does. Names of
-            topics and services that begin with `~/` are the same then, and a call of a service that several
-            nodes serve reaches one of them.
-        strict_qos: The default of its publishers and subscriptions, ROS 2's endpoints included: whether they
-            match none with which their QoS is incompatible. Otherwise messages are delivered all the same,
-            unless the other endpoint is strict; both sides get a warning in any case.
-        slow_callback_sec: A callback that holds the event loop for longer is named in a warning; None: never.
-        on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
-            the error.
+        options: What callboard adds to rclpy's Node: the broker, time limits, shared memory and so on.
+        keywords: Fields of NodeOptions; they win over `options`.
 
     Raises:
         InvalidNameError: The name or namespace breaks the naming rules.
@@ -116,7 +91,7 @@ class Node(NodeGraph, NodeParameters):
         InvalidParameterTypeError: An override has another type than the parameter.
         RuntimeError: A decorated method takes a wrong number of arguments.
         ValueError: `domain` is not from 0 to 232, or a time is negative or NaN.
-        TypeError: `domain` is not an int, or a time not a number.
+        TypeError: `domain` is not an int, or a time not a number, or a keyword is unknown.
     """
 
     def __init__(
@@ -124,37 +99,21 @@ class Node(NodeGraph, NodeParameters):
         node_name: str,
         *,
         namespace: str | None = None,
-        url: str | None = None,
-        domain: int | None = None,
-        token: str | None = None,
         cli_args: list[str] | None = None,
         use_global_arguments: bool = True,
-        process_arguments: RosArguments | None = None,
         parameter_overrides: Mapping[str, ParameterValue] | None = None,
         allow_undeclared_parameters: bool = False,
         automatically_declare_parameters_from_overrides: bool = False,
         start_parameter_services: bool = True,
         enable_rosout: bool = True,
         enable_logger_service: bool = False,
-        start_diagnostics_service: bool = True,
-        connect_timeout_sec: float | None = None,
-        default_call_timeout_sec: float = DEFAULT_CALL_TIMEOUT_SEC,
-        stop_timeout_sec: float = STOP_TIMEOUT_SEC,
-        slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
-        shared_memory: bool = True,
-        shared_memory_min_bytes: int = MIN_BYTES,
-        shared_name: bool = False,
-        strict_qos: bool = False,
-        on_error: Literal["log", "stop"] = "log",
+        options: NodeOptions = _DEFAULT_OPTIONS,
+        **keywords: Unpack[NodeKeywords],
     ) -> None:
-        if domain is not None:
-            require_domain(domain)
-        if connect_timeout_sec is not None:
-            require_seconds("connect_timeout_sec", connect_timeout_sec)
-        require_seconds("default_call_timeout_sec", default_call_timeout_sec)
-        require_seconds("stop_timeout_sec", stop_timeout_sec)
+        if keywords:
+            options = replace(options, **keywords)
         own = parse_ros_arguments(cli_args or [])
-        shared = (process_arguments or found_arguments.get()) if use_global_arguments else None
+        shared = (options.process_arguments or found_arguments.get()) if use_global_arguments else None
         shared = shared or RosArguments()
         absolute = normalize_namespace(namespace or "")
         validate_node_name(node_name)
@@ -162,21 +121,23 @@ class Node(NodeGraph, NodeParameters):
         self._names = Remapper(node_name, absolute, rules=own.remap_rules, process_rules=shared.remap_rules)
         full_name = full_node_name(self._names.namespace, self._names.name)
         log = get_logger(node_logger_name(full_name))
-        target = find_broker_target(url or None, domain)
-        credentials = target.credentials if token is None else target.credentials.with_token(token)
-        shares = allows_shared_memory() and shared_memory
-        memory = SharedMemory(enabled=shares, min_bytes=shared_memory_min_bytes, warn=log.warning)
+        target = find_broker_target(options.url or None, options.domain)
+        credentials = target.credentials
+        if options.token is not None:
+            credentials = credentials.with_token(options.token)
+        shares = allows_shared_memory() and options.shared_memory
+        memory = SharedMemory(enabled=shares, min_bytes=options.shared_memory_min_bytes, warn=log.warning)
         link = Link(", ".join(map(str, target.urls)), memory)
         self._context = NodeContext(
             name=self._names.name,
             namespace=self._names.namespace,
             log=log,
             link=link,
-            default_call_timeout_sec=default_call_timeout_sec,
-            stop_on_error=on_error == "stop",
-            slow_callback_sec=slow_callback_sec,
-            shared_name=shared_name,
-            strict_qos=strict_qos,
+            default_call_timeout_sec=options.default_call_timeout_sec,
+            stop_on_error=options.on_error == "stop",
+            slow_callback_sec=options.slow_callback_sec,
+            shared_name=options.shared_name,
+            strict_qos=options.strict_qos,
         )
         self._broker = BrokerView(self._context)
         self._argument_overrides = {**shared.parameters_for(full_name), **own.parameters_for(full_name)}
@@ -204,7 +165,7 @@ class Node(NodeGraph, NodeParameters):
             from actors.node.type_description import TypeDescriptionService  # noqa: PLC0415 - hidden nodes do without
 
             TypeDescriptionService(self._context, self._names)
-        if start_diagnostics_service:
+        if options.start_diagnostics_service:
             from actors.node.diagnostics_service import DiagnosticsService  # noqa: PLC0415 - hidden nodes do without
 
             DiagnosticsService(self._context, self._names, self.diagnostics)
@@ -214,8 +175,8 @@ class Node(NodeGraph, NodeParameters):
         self._node_runner = NodeRunner(
             self._context,
             Connector(link, target.urls, domain=target.domain, credentials=credentials, log=log),
-            connect_timeout_sec=connect_timeout_sec,
-            stop_timeout_sec=stop_timeout_sec,
+            connect_timeout_sec=options.connect_timeout_sec,
+            stop_timeout_sec=options.stop_timeout_sec,
         )
         for method, declare in declared(type(self), Node):
             declare(self, getattr(self, method))

@@ -12,6 +12,7 @@ from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.node.node import Node as NativeNode
+from actors.node.options import NodeOptions
 from actors.parameters.store import ParameterStore
 from actors.ros.rclpy.clock import ROSClock
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
@@ -86,11 +87,13 @@ class NodeParts:
         self.native: NativeNode = self.thread.call(
             lambda: NativeNode(
                 parameter_overrides={name: values[name] for name in values.keys() & _NATIVE_OVERRIDES},
-                domain=context.domain_id,
-                process_arguments=context.arguments,
                 start_parameter_services=False,
-                shared_name=True,
-                strict_qos=True,
+                options=NodeOptions(
+                    domain=context.domain_id,
+                    process_arguments=context.arguments,
+                    shared_name=True,
+                    strict_qos=True,
+                ),
                 **options,
             )
         )
