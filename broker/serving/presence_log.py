@@ -54,7 +54,7 @@ class PresenceLog:
             return
         if level > logging.DEBUG and not self._limit.admits("changes"):
             return
-        mesh = f"broker {broker_id(endpoint.broker)}" if endpoint.peer.mesh else "?"
+        mesh = f"broker {broker_id(endpoint.broker)}" if endpoint.mirrored else "?"
         address = mesh if link is None else link.address
         place = f"{address}, domain {domain}" if domain else address
         if not is_node:
