@@ -45,7 +45,7 @@ class Admission:
 
     Args:
         rules: The access rules; None if everybody may do everything.
-        max_per_address: Connections that one address may have; connections from this machine are not counted.
+        max_per_address: Limit on connections from one address; those from this machine are not counted.
         plain_tokens: Whether tokens may come over plain TCP from other machines.
 
     Attributes:
@@ -65,7 +65,7 @@ class Admission:
         """Count a new connection.
 
         Returns:
-            Why it is refused, for the peer; "" if it is not. `leave` follows in either case.
+            Why it is refused, for the peer; "" if it is accepted. Call `leave` in both cases.
         """
         source = source_of(origin)
         if source is None:
@@ -96,11 +96,12 @@ class Admission:
             now: Loop time.
 
         Raises:
-            Unauthorized: It is no user's, or its token has travelled in the clear.
+            Unauthorized: Its credentials belong to no user, or its token has travelled unencrypted.
         """
         if self.rules is None:
             return None
         if token is not None and not (origin.encrypted or origin.local or self._plain_tokens):
+            # Refused even if the token is right: others on the network may have read it.
             self._fail(origin, now)
             raise Unauthorized(PLAIN_TOKEN)
         principal = None
@@ -111,12 +112,13 @@ class Admission:
         return principal
 
     def _fail(self, origin: Origin, now: float) -> int:
-        """Count a failure; return how many the address has had in its period."""
+        """Count a failure; return the number of failures of the address in the current period."""
         self.unauthorized += 1
         source = source_of(origin)
         since, count = self._failures.get(source, (now, 0))
         if now - since > FAILURE_PERIOD_SEC:
             since, count = now, 0
+            # Deleted, so that it is added at the end again: the dict is in the order of first failures.
             del self._failures[source]
         self._failures[source] = since, count + 1
         while len(self._failures) > MAX_FAILING_ADDRESSES:

@@ -53,11 +53,13 @@ class TokenIndex:
             self._users.setdefault(digest[:_INDEX_BYTES], []).append((digest, user))
 
     def find(self, token: str) -> tuple[str, str]:
-        """Return the user of a token, and how it is stored; two empty texts if it is nobody's."""
-        if len(token) > MAX_TOKEN_CHARACTERS:
+        """Return the user of a token, and how it is stored; two empty strings if no user has it."""
+        if len(token) > MAX_TOKEN_CHARACTERS:  # a peer chooses its length, and hashing costs time
             return "", ""
         digest = _digest(token)
         found = "", ""
+        # Found by a part of the hash, then compared in constant time: how long it takes tells an attacker at
+        # most that part.
         for stored, user in self._users.get(digest[:_INDEX_BYTES], ()):
             if hmac.compare_digest(stored, digest):
                 found = user, HASH_PREFIX + stored.hex()

@@ -1,4 +1,4 @@
-"""Edits the text of access rules, so that comments and order stay. Pure.
+"""Edits the text of access rules and keeps its comments and order. Pure.
 
 Each edit is checked: the result must parse, and must differ from the original in nothing but the edit.
 """
@@ -74,7 +74,8 @@ def remove_user(text: str, name: str, *, source: str) -> str:
         source: The file, for errors.
 
     Raises:
-        AccessFileError: There is no such user, the rules need it, or it is not written as a table of its own.
+        AccessFileError: There is no such user, the rules need it (as `local.user`, or as the last
+            one), or it has no table of its own.
     """
     before = _load(text, source)
     start, end = _table(text, before, name, source)
@@ -92,7 +93,7 @@ def set_tokens(text: str, name: str, tokens: Sequence[str], *, source: str) -> s
         source: The file, for errors.
 
     Raises:
-        AccessFileError: There is no such user, or it is not written as a table of its own.
+        AccessFileError: There is no such user, or it has no table of its own.
     """
     before = _load(text, source)
     start, end = _table(text, before, name, source)
@@ -106,7 +107,7 @@ def set_tokens(text: str, name: str, tokens: Sequence[str], *, source: str) -> s
 
 
 def _table(text: str, data: dict[str, Any], name: str, source: str) -> tuple[int, int]:
-    """Return where the table of a user is, without the comments before the next one."""
+    """Return the start and end of a user's table, without the comments that belong to the next table."""
     if name not in data.get("users", {}):
         raise AccessFileError(f"{source}: there is no user '{name}'")
     header = re.compile(rf"^[ \t]*\[[ \t]*users[ \t]*\.[ \t]*{re.escape(name)}[ \t]*\]", re.MULTILINE)
@@ -128,7 +129,7 @@ def _load(text: str, source: str) -> dict[str, Any]:
 
 
 def _checked(text: str, expected: dict[str, Any], source: str) -> str:
-    """Return the text, if it is what an edit should have made of it."""
+    """Return the text if it parses to the expected rules; regular expressions may have cut elsewhere."""
     parse_rules(text, source)
     if tomllib.loads(text) != expected:
         raise AccessFileError(f"{source}: cannot change this text safely: change it by hand")

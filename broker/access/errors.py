@@ -3,7 +3,7 @@
 CallboardError (proto.errors)
 ├── AccessFileError (ValueError)   the access rules are broken, or cannot be read or changed
 └── ProtocolError
-    └── Unauthorized               a connection is no user's; with the code UNAUTHORIZED
+    └── Unauthorized               a connection has no user; with the code UNAUTHORIZED
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Unauthorized(ProtocolError):  # noqa: N818 - as the error code
     """A connection cannot be attributed to a user.
 
     Attributes:
-        late: Whether to answer only when the time for the handshake is over, because of earlier failures.
+        late: Whether to delay the answer, because the address has failed often before.
     """
 
     def __init__(self, text: str, *, late: bool = False) -> None:

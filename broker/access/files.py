@@ -24,7 +24,7 @@ def load_rules(path: Path) -> AccessRules:
     """Return the rules in a file.
 
     Raises:
-        AccessFileError: It cannot be read, anybody may write to it, or it is broken.
+        AccessFileError: It cannot be read, every user of the machine may write to it, or it is broken.
     """
     return parse_rules(read_text(path), str(path))
 
@@ -33,11 +33,11 @@ def read_text(path: Path) -> str:
     """Return the content of a file of rules.
 
     Raises:
-        AccessFileError: It cannot be read, or anybody may write to it.
+        AccessFileError: It cannot be read, or every user of the machine may write to it.
     """
     try:
         with path.open("rb") as file:
-            mode = os.fstat(file.fileno()).st_mode
+            mode = os.fstat(file.fileno()).st_mode  # of the open file: the path may be replaced meanwhile
             content = file.read(MAX_FILE_BYTES + 1)
     except FileNotFoundError as error:
         hint = "`callboard auth add` writes the file"
@@ -60,7 +60,7 @@ def edit_rules(path: Path, change: Callable[[str], str], *, new: str | None = No
     Args:
         path: The file. It keeps its permissions; a new one is for its owner only.
         change: Returns the new text for the old one.
-        new: What `change` gets if there is no file; None to raise an error then.
+        new: The text for `change` if there is no file; None to raise an error then.
 
     Raises:
         AccessFileError: The file cannot be read or locked, another process holds the lock for 5 s, or

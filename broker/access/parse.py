@@ -1,4 +1,4 @@
-"""Reads access rules from TOML, strictly: whatever is not understood is an error that names its place. Pure.
+"""Reads access rules from TOML, strictly: an unknown key or value is an error that names its place. Pure.
 
 An example, with every key:
 
@@ -44,7 +44,7 @@ MAX_FILE_BYTES: Final = 4 * 1024 * 1024
 MAX_CERTIFICATE_NAME: Final = 255
 
 LOCAL: Final = "local"
-"""Instead of a network: connections by loopback and unix sockets."""
+"""Stands in `from` for connections by loopback and unix sockets."""
 
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _SHOWN: Final = 60
@@ -70,7 +70,7 @@ def parse_rules(text: str, source: str) -> AccessRules:
         source: Its path, for errors.
 
     Raises:
-        AccessFileError: It is no TOML, or breaks a rule of the format; the text names the place.
+        AccessFileError: It is not TOML, or breaks a rule of the format; the text names the place.
     """
     try:
         return _read(tomllib.loads(text))
@@ -88,6 +88,7 @@ def _read(data: dict[str, Any]) -> AccessRules:
     users = {name: _user(name, value, roles) for name, value in _named(data, "users")}
     if not users:
         raise AccessFileError("it has no users: add one with `callboard auth add NAME --file FILE`")
+    # Two users with one credential would be told apart by their order in the file.
     for key in ("tokens", "certificates"):
         _check_owners(users.values(), key)
     mesh = _table(data.get("mesh", {}), "mesh")
@@ -144,7 +145,7 @@ def _user(name: str, value: object, roles: dict[str, Role]) -> User:
 
 
 def _roles(table: dict[str, Any], key: str, where: str, roles: dict[str, Role]) -> dict[str, str]:
-    """Return the places of an array's roles."""
+    """Return the names of roles in an array, each with its place for errors."""
     names = _texts(table, key, where)
     for name, place in names.items():
         if name not in roles:
@@ -212,7 +213,7 @@ def _table(value: object, where: str) -> dict[str, Any]:
 
 
 def _texts(table: dict[str, Any], key: str, where: str) -> dict[str, str]:
-    """Return the places of an array's strings, which must differ; an absent array is empty."""
+    """Return the strings in an array, each with its place for errors. They must differ; no array is empty."""
     where = f"{where}.{key}"
     value: object = table.get(key, [])
     if not isinstance(value, list):

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from broker.access.patterns import PatternSet
 
 MAX_DECISIONS: Final = 10_000
-"""Decisions that are kept for one set of rights; then all are made again. Peers choose the names."""
+"""Decisions that one set of rights caches. Peers choose the names, so beyond it the cache is emptied."""
 
 MAX_RIGHTS: Final = 1000
-"""Sets of rights that are kept for further connections: users times groups of addresses."""
+"""Sets of rights that are cached for further connections, one for each combination of roles."""
 
 
 class Action(Enum):
@@ -80,7 +80,7 @@ class Rights:
 
     Args:
         roles: The roles that apply.
-        no_role: Why none applies; the reason of each refusal then.
+        no_role: If no role applies: why, which is the reason of each refusal.
     """
 
     def __init__(self, roles: tuple[Role, ...], no_role: str = "") -> None:
@@ -106,6 +106,7 @@ class Rights:
     def decide(self, action: Action, name: str) -> Decision:
         """Return whether they allow an action on a name, and why."""
         word = action.value
+        # All denials before any permission: the order of roles must not matter.
         for role in self._roles:
             if (pattern := _find(role.deny, action, name)) is not None:
                 return Decision(allowed=False, reason=f"roles.{role.name}.deny.{word} has '{pattern}'")
@@ -131,7 +132,7 @@ class Principal:
         user: The user's name.
         rights: What the user may do from there.
         origin: Where the connection comes from.
-        token: The hash of the token that has identified the user; "" if something else has.
+        token: The hash of the token that has identified the user; "" if a certificate or the origin has.
     """
 
     user: str
@@ -166,7 +167,8 @@ class AccessRules:
         roles: The roles, by name.
         local_user: The user that connections from this machine are without credentials; "" for none.
         imports: What the nodes of other brokers may do here; None for everything.
-        exports: What other brokers may know of the nodes here: what they do, by the same actions; likewise.
+        exports: What other brokers may know of the nodes here, by the action of these nodes; None for
+            everything.
         max_rights: Combinations of roles whose rights are kept.
     """
 
@@ -203,6 +205,8 @@ class AccessRules:
         Returns:
             The user with the rights from there, or None.
         """
+        # A client that presents a token wants to be that user: falling back to another one would hide that
+        # the token is wrong.
         if token is not None:
             user, stored = self._tokens.find(token)
             return self.principal(user, origin, token=stored)
@@ -219,7 +223,7 @@ class AccessRules:
         Returns:
             The user with its rights now; None if its token, certificate or user is not valid any more.
         """
-        if not principal.token:
+        if not principal.token:  # the certificate and the origin are kept, but not the token itself
             return self.authenticate(principal.origin, None)
         owner = self._owners.get(principal.token, "")
         return self.principal(owner, principal.origin, token=principal.token)

@@ -22,7 +22,7 @@ def is_unix(sock: Any) -> bool:
 
 
 def origin_of(extra_info: Callable[[str], Any]) -> Origin:
-    """Return where a connection comes from; one to the socket beside a port as if it were to the port.
+    """Return where a connection comes from; the socket beside a port counts as the port.
 
     Args:
         extra_info: `get_extra_info` of its transport.
@@ -43,7 +43,7 @@ def origin_of(extra_info: Callable[[str], Any]) -> Origin:
 
 
 def address_text(extra_info: Callable[[str], Any]) -> str:
-    """Return the other end's host and port, or "unix socket", for people.
+    """Return the other end's host and port, or "unix socket", for logs and listings.
 
     Args:
         extra_info: `get_extra_info` of its transport.
@@ -53,7 +53,7 @@ def address_text(extra_info: Callable[[str], Any]) -> str:
 
 
 def is_same_user(extra_info: Callable[[str], Any]) -> bool:
-    """Return whether the other end of a unix socket runs as this user, or as root; True for TCP, too.
+    """Return whether the other end of a unix socket runs as this user or as root; True for TCP.
 
     Args:
         extra_info: `get_extra_info` of its transport.

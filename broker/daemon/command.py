@@ -35,7 +35,7 @@ EXTRA: Final = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the daemon's flags: one for each option, and those about all of them."""
+    """Add the daemon's flags: one for each option, and those about the configuration as a whole."""
     for setting in SETTINGS.values():
         _add_setting(parser, setting)
     parser.add_argument("--config", type=Path, metavar="PATH", help=EXTRA["config"])
@@ -65,6 +65,7 @@ def run(
         beside: Entered with the broker while it listens, in its event loop.
     """
     given = {name: value for name, value in vars(arguments).items() if name in SETTINGS}
+    # Twice: errors of the configuration file are logged before the file can say how to log.
     json_logs = bool(given.get("json_logs"))
     _set_up_logging(json_lines=json_logs)
 
@@ -85,7 +86,8 @@ def run(
         if json_logs:
             logger.error("%s", error)  # noqa: TRY400 - its text is complete
         else:
-            print(error, file=sys.stderr)  # noqa: T201 - for people
+            print(error, file=sys.stderr)  # noqa: T201 - without a log line's prefix
+        # An open broker is a mistake in the command line, as a usage error is.
         return 2 if isinstance(error, UnprotectedError) else 1
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass

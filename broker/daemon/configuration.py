@@ -34,7 +34,7 @@ _KINDS: Final[Mapping[str, tuple[type, str]]] = {
     "str": (str, "a string"),
     "Path": (Path, "a string with a path"),
 }
-"""Types by their annotation, and what a file must have there."""
+"""The types of values by the annotation of the field, each with its description for errors."""
 
 COMMAND_LINE: Final = "command line"
 DEFAULT: Final = "default"
@@ -47,7 +47,7 @@ class Setting:
         name: The name of the field, and the key in the file.
         kind: The type of its values.
         default: Its default; None if there is no value unless one is given.
-        help: What it means, with its unit.
+        help: Its meaning, with its unit.
         choices: The values that it can have; empty if the type and the range decide.
         reloads: Whether it can change while the broker runs.
     """
@@ -78,17 +78,18 @@ class Setting:
         return self._described + span
 
     def read(self, value: object, folder: Path) -> object:
-        """Return the value of this option that a file has.
+        """Check and convert the value that a file has for this option.
 
         Args:
             value: As tomllib returns it.
             folder: What a relative path is relative to.
 
         Raises:
-            ConfigurationError: It is not allowed; the text says what is.
+            ConfigurationError: It is not allowed; the text names the allowed values.
         """
         wanted = str if self.kind is Path else self.kind
         given = float(value) if wanted is float and type(value) is int else value
+        # Not isinstance: in Python `true` is an integer, too.
         fits = type(given) is wanted
         if isinstance(given, int | float) and self._least is not None and self._most is not None:
             fits = fits and self._least <= given <= self._most
@@ -139,7 +140,7 @@ class Configuration:
 
 
 def load_configuration(given: Mapping[str, object], path: Path | None = None) -> Configuration:
-    """Return the configuration: what is given, then the file's values, then the defaults.
+    """Return the configuration: values of the command line first, then of the file, then the defaults.
 
     Args:
         given: Values from the command line by the names of their options.

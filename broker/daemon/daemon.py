@@ -38,7 +38,7 @@ class Daemon:
 
     Args:
         configuration: What it starts with.
-        load: Returns the configuration of now, for a reload.
+        load: Reads the configuration again, for a reload.
         manager: The service manager that has started this process.
         beside: Entered with the broker while it listens.
     """
@@ -54,7 +54,7 @@ class Daemon:
         self._manager = manager
         self._beside = beside
         self._status = ""
-        """Where it listens; "" before and after that."""
+        """The status line while it listens; "" before and after that."""
         self._options = configuration.daemon_options
         self._values = configuration.values()
         self._broker = Broker(configuration.broker_options, node_log_level=logging.INFO)
@@ -63,8 +63,9 @@ class Daemon:
         """Serve until SIGINT or SIGTERM cancels it, or it has been idle; SIGHUP reloads the configuration.
 
         Raises:
-            ConfigurationError: It is to end when idle, but has a page beside it, which is always a client.
-            As `Broker.__aenter__`.
+            ConfigurationError: `exit_when_idle` is set, but the page beside the broker is a client that never
+                leaves.
+            Other errors are those of `Broker.__aenter__`.
         """
         if self._beside is not None and self._options.exit_when_idle is not None:
             raise ConfigurationError("exit_when_idle cannot be used with --http: the page stays connected")
@@ -77,6 +78,7 @@ class Daemon:
         watchdog = loop.create_task(self._manager.keep_alive())
         try:
             async with self._broker as broker:
+                # Here and not earlier: what exists now is skipped by the garbage collector from now on.
                 process.configure_process()
                 process.make_full_collections_rare()
                 _announce(broker.url)
@@ -121,9 +123,11 @@ class Daemon:
 
     def _apply(self, new: Configuration) -> str:
         """Apply the options that can change while the broker runs; return what happened."""
+        # Compared with the values in use, not with the file before: an option that needs a restart is named
+        # at each reload until then.
         values = new.values()
         changed = [each for name, each in SETTINGS.items() if values[name] != self._values[name]]
-        self._broker.reload()  # first, as it may fail
+        self._broker.reload()  # first, as it may fail: then nothing has changed
         self._broker.reconfigure(new.broker_options)
         logging.getLogger().setLevel(new.daemon_options.log_level.upper())
         applied = [each.name for each in changed if each.reloads]
@@ -184,7 +188,7 @@ def _handle_hangup(
     number = getattr(signal, "SIGHUP", None)  # not on Windows
     if number is None or signal.getsignal(number) is signal.SIG_IGN:
         return
-    # Checked now: when the signal comes the terminal may be gone.
+    # Checked now: when the signal comes, the terminal is gone.
     loop.add_signal_handler(number, stop if _has_terminal() else reload)
 
 

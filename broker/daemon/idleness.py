@@ -15,10 +15,10 @@ CHECKS: Final = 8
 
 
 class Idleness:
-    """How long a broker has had no client.
+    """Measures how long a broker has had no client.
 
     Args:
-        limit_sec: Seconds without a client after which it is to end.
+        limit_sec: Seconds without a client after which it ends.
         stats: The broker's statistics at its start, from which the first period counts.
 
     Attributes:
@@ -32,7 +32,7 @@ class Idleness:
         self._bytes_received = stats.bytes_received
 
     def is_over(self, stats: BrokerStats) -> bool:
-        """Return whether the broker is to end.
+        """Return whether the broker has been idle for the limit.
 
         Args:
             stats: Its statistics now.

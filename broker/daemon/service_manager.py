@@ -22,12 +22,13 @@ class ServiceManager:
     """The service manager that has started this process; without one, nothing is sent.
 
     Args:
-        environ: NOTIFY_SOCKET, and WATCHDOG_USEC and WATCHDOG_PID if it watches this process.
+        environ: The environment with systemd's NOTIFY_SOCKET, and with WATCHDOG_USEC and WATCHDOG_PID if it
+            watches this process.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
         address = environ.get("NOTIFY_SOCKET", "")
-        # "@" stands for the zero byte that an abstract address begins with.
+        # systemd writes "@" for the zero byte at the start of an abstract address.
         self._address = "\0" + address[1:] if address.startswith("@") else address
         self.watchdog_sec = _watchdog_sec(environ) if address else None
 
@@ -47,7 +48,8 @@ class ServiceManager:
         """Report that the broker stops.
 
         Args:
-            timeout_sec: The time that it needs at most.
+            timeout_sec: The longest time that the stop may take; systemd waits so long before it kills the
+                process.
         """
         self._send("STOPPING=1", "STATUS=Stopping", f"EXTEND_TIMEOUT_USEC={round(timeout_sec * _USEC)}")
 
@@ -75,6 +77,7 @@ class ServiceManager:
 def _watchdog_sec(environ: Mapping[str, str]) -> float | None:
     """Return the time within which the service manager expects a sign of life; None if it expects none."""
     period, pid = environ.get("WATCHDOG_USEC", ""), environ.get("WATCHDOG_PID", str(os.getpid()))
+    # The environment may come from a parent process: only the process with this id is watched.
     if not period.isdecimal() or int(period) == 0 or pid != str(os.getpid()):
         return None
     return int(period) / _USEC

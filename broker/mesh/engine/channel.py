@@ -1,4 +1,4 @@
-"""What the router sends to the mesh: an outbox whose frames become messages to other brokers."""
+"""The outbox from the router to the mesh: its frames become messages to other brokers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class MeshChannel:
 
     Attributes:
         mesh: As given.
-        outbox: What waits.
+        outbox: The frames that wait for the engine.
+        held_bytes: Their size, as the memory guard has counted it last.
     """
 
     def __init__(
@@ -47,12 +48,12 @@ class MeshChannel:
 
     @property
     def peer(self) -> int:
-        """The peer that stands for all other brokers at the router."""
+        """The router's number for all other brokers together, which are one peer to it."""
         return self.mesh.peer
 
     @property
     def has_unsent(self) -> bool:
-        """Whether anything waits for the engine."""
+        """Whether frames wait for the engine."""
         outbox = self.outbox
         return outbox.urgent_bytes > 0 or outbox.ordered_bytes > 0 or outbox.has_more
 
@@ -65,9 +66,9 @@ class MeshChannel:
         raise error
 
     def flush(self) -> None:
-        """Send what waits until the engine is full, then trim the publisher queues and apply the limits."""
+        """Send frames until the engine is full, then trim the publisher queues and apply the limits."""
         outbox, engine = self.outbox, self._engine
-        outbox.max_held_bytes = self._options().max_link_bytes
+        outbox.max_held_bytes = self._options().max_link_bytes  # a reload may have changed it
         self.mesh.overflows.handle()
         while not engine.full:
             parts, _ = outbox.pop_frames(1)
@@ -75,6 +76,7 @@ class MeshChannel:
                 break
             head = parts[0] if len(parts) > 1 else b""  # of a large REPLAY
             raw = b"".join(parts) if head else parts[-1]
+            # After each frame, so that `engine.full` counts it before the next one is popped.
             self.mesh.sender.send(self._decoder.decode(raw))
             self._pass_on()
         outbox.trim()
@@ -84,9 +86,10 @@ class MeshChannel:
         self._pass_on()
 
     def _limit(self) -> None:
-        """Reset the session with the broker, or with all, for which more waits than may, as a link would end.
+        """Reset the session with a broker, or with all, if more waits than the limits allow.
 
-        All share the engine: if it takes nothing, for whom what waits is unknown, large replies excepted.
+        A link would be closed. All brokers share the engine: if it is blocked, nobody knows which of them is
+        slow. Only large replies are counted for each broker.
         """
         outbox, options, mesh = self.outbox, self._options(), self.mesh
         if outbox.bulk_bytes > options.max_bulk_bytes:
@@ -108,7 +111,7 @@ class MeshChannel:
             self.drop_all(f"{outbox.held_bytes} bytes of messages wait (--max-link-bytes)")
 
     def drop_all(self, reason: str) -> None:
-        """Drop all that waits, and reset the sessions with all brokers.
+        """Drop everything that waits, and reset the sessions with all brokers.
 
         Args:
             reason: For the log.

@@ -1,4 +1,4 @@
-"""What carries messages between brokers, and what it calls; Zenoh is one such engine."""
+"""The interface between a broker and the engine that carries its messages to other brokers, such as Zenoh."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class EngineStats(NamedTuple):
         overruns: Received messages that had to be dropped because the event loop was too slow.
         failed: Messages that could not be sent.
         malformed: Received messages that could not be decoded.
-        neighbours: The ids of what the engine is connected with. That of a broker is its number in
-            hexadecimal.
+        neighbours: The ids of the brokers and routers with which there is a connection. The id of a broker is
+            its number in hexadecimal.
     """
 
     traffic: Mapping[int, Traffic]
@@ -53,7 +53,7 @@ class Engine(Protocol):
 
     @property
     def full(self) -> bool:
-        """Whether so much waits that nothing else should be given to it; `Host.flush` follows."""
+        """Whether it accepts no more messages now. It calls `Host.flush` when it does again."""
         ...
 
     async def start(self) -> None:
@@ -73,7 +73,7 @@ class Engine(Protocol):
         ...
 
     async def stop(self) -> None:
-        """Send what waits, and disconnect."""
+        """Send the messages that wait, and disconnect."""
         ...
 
 
@@ -89,7 +89,7 @@ class Host(Protocol):
         ...
 
     def flush(self) -> None:
-        """Send what the router has returned; to be called after those."""
+        """Send what the router has returned. The engine calls it after the methods of a mesh."""
         ...
 
     def warn(self, reason: str, text: str, *values: object) -> None:

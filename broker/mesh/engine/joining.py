@@ -1,4 +1,4 @@
-"""Makes a broker one of a mesh; imports Zenoh only then."""
+"""Lets a broker join a mesh; imports Zenoh only then."""
 
 from __future__ import annotations
 
@@ -30,18 +30,20 @@ async def join_mesh(
     Args:
         dispatcher: The broker's links.
         options: The broker's options.
-        budget: Of its event loop.
+        budget: The read budget of the broker's event loop.
         make_engine: Returns an engine for a broker's number and host; None for Zenoh.
 
     Raises:
         ConfigurationError: Zenoh is not installed, a file cannot be used, or an endpoint is malformed.
         ListenError: It cannot listen for other brokers.
-        UnprotectedError: Other machines could join, and nothing asks them who they are.
+        UnprotectedError: Brokers of other machines could join without credentials.
     """
     make = make_engine or _zenoh_engine(options, budget)
+    # Random, because nobody assigns the numbers of brokers.
     number = 1 + secrets.randbelow(2**31 - 1)
     name = re.sub(r"[^A-Za-z0-9._-]", "-", socket.gethostname()).lstrip("._-")[:63]
     member = MeshMember(number, dispatcher, make, options.mesh_name or name or "broker")
+    # Before it starts: the engine may report brokers at once, whose graphs need the dispatcher's routers.
     dispatcher.mesh = member
     await member.start()
     return member

@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 
 PAUSE_US: Final = 100_000
-"""Between two measurements, however often somebody asks."""
+"""The least time between two measurements. INSPECT starts them, and many clients may send it."""
 
 VALID_US: Final = 10_000_000
-"""How long a measurement is shown."""
+"""How long the statistics show a measurement that no later one has replaced."""
 
 
 class RoundTrips:
-    """The round trips that have been measured last. Times are in microseconds.
+    """The latest round trips to other brokers. Times are in microseconds.
 
     Attributes:
         by_broker: The round trips, by the numbers of brokers.
@@ -56,7 +56,7 @@ class RoundTrips:
         return True
 
     def record(self, broker: int, token: int, now_us: int) -> None:
-        """Take a broker's answer, unless it answers an earlier PING."""
+        """Record a broker's answer, unless it answers an earlier PING."""
         if token == self._began_us:
             self.by_broker[broker] = max(1, now_us - token)
 
@@ -65,13 +65,13 @@ HEARTBEAT_SEC: Final = 1.0
 """A lost last message is noticed within about this time; a heartbeat costs each other broker one message."""
 
 LAST_PING: Final = 0
-"""The token of the PING at a stop; others are times."""
+"""The token of the PING at a stop; the tokens of the others are times."""
 
 LAST_ANSWER_SEC: Final = 5.0
 """How long a stop waits for other brokers."""
 
 MAX_NEIGHBOURS: Final = 100
-"""Neighbours in the statistics."""
+"""Neighbours that the statistics name."""
 
 
 class MeshMember:
@@ -81,7 +81,7 @@ class MeshMember:
         number: The broker's number in the mesh, 1 to 2^31 - 1 (others may have up to `MAX_U32`).
         dispatcher: The broker's links.
         make_engine: Returns an engine for a broker's number and host.
-        name: The broker's name for people.
+        name: The broker's name in listings and logs; others may have it, too.
 
     Attributes:
         number: As given.
@@ -109,7 +109,7 @@ class MeshMember:
         self._heartbeat = asyncio.get_running_loop().create_task(heartbeats)
 
     async def stop(self) -> None:
-        """Disconnect when the others have received what was sent."""
+        """Disconnect when the others have received everything that was sent."""
         if self._heartbeat is not None:
             await cancel_and_wait(self._heartbeat)
         try:
@@ -118,7 +118,10 @@ class MeshMember:
             await self._engine.stop()
 
     async def _wait_for_others(self) -> None:
-        """Wait for an answer of each broker to a last PING: the end of a session can overtake messages."""
+        """Wait until each broker has answered a last PING.
+
+        The end of a Zenoh session can overtake the messages before it; the answers show that they arrived.
+        """
         for domain, mesh in self._meshes.items():
             brokers = mesh.sessions.names()
             self._unanswered.update((domain, broker) for broker in brokers)
@@ -170,7 +173,10 @@ class MeshMember:
             mesh.set_rights(rules.imports, rules.exports)
 
     def brokers(self, domain: int) -> tuple[MeshBrokerStats, ...]:
-        """Return the brokers in a domain, this one first; measure the round trips to them again."""
+        """Return the brokers in a domain, this one first, and start to measure the round trips again.
+
+        The numbers are those of the measurement before, as the answers are still to come.
+        """
         names, now = self._meshes[domain].sessions.names(), self._now_us()
         if self._round_trips.begin(now):
             self._meshes[domain].queries.ping(names, now)
@@ -244,6 +250,6 @@ class MeshMember:
     def flush(self) -> None:
         """Send what the routers have returned."""
         self._dispatcher.flush()
-        # No answer comes from a broker that has gone meanwhile.
+        # A broker that has left meanwhile does not answer: do not wait for it.
         if all(broker not in self._meshes[domain].sessions for domain, broker in self._unanswered):
             self._all_answered.set()

@@ -1,6 +1,7 @@
-"""Says in the log whether a broker has found the brokers that it should join.
+"""Logs whether a broker is connected with the brokers that it should join.
 
-Zenoh opens a session also when nobody answers, or when the others refuse it, and tries again for ever.
+Zenoh opens a session even if nobody answers or the others refuse it, and then tries again forever, in
+silence.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 logger: Final = logging.getLogger("callboard.broker")
 
 PERIOD_SEC: Final = 0.5
-"""Between two looks at the connections: short enough for the log, and each look is cheap."""
+"""Seconds between two checks of the connections."""
 
 GRACE_SEC: Final = 3.0
 """How long connections may be missing before the log says so."""
@@ -27,13 +28,13 @@ PROBE_SEC: Final = 2.0
 
 
 async def watch(neighbours: Callable[[], Sequence[str]], endpoints: Sequence[str]) -> None:
-    """Log when the last neighbour has gone, or none has come, and when there is one.
+    """Log when there is a first connection, when the last one has ended, and when none has been made.
 
-    If there are fewer than endpoints, log at which of these nobody answers.
+    If there are fewer connections than endpoints, log at which endpoints nobody answers.
 
     Args:
         neighbours: Returns the ids of the routers and brokers with which there is a connection.
-        endpoints: Where there should be one.
+        endpoints: The addresses of Zenoh to which this broker should be connected.
     """
     before, since_sec, reported = 0, 0.0, False
     while True:
@@ -52,7 +53,11 @@ async def watch(neighbours: Callable[[], Sequence[str]], endpoints: Sequence[str
 
 
 async def _report(endpoints: Sequence[str], *, alone: bool) -> None:
-    """Log which endpoints there may be no connection with; where somebody answers only if there is none."""
+    """Log the endpoints without a connection.
+
+    Which connection belongs to which endpoint is not known. So an endpoint where somebody answers is named
+    only if there is no connection at all.
+    """
     for endpoint in endpoints:
         reason, answers = await asyncio.to_thread(_probe, endpoint)
         if alone or not answers:

@@ -1,4 +1,4 @@
-"""What a mesh receives in Zenoh's threads, and the event loop handles within its read budget."""
+"""The queue from Zenoh's threads, which receive, to the event loop, which handles within its read budget."""
 
 from __future__ import annotations
 
@@ -20,16 +20,17 @@ if TYPE_CHECKING:
 
 
 MAX_RECEIVED_BYTES: Final = 64 * 1024 * 1024
-"""Bytes that wait for the event loop. Zenoh, and by that the senders, wait while there are more."""
+"""Bytes that may wait for the event loop. Beyond them Zenoh's thread waits, and so do the senders."""
 
 MAX_NUMBERED_BYTES: Final = 2 * MAX_RECEIVED_BYTES
-"""The same for messages whose loss the next ones or a heartbeat show: sessions are reset then."""
+"""The same limit for numbered messages. It is higher, because losing one resets a session."""
 
 MAX_BLOCK_SEC: Final = 1.0
-"""How long Zenoh waits for the event loop before a message is dropped: it must answer its peers, too."""
+"""How long Zenoh's thread waits before a message is dropped. It also keeps connections alive, so not
+longer."""
 
 OVERHEAD_BYTES: Final = 200
-"""What a queued item takes besides its payload."""
+"""Memory of a queued item besides its payload."""
 
 
 class ReceivedQueue:
@@ -66,7 +67,7 @@ class ReceivedQueue:
         Args:
             handler: Handles a sample, query or reply. ProtocolError and ValueError mean that it is malformed.
             domain: Its first argument.
-            max_bytes: Drop a sample if more bytes wait, also after a while; None to drop nothing.
+            max_bytes: Drop a sample if more bytes still wait after `MAX_BLOCK_SEC`; None to drop nothing.
         """
 
         def received(item: Any) -> None:
@@ -82,6 +83,7 @@ class ReceivedQueue:
                 self.dropped += 1
                 return
             self._bytes += size
+        # Without the lock: appending to a deque is atomic.
         self._items.append((handler, domain, item, size))
         if not self._scheduled and not self._closed:
             self._scheduled = True
@@ -100,7 +102,7 @@ class ReceivedQueue:
         return self._bytes
 
     def close(self) -> None:
-        """Handle nothing any more."""
+        """Handle nothing more, and release a thread that waits for space."""
         with self._space:
             self._closed = True
             self._space.notify_all()

@@ -1,4 +1,4 @@
-"""Puts what a mesh sends, in a thread: Zenoh's `put` blocks while the network is slower."""
+"""Sends a mesh's messages in a thread, because Zenoh's `put` blocks while the network is slower."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ if TYPE_CHECKING:
 logger: Final = logging.getLogger("callboard.broker")
 
 MAX_QUEUED_BYTES: Final = 16 * 1024 * 1024
-"""Bytes that wait for the thread; others wait in the outbox, which drops what QoS allows to drop."""
+"""Bytes that may wait for the thread. The rest waits in the outbox, where QoS still applies."""
 
 OVERHEAD_BYTES: Final = 200
-"""What a queued message takes besides its payload."""
+"""Memory of a queued message besides its payload."""
 
 MAX_PUBLISHERS: Final = 10_000
-"""Keys that Zenoh keeps ready, about 2 KiB each: of topics and other brokers, also of those that are gone."""
+"""Zenoh publishers kept, one for each key (a topic, or another broker), about 2 KiB each. Beyond it the
+oldest is removed, which also limits keys of topics and brokers that are gone."""
 
 STOP_SEC: Final = 5.0
-"""How long `stop` waits for what is queued."""
+"""How long `stop` waits until the queue is empty."""
 
 
 class SendingThread:
-    """A queue of messages, and the thread that puts them.
+    """A queue of messages, and the thread that sends them.
 
     Args:
         has_space: Called in the thread when there is space again after `full` was true.
@@ -46,13 +47,14 @@ class SendingThread:
         self._report = report
         self._queue: queue.SimpleQueue[tuple[str, Any, bytes | None] | None] = queue.SimpleQueue()
         self._queued_bytes = self._sent_bytes = 0
-        """Written by the event loop only, and by the thread only."""
+        """Total sizes. Each is written by one side only, the first by the event loop, the second by the
+        thread, so that neither needs a lock."""
         self._was_full = False
         self._thread: threading.Thread | None = None
         self.sent = self.failed = 0
 
     def start(self, session: zenoh.Session) -> None:
-        """Begin to put messages."""
+        """Start the thread."""
         self._thread = threading.Thread(target=self._run, args=(session,), name="callboard-mesh", daemon=True)
         self._thread.start()
 
@@ -60,7 +62,8 @@ class SendingThread:
     def full(self) -> bool:
         """Whether so much waits for the thread that the outbox should keep the rest."""
         self._was_full = self.waiting_bytes > MAX_QUEUED_BYTES
-        # If the thread has sent so much in between, it has seen that nobody waits, and calls nothing.
+        # The thread may have sent half between the two lines. It has then not seen the flag, and will not
+        # call `has_space`: so the queue must not count as full.
         return self._was_full and self.waiting_bytes >= MAX_QUEUED_BYTES // 2
 
     @property
@@ -80,7 +83,7 @@ class SendingThread:
         self._queue.put((key, payload, attachment))
 
     def stop(self) -> None:
-        """Send what waits, within `STOP_SEC`; blocks."""
+        """Send the queued messages, within `STOP_SEC`; blocks."""
         self._queue.put(None)
         if self._thread is not None:
             self._thread.join(STOP_SEC)

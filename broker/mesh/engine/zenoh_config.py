@@ -28,11 +28,12 @@ _RUST_PLACES: Final = re.compile(r" at \S+\.rs:\d+\.?")
 def make_config(options: BrokerOptions) -> zenoh.Config:
     """Return the configuration of a session in router mode.
 
-    What `mesh_config` says takes precedence over callboard's defaults: no scouting, no gossip.
+    The file of `mesh_config` takes precedence over callboard's defaults, which are no scouting and no gossip,
+    so that only named brokers join. The other options take precedence over the file.
 
     Raises:
         ConfigurationError: A file cannot be used, or an endpoint is malformed.
-        UnprotectedError: Other machines could join, and nothing asks them who they are.
+        UnprotectedError: Brokers of other machines could join without credentials.
     """
     config = _read(options.mesh_config)
     defaults = {
@@ -64,7 +65,7 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
 
 
 def split(endpoints: str | None) -> list[str]:
-    """Return the endpoints in an option: they are separated by commas."""
+    """Return the endpoints in an option, which are separated by commas."""
     return [each.strip() for each in endpoints.split(",")] if endpoints else []
 
 
@@ -74,7 +75,7 @@ def connect_endpoints(config: zenoh.Config) -> list[str]:
 
 
 def plain_text(error: zenoh.ZError) -> str:
-    """Return what an error of Zenoh says, without places in Zenoh's code."""
+    """Return the text of an error of Zenoh, without file names and lines of its Rust code."""
     return _RUST_PLACES.sub("", str(error)).rstrip(".")
 
 
@@ -108,7 +109,7 @@ def _endpoints(config: zenoh.Config, key: str) -> list[str]:
 
 
 def _is_default(config: zenoh.Config, key: str) -> bool:
-    """Return whether a value is the one that Zenoh has without a file."""
+    """Return whether a value is Zenoh's default, so that no file has changed it."""
     return bool(_get(config, key) == _get(zenoh.Config(), key))
 
 
@@ -133,7 +134,7 @@ def _unprotected(where: str) -> UnprotectedError:
 
 
 def _read_auth(path: Path) -> tuple[str, str]:
-    """Return the user and password that this broker has: those in the first line."""
+    """Return the user and password of this broker: those in the first line."""
     try:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode

@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 logger: Final = logging.getLogger("callboard.broker")
 
 VERSION: Final = "1"
-"""Of the keys and of what travels under them."""
+"""Version of the keys and of the encoding of messages; brokers with other versions do not see each other."""
 
 MAX_OTHERS: Final = 100
-"""Brokers with other versions that the log names."""
+"""Brokers with other versions that are remembered, so that each is logged once."""
 
 PREFIX: Final = f"callboard/{VERSION}"
 
@@ -45,7 +45,8 @@ ASK_TIMEOUT_SEC: Final = 5.0
 """How long Zenoh waits for a snapshot; after that, the broker is asked again."""
 
 ASK_AGAIN_SEC: Final = 0.1
-"""A broker that has just joined can often not be asked yet, because Zenoh does not know the way."""
+"""Pause before a broker is asked again. One that has just joined can often not be reached yet, because Zenoh
+does not know a route to it."""
 
 
 class ZenohEngine:
@@ -54,8 +55,8 @@ class ZenohEngine:
     Args:
         number: The broker's number.
         host: Handles what arrives.
-        budget: Of the broker's event loop.
-        config: Of the session.
+        budget: The read budget of the broker's event loop.
+        config: The configuration of the session.
     """
 
     def __init__(self, number: int, host: Host, budget: ReadBudget, config: zenoh.Config) -> None:
@@ -73,7 +74,8 @@ class ZenohEngine:
         )
         self._decode = wire.MessageDecoder()
         self._declared: list[Any] = []
-        """What would be undeclared if it were collected."""
+        """Subscribers, queryables and tokens. Zenoh undeclares them when they are collected, so they are
+        kept."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
         self._traffic: dict[int, Traffic] = {}
         self._of_other_versions: set[str] = set()
@@ -84,7 +86,7 @@ class ZenohEngine:
     # Engine
 
     async def start(self) -> None:
-        """Open the session. It connects, and connects again, in the background."""
+        """Open the session. It connects and reconnects in the background."""
         # Zenoh's own log, if RUST_LOG asks for it.
         zenoh.try_init_log_from_env()  # type: ignore[no-untyped-call]
         try:
@@ -93,6 +95,7 @@ class ZenohEngine:
             raise ListenError(f"Cannot join the mesh: {plain_text(error)}") from None
         self._open = True
         self._sending.start(self._session)
+        # `history`: brokers that joined before this one are reported, too.
         tokens = self._session.liveliness().declare_subscriber(
             "callboard/*/*/alive/*", self._received.callback(self._on_token, 0), history=True
         )
@@ -120,12 +123,13 @@ class ZenohEngine:
                 for key, handler in keys.items()
             ),
             session.declare_queryable(f"{mine}/graph", calling(self._on_query, domain)),
+            # Last: others ask for the graph as soon as they see the token.
             session.liveliness().declare_token(f"{base}/alive/{self._id}"),
         ]
 
     @property
     def full(self) -> bool:
-        """Whether so much waits that the outbox should keep the rest."""
+        """Whether it accepts no more messages now, so that the outbox keeps the rest."""
         return self._sending.full
 
     def send(self, domain: int, messages: list[Message]) -> None:
@@ -176,7 +180,7 @@ class ZenohEngine:
         )
 
     async def stop(self) -> None:
-        """Send what waits, and close the session."""
+        """Send the messages that wait, and close the session."""
         self._open = False
         if self._watch is not None:
             await cancel_and_wait(self._watch)
