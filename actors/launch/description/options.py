@@ -80,7 +80,7 @@ def options_of(cls: type[Any]) -> tuple[Option, ...]:
     Args:
         cls: Its class.
     """
-    return _options_of(cls)
+    return _options_of(cls)  # type: ignore[arg-type]  # mypy takes no class for hashable
 
 
 @cache

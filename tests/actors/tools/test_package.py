@@ -44,7 +44,7 @@ def test_a_node_has_a_module_a_program_and_a_test() -> None:
         "tests/test_fast_talker.py",
     ]
     assert project(package)["project"]["scripts"] == {"fast_talker": "my_robot.fast_talker:main"}
-    assert "class FastTalker(actors.Node):" in package.files()["my_robot/fast_talker.py"]
+    assert "class FastTalker(callboard.Node):" in package.files()["my_robot/fast_talker.py"]
     assert "callboard run my_robot fast_talker" in package.files()["README.md"]
 
 
