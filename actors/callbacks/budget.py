@@ -42,19 +42,24 @@ class CallbackBudget:
         self._spent_sec = 0.0
         self.step_sec = 0.0
         self._renewal_due = False
+        # One queue for both, so that they continue in the order in which they ran out of budget, whichever
+        # node they belong to. With a queue for each, a node with many plain callbacks could overtake
+        # another's coroutines.
         self._waiting: deque[Callable[[], None] | asyncio.Future[None]] = deque()
         """Mailboxes with work left, and coroutine callbacks about to take a step."""
 
     @staticmethod
     def of(loop: asyncio.AbstractEventLoop) -> CallbackBudget:
         """Return the budget that all nodes of a loop share."""
+        # Per loop, not per node: the promise is that the loop gets its turn in time, and a hundred nodes
+        # with a budget each would break it as one node without any.
         budget = _budgets.get(loop)
         if budget is None:
             budget = _budgets[loop] = CallbackBudget()
         return budget
 
     def spend(self, seconds: float) -> None:
-        """Count what callbacks took."""
+        """Count seconds for which callbacks have run."""
         self._spent_sec = spent = self._spent_sec + seconds
         # Below a share no renewal is scheduled, so a loop with little to do pays nothing for its budget.
         if spent >= SHARE_SEC:
@@ -62,7 +67,9 @@ class CallbackBudget:
             self._renew_later()
 
     def spend_step(self, seconds: float) -> None:
-        """Count what a step of a coroutine callback took."""
+        """Count seconds for which a step of a coroutine callback has run."""
+        # A rise counts at once, a fall slowly: an estimate that is too low wakes steps that together hold
+        # the loop for too long, one that is too high costs another loop turn only.
         self.step_sec = seconds if seconds > self.step_sec else 0.9 * self.step_sec
         self._spent_sec = spent = self._spent_sec + seconds
         if spent >= SHARE_SEC:
@@ -85,6 +92,8 @@ class CallbackBudget:
     def _renew_later(self) -> None:
         if not self._renewal_due:
             self._renewal_due = True
+            # `call_soon` from within a loop turn runs in the next one, after the loop has polled its
+            # sockets and timers. That poll is what the budget is for.
             asyncio.get_running_loop().call_soon(self._renew)
 
     def _renew(self) -> None:
@@ -97,10 +106,13 @@ class CallbackBudget:
                 if isinstance(waiting[0], asyncio.Future):
                     self._wake_steps()
                     return  # woken steps run in the next loop turn and need what is left
+                # A mailbox that runs out of budget again appends itself, behind those that have not had a
+                # turn yet.
                 run = waiting.popleft()
                 assert not isinstance(run, asyncio.Future)
                 run()
         finally:
+            # Also if `run` has raised: the others in the queue have nobody else to continue them.
             if waiting:
                 self._renew_later()
 
@@ -109,9 +121,11 @@ class CallbackBudget:
         waiting, estimate = self._waiting, 0.0
         while waiting and isinstance(waiter := waiting[0], asyncio.Future) and estimate < BUDGET_SEC:
             waiting.popleft()
+            # A cancelled waiter takes no step, and so needs nothing of the budget.
             if not waiter.done():
                 waiter.set_result(None)  # pyright: ignore[reportUnknownMemberType]
                 estimate += self.step_sec
 
 
+# Weak keys: a budget ends with its loop, and a program may make many loops (tests do).
 _budgets: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, CallbackBudget]] = WeakKeyDictionary()

@@ -62,7 +62,7 @@ class CallbackTask:
 
     Args:
         mailbox: The mailbox of the node.
-        coroutine: What the callback returned.
+        coroutine: The coroutine that the callback returned.
         ended: Called with the result, or with the exception that the callback raised.
         timing: Counts the duration of each step.
 
@@ -98,6 +98,8 @@ class CallbackTask:
         self._timing = timing
         self._context = copy_context()
         self._context.run(current_callback_task.set, self)
+        # Calls in flight: of the callback itself and of the tasks that it has started, which inherit the
+        # context.
         self._calls = 0
         self._suspended = False
         self._cancelled = False
@@ -107,6 +109,8 @@ class CallbackTask:
     def call_started(self) -> None:
         """Count a callboard call of this callback that is in flight now."""
         self._calls += 1
+        # The call belongs to a task that the callback started, and the callback is suspended already. At
+        # that time there was no call, so it has kept the mailbox until now.
         if self._suspended:
             self._release()
 
@@ -116,6 +120,7 @@ class CallbackTask:
 
     def cancel(self) -> None:
         """Cancel the callback; its coroutine sees CancelledError."""
+        # Once only: a second cancellation would interrupt the cleanup that the first has started.
         if not self._cancelled:
             self._cancelled = True
             if self._task is not None:
@@ -139,10 +144,13 @@ class CallbackTask:
     def discard(self) -> None:
         """Close the coroutine without running it."""
         self._cancelled = True
+        # An unstarted coroutine that is dropped without `close` warns that it was never awaited.
         self._coroutine.close()
         self._mailbox.task_ended(self)
 
     def _release(self) -> None:
+        # Not holding: it is concurrent, or has released the mailbox already. Releasing twice would let two
+        # callbacks run at the same time.
         if self.holding:
             self.holding = False
             self._mailbox.release()
@@ -150,6 +158,8 @@ class CallbackTask:
     @generator_coroutine
     def run(self, task: asyncio.Task[Any]) -> Generator[Any, Any, None]:
         """Run the callback to its end in `task`, which must be the current task."""
+        # The coroutine is driven by hand instead of awaited: only so can each step run in the callback's
+        # own context, be timed, and be put off until the mailbox and the budget allow it.
         self._task = task
         mailbox, timing, run = self._mailbox, self._timing, self._context.run
         budget, clock = mailbox.budget, mailbox.budget.clock
@@ -158,6 +168,7 @@ class CallbackTask:
         step, argument = self._coroutine.send, None
         try:
             if self._cancelled:
+                # It was cancelled before its first step: as with a task, its code never runs.
                 self._coroutine.close()
                 raise asyncio.CancelledError
             first = began = clock()
@@ -180,11 +191,15 @@ class CallbackTask:
         except BaseException as error:
             if self._ends_worker(error):
                 raise
+            # An error of the callback: `ended` reports it, and the worker goes on to the next callback.
             failure = error
         finally:
             self._task, ended = None, self._ended
             del self._context, self._ended  # they refer to this object: no work for the garbage collector
             mailbox.task_ended(self)
+        # The worker outlives this callback. A cancellation that was meant for it must not count against the
+        # next one, where `asyncio.timeout` and TaskGroup would take it for theirs. A closed mailbox has no
+        # next callback: the node itself cancels the worker then.
         while task.cancelling() and not mailbox.closed:
             task.uncancel()
         if not isinstance(failure, SystemExit):  # which has ended the node
@@ -204,6 +219,8 @@ class CallbackTask:
     def _suspend(self, awaited: Any) -> Generator[Any, Any, Step]:
         """Wait for what a step awaits, without the mailbox if a call is in flight; return the next step."""
         self._suspended = True
+        # Without a call in flight (a sleep, a file, a lock) the mailbox stays held. Users rely on it:
+        # between two awaits of that kind no other (not concurrent) callback of the node runs.
         if self._calls:
             self._release()
         step, argument = self._coroutine.send, None
@@ -226,6 +243,8 @@ class CallbackTask:
         As in any task, the cancellation replaces the result of what was awaited.
         """
         mailbox = self._mailbox
+        # In a loop, because each wait can undo the other's result: while it waits for the budget another
+        # callback may run, and when it gets the mailbox the budget may be used up.
         while not mailbox.closed:
             try:
                 if not (self.holding or self.concurrent):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+# Below this many dead entries, rebuilding the heap costs more than the memory is worth.
 _SLACK: Final = 1024
 
 
@@ -35,6 +36,8 @@ class Deadlines:
 
     def remove(self, key: int) -> None:
         """Remove a deadline; unknown keys are ignored."""
+        # The usual end of a deadline, since nearly every call is answered in time. So it must be cheap: the
+        # heap entry stays until it is due, or until dead entries are the majority.
         self._live.pop(key, None)
         if len(self._heap) > 2 * len(self._live) + _SLACK:
             self._heap = [entry for entry in self._heap if entry[1] in self._live]
@@ -61,11 +64,14 @@ class Deadlines:
         self._timer = None
         now = asyncio.get_running_loop().time()
         try:
+            # Dead entries at the top go as well, or the loop would be woken for a deadline that nobody has.
             while self._heap and (self._heap[0][0] <= now or self._heap[0][1] not in self._live):
                 _, key = heapq.heappop(self._heap)
                 if key in self._live:
                     del self._live[key]
                     self._expired(key)
         finally:
+            # Also if `expired` has raised. It may have added a deadline, too, which has set the timer
+            # already.
             if self._heap and self._timer is None:
                 self._arm()

@@ -71,7 +71,11 @@ class Mailbox:
         self.on_exit: Callable[[SystemExit], None] | None = None
         self._on_drained: Callable[[], None] | None = None
         """Set by `drain`: called when the last callback task ends."""
+        # Sources with work, first come, first served. Each is in it once (`source.posted`), however much it
+        # has to do; that bounds the queue by the number of endpoints.
         self._ready: deque[CallbackSource] = deque()
+        # Callback tasks that wait to hold the mailbox again. Made when needed: most nodes never have any,
+        # and there may be thousands of nodes in a process.
         self._resuming: deque[tuple[CallbackTask, asyncio.Future[None]]] | None = None
         self._assigned: list[CallbackTask] = []  # at most one: it holds the mailbox
         self._not_begun: dict[CallbackTask, None] = {}
@@ -80,7 +84,11 @@ class Mailbox:
         """Those of them that have no asyncio task yet."""
         self._start_deferred = False
         """Whether they wait for the callback budget."""
+        # Starting an asyncio task takes longer than waking one, so workers wait here for the next callback
+        # task.
         self._idle: list[asyncio.Future[None]] = []
+        # `_busy`: a callback task holds the mailbox. `_running_ready`: `_run_ready` is on the stack.
+        # `_returning`: a worker that has just finished is about to look for its next callback task.
         self._busy = self._running_ready = self._returning = False
         self._deferred = False
         """Whether the mailbox waits for the callback budget."""
@@ -110,6 +118,7 @@ class Mailbox:
             on_drained: Called when the last one has ended.
         """
         self._on_drained = on_drained
+        # Their messages stay in the queues of the sources, where they are counted as unread.
         self._ready.clear()
 
     def exited(self, error: SystemExit) -> bool:
@@ -146,6 +155,7 @@ class Mailbox:
         self._spawn = None
         self._ready.clear()
         while self._assigned:
+            # It has a worker, which has not come to run yet and will find nothing.
             self._assigned.pop().discard()
         self._to_start = None
         while self._not_begun:
@@ -195,14 +205,21 @@ class Mailbox:
 
     def _run_ready(self) -> None:
         """Run what waits, until out of budget; while the mailbox is taken, concurrent sources only."""
+        # A callback that posts (it publishes to its own node, for example) only adds to the queue: the
+        # outer call goes on with it. Recursion would let it run in the middle of the callback that caused
+        # it.
         if self._running_ready:
             return
         self._running_ready = True
         ready = self._ready
         try:
             while self._spawn is not None:
+                # While a callback task holds the mailbox only concurrent sources may run, wherever they are
+                # in the queue.
                 if self._busy:
                     source = next((each for each in ready if each.concurrent), None)
+                # Before new callbacks begin. Otherwise a busy subscription would start callbacks faster
+                # than they finish, and each unfinished one holds its message and its locals.
                 elif self._resuming:
                     self._resume(*self._resuming.popleft())
                     continue
@@ -210,15 +227,19 @@ class Mailbox:
                     source = ready[0] if ready else None
                 if source is None:
                     return
+                # Not checked for resumed callback tasks: they check it themselves before each step.
                 if self.budget.exhausted:
                     self._defer()
                     return
                 ready.remove(source)
+                # Before the dispatch: a message that arrives during it posts the source again.
                 source.posted = False
                 callback_task = self._dispatch(source)
                 if callback_task is not None:
                     self._busy = True
                     self._assign(callback_task)
+                # Its share is used. It goes to the end, so that every other source runs once before it
+                # continues.
                 if source.has_work() and not source.posted and self._on_drained is None:
                     source.posted = True
                     self._ready.append(source)
@@ -226,6 +247,7 @@ class Mailbox:
             self._running_ready = False
 
     def _resume(self, callback_task: CallbackTask, waiter: asyncio.Future[None]) -> None:
+        # Cancelled meanwhile: then it does not take the mailbox, and the next one in the queue gets it.
         if not waiter.done():
             self._busy = callback_task.holding = True
             waiter.set_result(None)
@@ -247,6 +269,8 @@ class Mailbox:
         share.until = began + SHARE_SEC
         callback_task: CallbackTask | None = None
         try:
+            # One context for the whole dispatch. If a callback changes it, the source returns
+            # (`Share.used`), and the next dispatch gets a new copy.
             callback_task = context.run(source.dispatch, share)
         except ENDS_PROGRAM as error:
             self.end_program(error)
@@ -256,6 +280,7 @@ class Mailbox:
                 seconds = clock() - began
                 self.budget.spend(seconds)
                 timing.dispatched(seconds, source.calls)
+            # The next callback must not see a variable that this one has set.
             if changed(context, share.original):
                 share.context = share.original.copy()
         return callback_task
@@ -289,6 +314,7 @@ class Mailbox:
             while self._assigned:
                 callback_task = self._assigned.pop()
                 await callback_task.run(task)
+                # Not holding: the mailbox was closed while it waited to hold it again.
                 if callback_task.holding:
                     callback_task.holding = False
                     self._busy = False
@@ -320,8 +346,11 @@ class Mailbox:
     def _start_concurrent(self) -> None:
         """Start concurrent callback tasks until as many as allowed wait for their first step."""
         budget, to_start = self.budget, self._to_start
+        # The budget is only checked between steps. Sixteen tasks started at once take their first steps in
+        # the same loop turn, whatever those take, so many start only if the last steps were short.
         most = CONCURRENT_STARTS if budget.step_sec < SHORT_STEP_SEC else 1
         while to_start and len(self._not_begun) - len(to_start) < most and self._spawn is not None:
+            # One entry in the budget's queue, not one for each task: the others start behind the first.
             if budget.exhausted:
                 if not self._start_deferred:
                     self._start_deferred = True
@@ -335,6 +364,8 @@ class Mailbox:
 
     async def _run_concurrent(self, callback_task: CallbackTask) -> None:
         self._not_begun.pop(callback_task, None)
+        # All that were started have begun. `call_soon` puts the next ones behind these first steps, whose
+        # duration then decides how many start.
         if self._to_start and len(self._not_begun) == len(self._to_start):
             asyncio.get_running_loop().call_soon(self._start_concurrent)
         task = asyncio.current_task()
@@ -348,6 +379,7 @@ class Mailbox:
 
     async def acquire(self, callback_task: CallbackTask) -> None:
         """Wait until the callback task holds the mailbox again."""
+        # Not past others that wait: order among resuming callbacks is first come, first served.
         if not self._busy and not self._running_ready and not self._resuming:
             self._busy = callback_task.holding = True
             return

@@ -27,6 +27,7 @@ class MustAwait(Coroutine[Any, Any, T_co]):
 
     def __init__(self, coroutine: Coroutine[Any, Any, T_co]) -> None:
         self._coroutine = coroutine
+        # asyncio and debuggers show these names for the tasks that run a coroutine.
         self.__name__ = getattr(coroutine, "__name__", "coroutine")
         self.__qualname__ = getattr(coroutine, "__qualname__", self.__name__)
 
@@ -51,6 +52,8 @@ class MustAwait(Coroutine[Any, Any, T_co]):
     __bool__ = __iter__ = __len__ = __contains__ = _refuse
 
     def __eq__(self, other: object) -> bool:
+        # Between coroutines identity is what sets, dicts and `gather` (which removes duplicates) need.
+        # Compared with anything else, a result was meant.
         return self is other if isinstance(other, Coroutine) else self._refuse()
 
     __hash__ = object.__hash__

@@ -50,8 +50,8 @@ class Share:
         clock: The budget's.
         until: The time on that clock after which the source must return.
         context: The context that the callbacks run in.
-        original: What the context is a copy of. After a callback that has changed the context the source
-            must return.
+        original: The context of which `context` is a copy. After a callback that has changed `context`, the
+            source must return.
     """
 
     __slots__ = ("clock", "context", "original", "until")
@@ -74,6 +74,9 @@ def changed(context: Context, original: Context) -> bool:
     Cheap while it has not: both then share their contents. Values that cannot be compared count as changed.
     """
     try:
+        # `!=` of two contexts compares their mappings. An unchanged copy shares its mapping with the
+        # original, which makes the comparison one pointer test, where copying for each callback would make
+        # objects.
         return context != original
     except Exception:  # noqa: BLE001 - the __eq__ of a user's value; arrays have no truth value, for example
         return True

@@ -54,7 +54,7 @@ class Stopwatch:
 
         Args:
             callback: The callback; None if the owner has none.
-            whose: What its owner is, for messages, such as "the service".
+            whose: The kind of its owner, for messages, such as "the service".
             named: The owner's name, such as "/add".
         """
         name = "" if callback is None else name_of(callback)
@@ -112,8 +112,11 @@ class CallbackTiming:
 
     def dispatched(self, seconds: float, calls: int) -> None:
         """Count a dispatch after which the callback has been called `calls` times in total."""
+        # For an `async def` the dispatch only creates the coroutine; `stepped` measures what it does.
         if self.only_steps:
             return
+        # Callbacks are counted once, by their source. The number in this dispatch is the difference, which
+        # spares the hot path a second counter.
         count, self._calls = calls - self._calls, calls
         self.busy_sec += seconds
         if seconds > self.longest_sec:  # noqa: PLR1730 - max() takes longer, and this is the hot path
@@ -147,6 +150,8 @@ class CallbackTiming:
     def _report(self, seconds: float, count: int) -> None:
         self.slow += 1
         now = self._watch.clock()
+        # A callback that is always slow would otherwise fill the log (and `/rosout`) with one line for each
+        # message.
         if now < self._quiet_until:
             return
         self._quiet_until = now + QUIET_SEC

@@ -32,6 +32,8 @@ async def run_program(program: Program) -> Any:
     Raises:
         TypeError: It returned neither a node, nor a supervisor, nor a coroutine.
     """
+    # A factory is called here, in the running loop and after the command line is parsed: a node takes its
+    # arguments from the context in which it is made.
     made: object = program if is_instance(program) else cast("Factory", program)()
     if isinstance(made, Runnable):
         return await made.run()
@@ -42,4 +44,5 @@ async def run_program(program: Program) -> Any:
 
 def is_instance(program: object) -> bool:
     """Return whether a program is a node or a supervisor, not a factory of them."""
+    # The class itself has a `run`, too, so that the protocol's check is true of it.
     return isinstance(program, Runnable) and not isinstance(program, type)

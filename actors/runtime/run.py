@@ -66,6 +66,7 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
         RuntimeError: A loop is running in this thread, as in a coroutine or a notebook.
     """
     if _loop_runs():
+        # asyncio would raise as well, but from its own code and without the remedy.
         raise RuntimeError(
             "actors.run() starts an event loop, but one is already running:"
             " use `async with node:` or `await node.run()` instead"
@@ -114,7 +115,11 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
     except (InvalidRosArgumentError, CallboardError) as error:
         print(error, file=sys.stderr)  # noqa: T201 - there is no logging yet
         raise SystemExit(USAGE) from None
+    # A context variable, not a global: nodes made inside see these arguments, and after `run` a notebook or
+    # a test that calls it again starts without them.
     token = process_arguments.set(arguments)
+    # After the imports and before the first node: what exists now is never collected, and is skipped from
+    # here on.
     process.configure_process()
     try:
         return run_until_signal(lambda: _run_all(programs))
@@ -142,6 +147,8 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
         Its result; None if a signal ended it.
     """
     signals = _Signals()
+    # Before the loop exists, so that there is no moment at which a signal is lost or raises inside the
+    # loop's start.
     signals.record()
 
     async def guarded() -> Any:
@@ -153,15 +160,20 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
             try:
                 return runner.run(guarded())
             finally:
+                # From here on further signals no longer interrupt: what is left is bounded by
+                # `timeout_sec`, and an interrupt would cut short what tasks clean up.
                 timeout_sec = signals.end()
                 runner.get_loop().run_until_complete(end_remaining_tasks(timeout_sec))
     except KeyboardInterrupt:
         return None
     except asyncio.CancelledError:
+        # The cancellation that a signal caused is a clean end. One that came from elsewhere is the caller's
+        # to see.
         if signals.count:
             return None
         raise
     except BaseExceptionGroup as group:
+        # A program with a TaskGroup may report its cancellation as a group.
         others = group.subgroup(lambda error: not isinstance(error, asyncio.CancelledError))
         if signals.count and others is None:
             return None
@@ -194,6 +206,7 @@ class _Signals:
         self._task = asyncio.current_task()
         for number in STOP_SIGNALS if _in_main_thread() else ():
             process.add_signal_handler(asyncio.get_running_loop(), number, self._on_signal)
+        # A signal arrived between `record` and now. Only now is there a task to cancel.
         if self.count:
             assert self._task is not None
             self._task.cancel()
@@ -212,11 +225,15 @@ class _Signals:
     def end(self) -> float:
         """Ignore later signals; return the seconds that remaining tasks have to end."""
         self._ending = True
+        # A sys.exit in one task leaves the main task running, and its node with it: that node needs the
+        # time to stop that it would have had otherwise. After two signals the user has asked twice not to
+        # wait.
         exited = self._task is not None and not self._task.done()
         return LAST_TASKS_SEC if exited and self.count <= CANCELLING_SIGNALS else GRACE_SEC
 
 
 async def _run_all(programs: Sequence[Program]) -> Any:
+    # Run in this very task, so that a signal cancels the program itself and tracebacks stay short.
     if len(programs) == 1:
         return await run_program(programs[0])
     loop = asyncio.get_running_loop()
@@ -225,6 +242,8 @@ async def _run_all(programs: Sequence[Program]) -> Any:
     while running:
         to_cancel: set[asyncio.Task[Any]] = set()
         try:
+            # Not a TaskGroup: it would raise a group, where users expect the error of the program that
+            # failed, and it does not hand a second cancellation on to tasks that are ending already.
             ended, running = await asyncio.wait(running, return_when=asyncio.FIRST_EXCEPTION)
         except asyncio.CancelledError as cancelled:
             failure, to_cancel = failure or cancelled, running  # each time: a second one shortens their stop

@@ -28,7 +28,11 @@ class Contexts:
         self, context: AbstractAsyncContextManager[Any], began: Callable[[HeldContext], object]
     ) -> Any:
         """Enter a context; return its value, or raise its error. Call `began` as it begins."""
+        # A task of its own, because asyncio ties a node to the task that entered it: its failure cancels
+        # that task, and timeouts inside belong to it. The task of `call` ends as soon as the value is
+        # returned.
         held = HeldContext(context)
+        # Before the first await. The caller may time out at any time after it, and must know what to leave.
         began(held)
         self._held.append(held)
         held.task.add_done_callback(lambda _: self._ended(held))
@@ -49,6 +53,8 @@ class Contexts:
     async def leave_all(self) -> None:
         """Leave all contexts."""
         while self._held:
+            # In reverse order, as nested `async with` would: the broker was entered before the nodes that
+            # use it.
             held = self._held[-1]
             try:
                 await held.leave()
@@ -57,6 +63,8 @@ class Contexts:
 
     def _ended(self, held: HeldContext) -> None:
         self._held.remove(held)
+        # An error while it is entered or left belongs to the caller, who waits for it. Only one in between
+        # has nobody else to tell.
         error = None if held.task.cancelled() else held.task.exception()
         if error is not None and held.entered.done() and not held.leaving:
             self._failed(error)
@@ -95,6 +103,7 @@ class HeldContext:
         try:
             await asyncio.wait({self.entered, self.task}, return_when=asyncio.FIRST_COMPLETED)
         except asyncio.CancelledError:
+            # Cancelling the waiter is not enough: the task would hold a node that nobody knows of.
             self.task.cancel()
             await asyncio.wait({self.task})
             raise
@@ -106,6 +115,8 @@ class HeldContext:
         """Leave it; raise its error."""
         self.leaving = True
         self._leave.set()
+        # `wait` instead of `await self.task`: a cancellation of the caller then does not cut short the
+        # node's stop.
         await asyncio.wait({self.task})
         if not self.task.cancelled():
             self.task.result()

@@ -66,9 +66,14 @@ class LoopThread:
         # A daemon: Python would wait for another thread before `atexit` can stop it.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._pid = 0
+        # Whether `post` may use the loop. Separate from `_thread.is_alive()`: the thread lives on while it
+        # leaves its nodes, and calls that are accepted then would never run.
         self._running = False
         self._lock = threading.RLock()  # a signal handler may interrupt `post`, and post as well
         """Held while `_running` changes, and from checking it until a callback is in the loop's queue."""
+        # Membership decides which thread completes a call. `set.remove` is atomic under the GIL, so that
+        # exactly one thread gets through; a lock here could be held by a thread that a signal handler
+        # interrupts.
         self._calls: set[Future[Any]] = set()
         self._tasks: dict[asyncio.Task[Any], Future[Any]] = {}
         self._failure: BaseException | None = None
@@ -78,10 +83,14 @@ class LoopThread:
     def start(self) -> None:
         """Start the thread; return when its loop runs."""
         self._thread.start()
+        # Raises what the loop factory raised, in the thread that called `start`.
         self._loop = self._started.result()
+        # A forked child has this object, but not the thread: calls would wait for ever.
         self._pid = os.getpid()
         self._running = True
         _threads.add(self)
+        # Without it a daemon thread is frozen in the middle of what it does when Python exits, and messages
+        # that were published just before would be lost.
         atexit.register(self.stop)
 
     def _run(self) -> None:
@@ -91,8 +100,10 @@ class LoopThread:
                 self._run_loop(loop)
         except BaseException as error:  # noqa: BLE001 - raised where the thread is stopped
             self._failure = self._failure or error
+        # Again, after `_serve` has done it: if the loop failed before, callers still wait.
         self.refuse_calls()
         failure = self._failure
+        # The loop factory has failed: `start` waits for this future.
         if not self._started.done():
             self._started.set_exception(failure or ThreadStoppedError("The loop has ended at once"))
         if failure is None:
@@ -120,6 +131,8 @@ class LoopThread:
         try:
             await self._stop_asked.wait()
         finally:
+            # First nothing new, then the end of what runs, and the nodes last: calls in flight use the
+            # nodes.
             self.refuse_calls()
             await asyncio.sleep(0)  # everything that was accepted has begun
             for task in self._tasks:
@@ -130,6 +143,7 @@ class LoopThread:
 
     def fail(self, error: BaseException) -> None:
         """End the thread with an error; for the loop's thread."""
+        # The first error is the cause. Those after it are mostly its consequences.
         self._failure = self._failure or error
         self._stop_asked.set()
 
@@ -155,6 +169,8 @@ class LoopThread:
         """Call a function in the loop, after those before it; raise ThreadStoppedError if it has ended."""
         self.require_running()  # before the lock: in a forked child nobody may be left to release it
         with self._lock:
+            # Again under the lock, which `refuse_calls` holds while it ends the thread: between the two, a
+            # callback would be put into the queue of a loop that never runs it.
             self.require_running()
             try:
                 self._loop.call_soon_threadsafe(callback, *args)
@@ -174,6 +190,7 @@ class LoopThread:
         try:
             if len(self._calls) >= MAX_CALLS:
                 raise TooManyCallsError(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")
+            # Before `post`: the loop may have completed the call before this thread goes on.
             self._calls.add(future)
             self.post(self._begin, future, work)
         except CallboardError:
@@ -193,6 +210,7 @@ class LoopThread:
             self._submit(future, work)
             return future.result(timeout_sec)
         except TimeoutError:
+            # False: the loop has completed it just now.
             if future.cancel():
                 raise WaitTimeout(f"The call did not end within {timeout_sec:g} s") from None
             return future.result()  # it has ended meanwhile, perhaps with a TimeoutError of its own
@@ -203,6 +221,7 @@ class LoopThread:
     def _begin(self, future: Future[Any], work: Work) -> None:
         if future.done():
             _close(work)
+            # Cancelled while it was in the queue: it never begins, and has no side effects.
             self._complete(future, None)
             return
         task = self._loop.create_task(_run_work(work))
@@ -211,6 +230,8 @@ class LoopThread:
 
         def cancel_task(future: Future[Any]) -> None:
             del future
+            # Also called when the task has ended by itself, since that completes the future. Then there is
+            # nothing to cancel.
             if not task.done():
                 with suppress(RuntimeError):  # the loop is closed
                     self._loop.call_soon_threadsafe(task.cancel)
@@ -226,8 +247,11 @@ class LoopThread:
             self._calls.remove(future)
         except KeyError:
             return
+        # The caller has cancelled it. This also keeps `cancel` from succeeding between here and
+        # `set_result`.
         if not future.set_running_or_notify_cancel():
             return
+        # CancelledError is for those whose own task was cancelled; a caller in another thread has none.
         if task is not None and task.cancelled() and self._running:
             future.set_exception(CallCancelled("The coroutine was cancelled in the loop, not by the caller"))
         elif task is None or task.cancelled():
@@ -239,10 +263,14 @@ class LoopThread:
 
     def refuse_calls(self) -> None:
         """Accept no further calls, and end those that run with ThreadStoppedError."""
+        # With a limit, and going on without the lock after it: the thread that holds it may be waiting, in
+        # a signal handler, for the end of this one. The worst case is then a callback that never runs,
+        # whose call ends below.
         locked = self._lock.acquire(timeout=LOCK_SEC)
         self._running = False
         if locked:
             self._lock.release()
+        # Here, in the thread that stops, and not in the loop: the loop may be blocked in a callback.
         for future in self._calls.copy():
             self._complete(future, None)
 
@@ -269,6 +297,7 @@ class LoopThread:
             raise WaitTimeout(
                 f"The thread '{self._thread.name}' did not end within {timeout_sec:g} s: a callback blocks it"
             )
+        # Only now. If the wait has timed out, the end of the program tries once more.
         atexit.unregister(self.stop)
         return self._failure
 
@@ -281,7 +310,7 @@ class LoopThread:
 
 
 _threads: Final[weakref.WeakSet[LoopThread]] = weakref.WeakSet()
-"""Those that have been started."""
+"""Threads that have been started, here or in the parent process before a fork."""
 
 
 def _after_fork_in_child() -> None:

@@ -53,6 +53,8 @@ class NodeThread:
         *,
         loop_factory: Callable[[], AbstractEventLoop] | None = None,
     ) -> None:
+        # `_failed` is a method because each of the two needs the other: contexts report to the thread, and
+        # the thread leaves the contexts when it ends.
         self._contexts = Contexts(self._failed)
         self._thread = LoopThread(name, loop_factory, self._contexts.leave_all)
 
@@ -103,6 +105,8 @@ class NodeThread:
         traceback: TracebackType | None,
     ) -> Literal[False]:
         """Stop the thread, as `stop` does; raise the error of a node, but not instead of another error."""
+        # ThreadStoppedError in the body is only the consequence of the failure: the cause replaces it. Any
+        # other error of the body is the program's own, and must not be hidden.
         failure = self._thread.join()
         if failure is not None and (error is None or isinstance(error, ThreadStoppedError)):
             raise failure

@@ -27,17 +27,17 @@ T = TypeVar("T", bound=Message)
 QUEUED_MESSAGES: Final = 10_000
 """Messages that may wait for the loop: more than a thread publishes while it keeps the GIL, about 5 ms."""
 QUEUED_BYTES: Final = 64 * 1024 * 1024
-"""Their size. A single message may be larger."""
+"""Bytes of messages that may wait for the loop. A single message may be larger."""
 LOCK_SEC: Final = 0.01
 """How long the loop waits for the lock: longer than a running thread holds it."""
 RETRY_SEC: Final = 0.001
-"""After which the loop tries to get the lock again."""
+"""Seconds after which the loop tries to get the lock again."""
 
 
 class ThreadPublisher(Generic[T]):
     """Publishes from any thread. Made by `NodeThread.publisher`.
 
-    Messages wait in a queue of their own until the loop takes all of them at once. When it is full, the
+    Messages wait in a queue of their own until the loop hands all of them over at once. When it is full, the
     oldest message is dropped, or `publish` raises PublisherFull if the publisher is KEEP_ALL.
 
     `published` = messages handed to the publisher + `dropped` + `queued`.
@@ -55,16 +55,19 @@ class ThreadPublisher(Generic[T]):
         self._overflowed = 0
         """Messages dropped because the queue was full."""
         self._refused = 0
-        """Messages that the publisher has not taken; only the loop changes it."""
+        """Messages that the publisher has refused; only the loop changes it."""
         self._reported = 0
-        """Those of `dropped` that the node's diagnostics have."""
+        """How many of `dropped` have been added to the node's diagnostics."""
         self._thread = thread
         self._publisher = publisher
+        # Endpoint and codec are looked up once, because `publish` is the hot path.
         self._endpoint = endpoint_of(publisher)
         self._codec = codec_for(publisher.msg_type)
         self._keep_all = publisher.qos_profile.resolved().history == HistoryPolicy.KEEP_ALL
         self._limit = limit
         self._lock = threading.RLock()  # knows whether this thread has it
+        # Encoded messages: the calling thread pays for encoding, sees its errors, and may change the
+        # message afterwards.
         self._queue: deque[bytes] = deque()
         self._queued_bytes = 0
         self._posted = False
@@ -98,6 +101,8 @@ class ThreadPublisher(Generic[T]):
         endpoint.require_alive()
         self._thread.require_running()
         if isinstance(msg, bytes):
+            # Checks that the bytes are a message of this type. A subscriber would otherwise find out, far
+            # away.
             self._codec.decode(msg)
             data = msg
         else:
@@ -112,8 +117,12 @@ class ThreadPublisher(Generic[T]):
             queue, size = self._queue, len(data)
             if self._keep_all or len(queue) >= self._limit or self._queued_bytes + size > QUEUED_BYTES:
                 self._make_space(size)
+            # One wake-up of the loop for all messages that wait. Waking it is a system call, which takes
+            # longer than the rest of this method.
             if not self._posted:
                 self._thread.post(self._hand_over)
+                # Only after `post` has returned: if it raises, the next message must try again, and this
+                # one was not accepted.
                 self._posted = True
             queue.append(data)
             self._queued_bytes += size
@@ -127,7 +136,10 @@ class ThreadPublisher(Generic[T]):
     def _make_space(self, size: int) -> None:
         """Drop the oldest messages until one of this size fits, or raise PublisherFull."""
         queue, endpoint = self._queue, self._endpoint
+        # A single message above the size limit passes if nothing else waits; otherwise it could never be
+        # sent.
         full = len(queue) >= self._limit or (queue and self._queued_bytes + size > QUEUED_BYTES)
+        # What waits here will wait in the publisher's own queue next, so that both count against its limit.
         if self._keep_all:
             waiting = endpoint.queued + len(queue)
             if full or not queue_limits.left(endpoint.queue, waiting):
@@ -144,6 +156,8 @@ class ThreadPublisher(Generic[T]):
             asyncio.get_running_loop().call_later(RETRY_SEC, self._hand_over)
             return
         try:
+            # Swapped under the lock and sent after it: encoding and sending must not keep other threads
+            # waiting.
             queue, self._queue = self._queue, deque()
             self._queued_bytes = 0
             self._posted = False
@@ -153,9 +167,12 @@ class ThreadPublisher(Generic[T]):
             try:
                 self._publisher.publish_encoded(data)
             except PublisherFull:  # `publish` has checked this; others have published since
+                # `publish` has accepted this message, so that it must not be lost: the queue goes over its
+                # limit by it.
                 self._endpoint.collect_encoded(data)
             except (NodeDestroyed, InvalidMessageError):  # has been destroyed, or has another broker now
                 self._refused += 1
+        # Added to the endpoint here because only the loop's thread may change its counters.
         dropped = self.dropped
         self._endpoint.overflowed += dropped - self._reported
         self._reported = dropped
