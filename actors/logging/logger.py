@@ -6,7 +6,7 @@ without adding a handler. To silence them, add a `logging.NullHandler` to the `c
 want more call `configure_logging`. The level of the `callboard` logger is INFO at first, as in ROS 2, and
 other loggers inherit it.
 
-The sinks of a logger (`sinks.py`) take the same records. What a program logs with the standard module itself
+The sinks of a logger (`sinks.py`) get the same records. What a program logs with the standard module itself
 goes to handlers only.
 """
 
@@ -36,6 +36,7 @@ _ERROR: Final = 40
 _FATAL: Final = 50
 
 _top = logging.getLogger(ROOT_NAME)
+# A level that the program has set before it imported callboard stays.
 if _top.level == logging.NOTSET:
     _top.setLevel(logging.INFO)
 
@@ -191,6 +192,8 @@ class Logger:
         Returns:
             Whether it was logged.
         """
+        # The level is tested here and not in `_log`: a message below the level then costs one call, and its
+        # options are looked at only if there are any.
         if self._logger.isEnabledFor(_DEBUG):
             return self._log(_DEBUG, message, options)
         return _skip(options)
@@ -281,11 +284,15 @@ class Logger:
         if options:
             _skip(options)
             exception = options.get("exc_info")
+            # By instruction, not by line: two log calls on one line have filters of their own, as in rclpy.
+            # The filters come before the record is made, because most throttled messages end here.
             if not self._filters_pass((code, frame.f_lasti), level, options):
                 return False
         stamp_ns = time.time_ns()
         logger = self._logger
         info = None if exception is None else (type(exception), exception, exception.__traceback__)
+        # `makeRecord` and the rest instead of `Logger.log`: that would look for the caller by itself, and
+        # find this module; and it does not tell whether a filter has stopped the record.
         record = logger.makeRecord(
             logger.name, level, code.co_filename, frame.f_lineno, str(message), (), info, code.co_name
         )
@@ -296,10 +303,13 @@ class Logger:
             return False
         if isinstance(passed, logging.LogRecord):  # a filter's own, since Python 3.12
             record = passed
+        # Asked for each record, since a program may add or remove handlers at any time.
         if logger.hasHandlers():
             logger.callHandlers(record)
         else:
             write_unhandled(record)
+        # Last, and only what the logger's own filters let pass: `/rosout` shows what the program would have
+        # printed.
         for sink in sinks_of(self.name):
             sink.accept(record)
         return True
@@ -309,8 +319,11 @@ class Logger:
         if not any(wanted.settings()[1:]):
             return True
         site = self._sites.setdefault(key, wanted)
+        # Generated code has a new code object each time. Without a limit these would never be freed.
         if len(self._sites) > MAX_FILTERS:
             del self._sites[next(iter(self._sites))]
+        # rclpy's rule. One state cannot serve two settings, and which one would win depended on the order
+        # of calls.
         if site.settings() != wanted.settings():
             raise ValueError("The severity and the filters of a log call cannot be changed between calls.")
         clock = site.clock
@@ -319,6 +332,8 @@ class Logger:
 
 def _skip(options: LogOptions) -> bool:
     """Return False for a message that is not logged; a misspelt option raises nevertheless."""
+    # Checked also when the message is not logged. Otherwise a misspelt option would raise for the first
+    # time when somebody turns on debug output, in production.
     if options and (unknown := options.keys() - _KNOWN_OPTIONS):
         known = ", ".join(_KNOWN_OPTIONS)
         raise TypeError(f"{min(unknown)!r} is not one of the recognized logging options: {known}")

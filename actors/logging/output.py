@@ -25,6 +25,8 @@ _plain: Final = logging.Formatter()
 
 def stamp_ns(record: logging.LogRecord) -> int:
     """Return when a record was made, in nanoseconds since 1970."""
+    # Records of the standard module have no `stamp_ns`, and another library may use the attribute for
+    # anything.
     stamp = getattr(record, "stamp_ns", None)
     return stamp if isinstance(stamp, int) else round(record.created * 1e9)
 
@@ -70,6 +72,8 @@ class _RosHandler(logging.StreamHandler["TextIO"]):
     """The handler that `configure_logging` adds; the type identifies it in later calls."""
 
 
+# By stream, because `sys.stderr` may be replaced at any time (pytest and `contextlib.redirect_stderr` do).
+# Only one is kept: a handler would keep a closed stream alive.
 @lru_cache(maxsize=1)
 def _handler(stream: TextIO, *, color: bool) -> _RosHandler:
     handler = _RosHandler(stream)
@@ -110,6 +114,7 @@ def configure_logging(
     root = logging.getLogger()
     for handler in [each for each in root.handlers if isinstance(each, _RosHandler)]:
         root.removeHandler(handler)
+    # The program has its own idea of where log lines go, and adding ours would print each line twice.
     if root.handlers and stream is None:
         return
     target = sys.stderr if stream is None else stream
@@ -119,6 +124,8 @@ def configure_logging(
 
 
 def _is_fatal_or_foreign(record: logging.LogRecord) -> bool:
+    # Lines of other libraries pass: the option is about callboard's loggers (`--disable-stdout-logs` of ROS
+    # 2).
     return record.levelno >= logging.CRITICAL or not f"{record.name}.".startswith(ROOT_NAME + ".")
 
 

@@ -23,7 +23,7 @@ class LogSink(Protocol):
 
     @property
     def target(self) -> object:
-        """Where it sends them: of a logger's sinks with equal targets only the first takes a record."""
+        """Where it sends them: of a logger's sinks with equal targets only the first gets a record."""
         ...
 
     def accept(self, record: logging.LogRecord) -> None:
@@ -32,7 +32,7 @@ class LogSink(Protocol):
 
 
 class DiscardingSink:
-    """Discards records that a sink of a logger above would take otherwise."""
+    """Discards records that a sink of a logger above would get otherwise."""
 
     target = None
 
@@ -40,6 +40,7 @@ class DiscardingSink:
         """Discard a record."""
 
 
+# The tuples are replaced, never changed, so that loggers in all threads read them without a lock.
 _sinks: Final[dict[str, tuple[weakref.ref[LogSink], ...]]] = {}
 _lock = threading.RLock()
 """For writers. A garbage collection inside may remove another sink, so it is reentrant."""
@@ -55,10 +56,12 @@ def add_sink(name: str, sink: LogSink) -> Callable[[], object]:
     Returns:
         A function that removes it.
     """
+    # Weak: a node that is dropped without `destroy` must not live on because of its log.
     reference = weakref.ref(sink)
     with _lock:
         _sinks[name] = (*_sinks.get(name, ()), reference)
     remove = weakref.finalize(sink, _remove, name, reference)
+    # At the exit of the interpreter nothing has to be removed, and the last lines may be yet to come.
     remove.atexit = False
     return remove
 
@@ -66,16 +69,19 @@ def add_sink(name: str, sink: LogSink) -> Callable[[], object]:
 def _remove(name: str, reference: weakref.ref[LogSink]) -> None:
     with _lock:
         left = tuple(each for each in _sinks.pop(name, ()) if each is not reference)
+        # No empty entry stays behind: with `_sinks` empty, a log call does not search at all.
         if left:
             _sinks[name] = left
 
 
 def sinks_of(name: str) -> Iterator[LogSink]:
-    """Iterate over the sinks that take the records of a logger.
+    """Iterate over the sinks that get the records of a logger.
 
     Args:
         name: The logger's name.
     """
+    # The nearest logger with sinks, not all above it: the logger of `/a/b` is below that of `/a` by name
+    # only. They are different nodes, and the line belongs to one of them.
     while name and _sinks:
         if references := _sinks.get(name):
             targets: list[object] = []

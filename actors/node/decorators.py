@@ -23,7 +23,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Declaring(Protocol):
-    """What declarations need of a node, which imports this module."""
+    """The part of Node that declarations use. A protocol, because the node imports this module."""
 
     def create_subscription(
         self,
@@ -61,6 +61,8 @@ Declaration = Callable[[Declaring, Callable[..., Any]], object]
 
 def _mark(declare: Declaration) -> Callable[[F], F]:
     def decorate(method: F) -> F:
+        # A new list, not an appended one: the method may be in use under another name, with declarations of
+        # its own.
         setattr(method, _MARKS, [*getattr(method, _MARKS, []), declare])
         return method
 
@@ -137,7 +139,9 @@ def declared(cls: type, root: type) -> Iterator[tuple[str, Declaration]]:
         root: A base class of it that declares nothing, nor do its own bases.
     """
     bases = [base for base in reversed(cls.__mro__) if base not in root.__mro__]
+    # Base classes first. A dict as an ordered set, so that an overridden method keeps its first place.
     names = dict.fromkeys(name for base in bases for name in vars(base))
     for name in names:
+        # Looked up on the class that is made, so that an override without a decorator declares nothing.
         for declare in getattr(getattr(cls, name, None), _MARKS, ()):
             yield name, declare

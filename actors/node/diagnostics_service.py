@@ -41,10 +41,13 @@ class DiagnosticsService:
         except InvalidServiceNameError as error:
             context.log.warning(f"The node's name is too long for its diagnostics service: {error}")
             return
+        # Concurrent: the node most worth asking is the one whose mailbox is held by a callback that does
+        # not end.
         IdleService(context, GetDiagnostics, full_name, callback=self._answer, concurrent=True)
 
     def _answer(self, _: GetDiagnostics.Request) -> GetDiagnostics.Response:
         found = self._diagnose()
+        # The busiest first: they are what is looked for, and the end of the list may be cut.
         called = sorted(_called(found), key=lambda each: each.busy_sec, reverse=True)
         sec, nanosec = divmod(found.stamp_ns, 1_000_000_000)
         return GetDiagnostics.Response(

@@ -59,7 +59,7 @@ class NodeGraph:
 
     @must_await
     async def get_type_definition(self, type_hash: str) -> bytes | None:
-        """Return the definition of a type that is in use, as those who use it have declared it.
+        """Return the definition of a type that is in use, as its users have declared it.
 
         `actors.interfaces.runtime_types` makes classes of it.
 

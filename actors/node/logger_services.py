@@ -44,6 +44,8 @@ class LoggerServices:
         try:
             for name, kind, callback in kinds:
                 full_name = names.resolve_service(f"~/{name}")
+                # Concurrent, so that the log level of a node can be raised while one of its callbacks does
+                # not end.
                 IdleService(context, kind, full_name, callback=callback, concurrent=True)
         except InvalidServiceNameError as error:
             context.log.warning(f"The node's name is too long for logger services: {error}")
@@ -65,6 +67,7 @@ class LoggerServices:
             severity = LoggingSeverity(wanted.level)
         except ValueError:
             return "Failed reason: Invalid logger level."
+        # Anybody with the right to call this can make up names, and Python never frees a logger.
         if _existing(wanted.name) is None:
             if len(wanted.name) > MAX_NAME:
                 return f"The name has more than {MAX_NAME} characters"
@@ -83,6 +86,7 @@ def _full_name(name: str) -> str:
 
 def _existing(name: str) -> logging.Logger | None:
     """Return a logger if there is one, without making it."""
+    # Not `getLogger`, which would make it: a mere question must not use memory for ever.
     found = logging.Logger.manager.loggerDict.get(_full_name(name))
     return found if isinstance(found, logging.Logger) else None
 

@@ -58,6 +58,8 @@ class NodeRunner:
         self._connect_timeout_sec = connect_timeout_sec
         self._stop_timeout_sec = stop_timeout_sec
         self._running = False
+        # asyncio itself has only weak references to tasks; without this one they might be collected while
+        # they run.
         self._tasks: dict[asyncio.Task[None], None] = {}
         self._body: asyncio.Task[Any] | None = None
         """The task that is inside `async with`."""
@@ -91,22 +93,31 @@ class NodeRunner:
         if self._running:
             raise NodeAlreadyRunning(f"Node '{context.full_name}' is running already")
         context.require_alive()
+        # Before the first await, so that a second `async with` in another task finds it.
         self._running = True
         self._done = asyncio.Event()
         self._body = asyncio.current_task()
+        # The body may be inside a timeout or a TaskGroup that has cancelled it already. Only what is added
+        # from here on counts as a cancellation of this node's run.
         self._cancelling = self._body.cancelling() if self._body is not None else 0
         link.loop = asyncio.get_running_loop()
         connecting = self._spawn(self._keep_link())
         try:
             context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
+            # Before the first frame can arrive: the task that connects runs only when this one waits.
             context.mailbox.open(self._spawn, CallbackBudget.of(link.loop))
+            # Without a broker, too: a control loop must not depend on whether somebody listens.
             for timer in context.timers:
                 timer.start()
             timeout_sec = self._connect_timeout_sec
             if timeout_sec is None:
                 await self._connector.first_attempt(
+                    # A session that has ended again (the broker was shut down, say) is an answer, too. The
+                    # connector goes on trying in the background.
                     lambda: self._entered() or (link.connections > 0 and not link.connected)
                 )
+                # A node that was frozen may still hold the name until its keepalive ends. Returning now
+                # would let the first statement of the body run in a node that is then refused.
                 while link.waits_for_name and not self._entered():
                     await link.changed()
                 return
@@ -119,6 +130,8 @@ class NodeRunner:
                 text = f"The broker at {link.url} has not accepted this node within {timeout_sec:g} s{how}"
                 raise BrokerUnreachable(text)
         except BaseException as error:
+            # Python does not call `__aexit__` when `__aenter__` raises, so what was started must be stopped
+            # here.
             await self.end(error)
             raise
 
@@ -152,12 +165,15 @@ class NodeRunner:
 
     def fail(self, error: BaseException) -> None:
         """End the node with an error, which is raised where the node runs."""
+        # The first error is the cause; those after it are mostly its consequences.
         if self._failure is None:
             self._failure = error
             self._context.link.wake()
             if self._done is not None:
                 self._done.set()
             if self._body is not None:
+                # The body may wait for anything, such as a socket of its own: cancelling is the only way to
+                # end that wait.
                 self._body.cancel()
                 self._cancelled_body = self._body
 
@@ -173,10 +189,13 @@ class NodeRunner:
             error: The exception that ended the body. If the node has failed, its error is raised instead, but
                 never instead of a cancellation by somebody else, which would be lost.
         """
+        # From here on `fail` no longer cancels the task: it is busy with stopping the node.
         body, self._body = self._body, None
         if self._leaving is not None:
             self._leaving.cancel()  # `_stop` does the rest
         again: asyncio.CancelledError | None = None
+        # In a task of its own, so that a cancellation of the body (a second Ctrl-C, a timeout around the
+        # node) shortens the stop but does not leave it half done.
         stopping = asyncio.get_running_loop().create_task(self._stop())
         while not stopping.done():
             try:
@@ -186,11 +205,15 @@ class NodeRunner:
                 self._force_stop()
         self._running = False
         if self._cancelled_body is not None:
+            # The cancellation was this node's own and ends here. Otherwise an enclosing `asyncio.timeout`
+            # or TaskGroup would take it for one that came from outside.
             self._cancelled_body.uncancel()
         if not stopping.cancelled():
             stopping.result()
         cancellation = again or (error if isinstance(error, asyncio.CancelledError) else None)
         asked = body is not None and body.cancelling() > self._cancelling
+        # A cancellation by somebody else goes first. Swallowing it would leave a task running that its
+        # owner believes is cancelled.
         if cancellation is not None and (asked or self._failure is None):
             raise cancellation
         if self._failure is not None and (error is None or cancellation is error):
@@ -200,11 +223,14 @@ class NodeRunner:
         context = self._context
         try:
             stopped_by = asyncio.get_running_loop().time() + self._stop_timeout_sec
+            # The order matters. Callbacks first, since they may still publish and call; then the endpoints,
+            # so that nothing new arrives; then the queues, which now can only get shorter.
             await self._end_callbacks(stopped_by)
             context.mailbox.close()
             self._destroy_parts()
             await self._empty_queues()
         finally:
+            # Whatever has failed above: the socket is closed and every task ends.
             self._connector.abort()
             context.mailbox.close()
             context.destroyed = True
@@ -218,6 +244,7 @@ class NodeRunner:
         mailbox.drain(context.link.wake)
         for timer in tuple(context.timers):
             timer.cancel()
+        # Retired, not destroyed: callbacks that still run may use them, but nothing new begins.
         for endpoint in tuple(context.endpoints):
             endpoint.retire()
         if context.unread:
@@ -228,6 +255,8 @@ class NodeRunner:
         if mailbox.running:
             self._deadline = loop.time() + GRACE_SEC
             await self._until(lambda: not mailbox.running)
+        # Callbacks may have used up all the time. The queue still gets a second, in which a healthy broker
+        # takes everything.
         at_least = loop.time() + GRACE_SEC
         self._deadline = at_least if self._force_stopped else max(at_least, stopped_by)
 
@@ -251,7 +280,9 @@ class NodeRunner:
         def sent() -> bool:
             return link.sent and context.departing.empty
 
+        # What the last loop turn has published is not in a queue yet.
         link.flush()
+        # Without a session and without an attempt to get one, waiting cannot help.
         await self._until(lambda: sent() or not (link.connected or connector.trying))
         if not connector.closing:
             context.departing.report_unsent()
@@ -261,6 +292,8 @@ class NodeRunner:
     async def _until(self, condition: Callable[[], bool]) -> bool:
         """Wait until a condition on the link holds; return False if the deadline passes first."""
         loop = asyncio.get_running_loop()
+        # Every change of the link wakes this: a message sent, a session ended, a callback finished
+        # (`link.wake`).
         while not condition():
             if loop.time() >= self._deadline:
                 return False
@@ -272,6 +305,8 @@ class NodeRunner:
     def _force_stop(self) -> None:
         """Shorten the waits of stopping: cancel callbacks now."""
         self._force_stopped = True
+        # Callbacks that have been cancelled already get the rest of their grace: a second cancellation
+        # cannot hurry them.
         timeout = 0.0 if self._letting_run else GRACE_SEC
         self._deadline = min(self._deadline, asyncio.get_running_loop().time() + timeout)
         self._context.link.wake()
@@ -279,6 +314,7 @@ class NodeRunner:
     async def _end_tasks(self) -> None:
         """Cancel every task. Callbacks that ignore that are logged and abandoned."""
         mailbox = self._context.mailbox
+        # They have had `GRACE_SEC` in `_end_callbacks`. Waiting for them again would double the limit.
         waited_for = {each.task for each in mailbox.running if each.holding or each.concurrent}
         for task in tuple(self._tasks):
             task.cancel()
@@ -302,6 +338,7 @@ class NodeRunner:
         context, loop = self._context, self._context.link.loop
         if context.destroyed:
             return
+        # A node that does not run has no session to leave, and one that is stopping does it anyway.
         leaves = self._running and not context.stopping and loop is not None and loop.is_running()
         context.stopping = context.stopping or leaves
         self._destroy_parts()
@@ -313,10 +350,13 @@ class NodeRunner:
             self._done.set()
         if leaves and loop is not None:
             self._deadline = loop.time() + self._stop_timeout_sec
+            # In the background: `destroy` is a plain function, and its caller is often a callback of this
+            # node.
             self._leaving = self._spawn(self._empty_queues())
 
     def _destroy_parts(self) -> None:
         self._context.end_warnings()
+        # A copy, as each removes itself from the original.
         for timer in tuple(self._context.timers):
             timer.destroy()
         for endpoint in tuple(self._context.endpoints):

@@ -1,4 +1,4 @@
-"""What other nodes can do with a node's parameters: ROS 2's six services, and the topic `/parameter_events`.
+"""A node's parameters for other nodes: ROS 2's six services, and the topic `/parameter_events`.
 
 The handlers run through the mailbox, because they call the user's callbacks.
 """
@@ -46,10 +46,14 @@ class ParameterServices:
             context.log.warning(f"The node's name is too long for parameter services: {error}")
         topic = names.resolve_topic(EVENTS_TOPIC)
         self._events = Publisher(context, ParameterEvent, topic, qos_profile_parameter_events)
+        # Every node has it, so that warnings about publishers without subscriptions leave it out.
         endpoint_of(self._events).standard = True
+        # A listener and not a post-set callback: users can remove those, and one of theirs that raises
+        # would keep the event from being published.
         parameters.listeners.append(self._publish)
 
     def _publish(self, changes: ParameterChanges) -> None:
+        # Parameters of a node that has ended may still be set; nobody is told.
         if self._events.destroyed:
             return
         stamp = self._context.clock.now().to_msg()

@@ -303,6 +303,8 @@ class NodeParameters:
         Raises:
             TypeError: The callback is an `async def`.
         """
+        # In front, as in rclpy: callbacks of a subclass are added later, and see the parameters before the
+        # base's do.
         self._parameters.callbacks.pre_set.insert(0, require_plain(callback))
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:

@@ -85,6 +85,8 @@ def overridden(
             continue  # a publisher's alone
         field = policy.name.lower()
         name = f"qos_overrides.{topic}.{kind}{suffix}.{field}"
+        # Declared already by another endpoint of this node on the same topic and with the same id: they
+        # share it.
         if not parameters.has(name):
             fixed = ParameterDescriptor(read_only=True)
             parameters.declare(name, _plain(getattr(qos, field)), fixed)
@@ -94,6 +96,8 @@ def overridden(
         except (InvalidQoSProfileError, OverflowError, ValueError) as error:
             raise InvalidParameterValueError(name, value, str(error)) from None
     try:
+        # All at once, because policies depend on each other (history and depth), and the order in which
+        # they are listed must not matter.
         profile = replace(qos, **changes)
     except InvalidQoSProfileError as error:
         raise InvalidQoSProfileError(f"{error.reason} (of qos_overrides.{topic}.{kind}{suffix})") from None

@@ -36,12 +36,12 @@ TOPIC: Final = "/rosout"
 MAX_LINES: Final = 10_000
 """Lines that wait for the end of the loop turn or for the first session; beyond it the oldest are dropped."""
 MAX_WAITING_CHARACTERS: Final = 16 * 1024 * 1024
-"""The same for the characters of their messages."""
+"""Characters of the messages that wait; beyond it the oldest lines are dropped."""
 QUIET_SEC: Final = 0.1
 """How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
-log call; whoever subscribes meanwhile gets them at once."""
+log call. A subscription that appears meanwhile gets them at once."""
 QUIET_LINES: Final = 500
-"""So many collected lines are published without waiting for the end of `QUIET_SEC`."""
+"""Number of collected lines that are published without waiting for the end of `QUIET_SEC`."""
 MAX_CHARACTERS: Final = 16_384
 """Characters of a line that are published: many times a long traceback. A line is printed whole."""
 MAX_NAME: Final = 1024
@@ -86,8 +86,11 @@ class Rosout(PublisherEndpoint):
     def accept(self, record: logging.LogRecord) -> None:
         """Publish a record at the end of the loop turn. From any thread."""
         here = threading.get_ident() == self._thread
+        # Otherwise a warning about this publisher would be published by it, warn again, and so on for ever.
         if here and self._silent:
             return
+        # Outside the lock, as it takes the longest. It also copies what it needs: the record may change
+        # afterwards.
         line = _line(record)
         with self._lock:
             if self.refusal or self.destroyed:
@@ -99,6 +102,7 @@ class Rosout(PublisherEndpoint):
                 self._overflow += 1
             self._lines.append(line)
             loop = self.context.link.loop
+            # A flush that is due in `QUIET_SEC` is brought forward once, when `QUIET_LINES` are there.
             due = self._flush_due and (self.peers or len(self._lines) != QUIET_LINES)
             if due or loop is None or loop.is_closed():
                 return  # without a loop, the first session flushes
@@ -131,6 +135,7 @@ class Rosout(PublisherEndpoint):
     def flush_turn(self) -> None:
         """Encode the lines, and put them into the publisher queue."""
         with self._lock:
+            # Swapped under the lock, encoded after it: threads that log must not wait for that.
             lines, self._lines, self._characters = self._lines, [], 0
             self._flush_due = False
             if self.destroyed:  # another thread was late, and the broker knows this publisher no more
@@ -163,6 +168,7 @@ class Rosout(PublisherEndpoint):
 
     def declaration(self) -> frames.Frame:
         """Declare the publisher, in the loop's thread."""
+        # Here, and not in the constructor: a node may be made in another thread than the one it runs in.
         self._thread = threading.get_ident()
         return super().declaration()
 
@@ -177,7 +183,8 @@ class Rosout(PublisherEndpoint):
             super().refused(code, text)
 
     def destroy(self) -> None:
-        """Take no further lines, and send those that were taken."""
+        """Accept no further lines, and send those that were accepted."""
+        # First, so that what the rest of this logs does not come back here.
         self._remove_sink()
         if self._timer is not None:
             self._timer.cancel()

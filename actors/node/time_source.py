@@ -51,6 +51,8 @@ class TimeSource:
 
     def _attach(self) -> None:
         if self._subscription is None and not self._context.destroyed:
+            # Made before the source changes: if it cannot be made, the node keeps the wall clock, and not a
+            # time that never comes.
             self._subscription = ClockSubscription(self._context, self._names.resolve_topic(CLOCK_TOPIC))
             self._context.ros_time.activate(active=True)
 
@@ -79,6 +81,7 @@ class ClockSubscription(SubscriptionEndpoint):
         """Reader: set the time."""
         super().receive(attachment, batch)
         consumer = self.consumer
+        # Depth 1: only the newest message is there. An older time would be a step back.
         while consumer.backlog.pending:
             stamp = consumer.backlog.pop().clock
             consumer.calls += 1

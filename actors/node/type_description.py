@@ -36,6 +36,7 @@ class TypeDescriptionService:
         IdleService(context, GetTypeDescription, full_name, callback=self._answer, concurrent=True)
 
     def _answer(self, request: GetTypeDescription.Request) -> GetTypeDescription.Response:
+        # Only types in use, as in ROS 2: the service is no catalogue of everything that is installed.
         in_use = {each.interface for each in self._context.endpoints} - {None}
         found = next((each for each in in_use if type_hash(each) == request.type_hash), None)
         if found is None:

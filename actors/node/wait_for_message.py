@@ -49,6 +49,8 @@ async def wait_for_message(
     endpoint = endpoint_of(subscription)
     limit = endpoint.context.limit_sec(timeout_sec)
     try:
+        # A callback that waits here lets the node's other callbacks run, as it does with a call; otherwise
+        # the message could wait behind the callback that waits for it.
         with in_flight():
             async with time_limit(limit), aclosing(endpoint.consumer.iterate()) as messages:
                 async for message in messages:
@@ -57,4 +59,5 @@ async def wait_for_message(
         raise WaitTimeout(f"No message on '{subscription.topic_name}' within {limit:g} s") from error
     finally:
         subscription.destroy()
+    # The iteration ends without a message only if the subscription ends, and only the node's end does that.
     raise NodeDestroyed(f"Node '{node.get_fully_qualified_name()}' has been destroyed")

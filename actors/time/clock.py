@@ -56,9 +56,12 @@ class Clock:
         self._clock_type = ClockType(clock_type)
         steady = self._clock_type is ClockType.STEADY_TIME
         self._real_source = source or (time.monotonic_ns if steady else time.time_ns)
+        # Replaced when the source of time changes, so that `now` need not ask which one applies.
         self._source = self._real_source
         self._ros_time = ros_time or RosTime(_raise)
         self._ros_time.followers[self._jumped] = None
+        # All sleeps of this clock, to be woken when it is destroyed or jumps. A sleep that only had a timer
+        # would go on by a time that no longer applies.
         self._sleepers: set[asyncio.Future[None]] = set()
         self._destroyed = False
 
@@ -132,6 +135,8 @@ class Clock:
             raise ValueError("the duration of a sleep must be a number, not nan")
         ros_time, loop = self._ros_time, asyncio.get_running_loop()
         if ros_time.active and seconds > 0:
+            # Before the first message of `/clock` the time is 0. A deadline from there would be in the past
+            # as soon as the real value arrives, and the sleep would end at once.
             while not ros_time.known:
                 await self._wait(partial(ros_time.call_at, 0))  # until a time is set
             nanoseconds = seconds * NANOSECONDS_PER_SECOND
@@ -140,7 +145,9 @@ class Clock:
             while ros_time.time() < deadline_ns:
                 await self._wait(partial(ros_time.call_at, deadline_ns))
             return
+        # The loop's clock and not this one: a duration is not affected by somebody who sets the wall clock.
         deadline = loop.time() + seconds
+        # In a loop, because a jump wakes all sleeps to let them look again.
         while (remaining := deadline - loop.time()) > 0:
             await self._wait(partial(loop.call_later, min(remaining, _LONGEST_WAIT_SEC)))
 
@@ -182,6 +189,7 @@ class Clock:
         try:
             await sleeper
         finally:
+            # Also after a normal end: a sleeper that was woken by a jump has left its timer.
             handle.cancel()
             self._sleepers.discard(sleeper)
         # Both can also happen between the wake-up and now.
@@ -194,6 +202,7 @@ class Clock:
         del change, delta
         ros_time = self._ros_time
         self._source = ros_time.time if ros_time.active else self._real_source
+        # Waking only schedules the tasks, so the set does not change in this loop.
         for sleeper in self._sleepers:
             _wake(sleeper)
 

@@ -56,6 +56,7 @@ class JumpThreshold:
             raise ValueError("min_forward must be a positive non-zero duration")
         if self.min_backward is not None and self.min_backward.nanoseconds >= 0:
             raise ValueError("min_backward must be a negative non-zero duration")
+        # A threshold that never reports is a mistake that would otherwise show only by silence.
         if self.min_forward is None and self.min_backward is None and not self.on_clock_change:
             raise ValueError("At least one jump threshold must be enabled")
 
@@ -69,6 +70,8 @@ class JumpThreshold:
         Returns:
             True if it meets a condition.
         """
+        # The length of such a jump means nothing, because it compares two different clocks; it is given as
+        # zero.
         if change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             return self.on_clock_change
         forward, backward = self.min_forward, self.min_backward

@@ -40,6 +40,7 @@ class Rate:
             raise TypeError(f"A rate's frequency must be a number, got {frequency!r}")
         if not 0 < frequency < float("inf"):
             raise ValueError(f"A rate's frequency must be greater than zero, got {frequency}")
+        # At least a nanosecond: a frequency above 2 GHz would round to 0, and divide by it later.
         self._period = max(1, round(NANOSECONDS_PER_SECOND / frequency))
         self._clock = clock
         self._ros_time = ros_time_of(clock)
@@ -49,6 +50,8 @@ class Rate:
         self._wakers: dict[Callable[[], None], None] = {}
         self._destroyed = False
         try:
+            # So that the first sleep ends one period after the rate was made, as with rclpy, however long
+            # the setup in between takes.
             self._restart(asyncio.get_running_loop())
         except RuntimeError:
             return  # it starts with the first sleep
@@ -66,10 +69,13 @@ class Rate:
         if self._source is None:
             self._restart(loop)
         source = self._source
+        # From the last tick, not from now: what the body of the loop takes does not add to the period.
         passed = max(0, self._now(loop) - self._tick)
         tick = self._tick + (passed // self._period + 1) * self._period
         while not self._destroyed:
             left = tick - self._now(loop)
+            # Time has gone back, or comes from another clock: the planned tick means nothing any more, and
+            # might be hours away. A step back of less than a period only makes this sleep a little longer.
             if source != self._source_now() or left > self._period:
                 self._restart(loop)
                 source, left, tick = self._source, self._period, self._tick + self._period
@@ -77,8 +83,10 @@ class Rate:
                 break
             try:
                 await wait_on(self._clock, partial(self._schedule, loop, left))
+            # Not an error for a rate: the next round starts its ticks again.
             except TimeSourceChangedError:
                 continue
+        # `max`, as several tasks may sleep by one rate, and their order of waking is not defined.
         self._tick = max(self._tick, tick)
 
     def destroy(self) -> None:

@@ -40,7 +40,11 @@ class RosTime:
         self.followers: dict[Callable[[ClockChange, int], None], None] = {}
         self._on_error = on_error
         self._now = 0
+        # A dict as a set that keeps its order: calls for the same time run in the order in which they were
+        # scheduled.
         self._calls: dict[ScheduledCall, None] = {}
+        # Messages of `/clock` may come a thousand times a second, and seldom make anything due: this
+        # comparison spares the search. A cancelled call may leave it too early, which costs one search.
         self._next: float = math.inf
         """No call is due before this."""
 
@@ -63,8 +67,10 @@ class RosTime:
         first, self.known = not self.known, True
         with self._jump(ClockChange.ROS_TIME_NO_CHANGE, delta):
             self._now = nanoseconds
+            # Steps forward need no notice: everything that waits for them is in `_calls`.
             if first or delta < 0:
                 self._notify(ClockChange.ROS_TIME_NO_CHANGE, delta)
+        # After the jump callbacks, so that timers that become due find everything else at the new time.
         if nanoseconds >= self._next:
             self._run_due()
 
@@ -86,17 +92,21 @@ class RosTime:
         due = sorted((call for call in self._calls if call.when <= self._now), key=lambda call: call.when)
         for call in due:
             if call in self._calls:  # not cancelled by one before it
+                # Before the call, which may schedule itself again.
                 call.cancel()
                 call.callback()
         self._next = min((call.when for call in self._calls), default=math.inf)
 
     def _notify(self, change: ClockChange, delta: int) -> None:
+        # A copy: a follower may create or destroy a clock.
         for follower in tuple(self.followers):
             follower(change, delta)
 
     @contextmanager
     def _jump(self, change: ClockChange, delta: int) -> Generator[None]:
         """Call those jump callbacks that want this jump, before and after it."""
+        # Chosen before the jump: a callback that is registered in between has seen no `pre`, and gets no
+        # `post`.
         callbacks = [each for each in self.jump_callbacks if each.threshold.admits(change, delta)]
         for each in callbacks:
             self._call(each.pre_callback)

@@ -30,7 +30,9 @@ class _Stamp(Protocol):
     nanosec: int
 
 
-def _is_no(kind: type[object], other: object) -> bool:
+def _is_not(kind: type[object], other: object) -> bool:
+    # A function, because type checkers take the annotation's word for it, and call a plain `isinstance`
+    # needless and what follows unreachable.
     return not isinstance(other, kind)
 
 
@@ -85,17 +87,17 @@ class Duration:
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)
 
     def __add__(self, other: Duration) -> Duration:
-        if _is_no(Duration, other):
+        if _is_not(Duration, other):
             return NotImplemented
         return Duration(nanoseconds=self._nanoseconds + other._nanoseconds)
 
     def __sub__(self, other: Duration) -> Duration:
-        if _is_no(Duration, other):
+        if _is_not(Duration, other):
             return NotImplemented
         return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
 
     def __mul__(self, factor: float) -> Duration:
-        if _is_no(int, factor) and _is_no(float, factor):
+        if _is_not(int, factor) and _is_not(float, factor):
             return NotImplemented
         product = self._nanoseconds * factor
         return INFINITE if product == math.inf else Duration(nanoseconds=product)
@@ -109,7 +111,7 @@ class Duration:
         return isinstance(other, Duration) and self._nanoseconds == other._nanoseconds
 
     def __lt__(self, other: Duration) -> bool:
-        if _is_no(Duration, other):
+        if _is_not(Duration, other):
             return NotImplemented
         return self._nanoseconds < other._nanoseconds
 
@@ -151,6 +153,7 @@ class Time:
         nanoseconds: float = 0,
         clock_type: ClockType = ClockType.SYSTEM_TIME,
     ) -> None:
+        # Also if the sum would be positive: rclpy refuses each of them.
         if seconds < 0:
             raise ValueError("Seconds value must not be negative")
         if nanoseconds < 0:
@@ -193,7 +196,7 @@ class Time:
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)
 
     def __add__(self, other: Duration) -> Time:
-        if _is_no(Duration, other):
+        if _is_not(Duration, other):
             return NotImplemented
         return Time(nanoseconds=self._nanoseconds + other.nanoseconds, clock_type=self._clock_type)
 
@@ -205,9 +208,11 @@ class Time:
     def __sub__(self, other: Duration) -> Time: ...
     def __sub__(self, other: Time | Duration) -> Duration | Time:
         if isinstance(other, Time):
+            # A steady clock counts from an arbitrary zero: the difference to a wall clock would be a number
+            # without meaning.
             self._require_same_clock(other)
             return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
-        if _is_no(Duration, other):
+        if _is_not(Duration, other):
             return NotImplemented
         return Time(nanoseconds=self._nanoseconds - other.nanoseconds, clock_type=self._clock_type)
 
@@ -217,7 +222,7 @@ class Time:
         return self._nanoseconds == other._nanoseconds and self._clock_type is other._clock_type
 
     def __lt__(self, other: Time) -> bool:
-        if _is_no(Time, other):
+        if _is_not(Time, other):
             return NotImplemented
         self._require_same_clock(other)
         return self._nanoseconds < other._nanoseconds
