@@ -37,16 +37,16 @@ _HOME_OF = {
     "TopicStats": "proto.wire.stats",
 }
 
+if not TYPE_CHECKING:  # with a `__getattr__` in sight, type checkers accept each misspelt name
 
-def __getattr__(name: str) -> object:
-    if name == "__all__":  # what `from broker import *` takes
-        return sorted(_HOME_OF)
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'broker' has no attribute '{name}'")
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> object:
+        if name == "__all__":  # what `from broker import *` takes
+            return sorted(_HOME_OF)
+        if name not in _HOME_OF:
+            raise AttributeError(f"module 'broker' has no attribute '{name}'")
+        value = getattr(import_module(_HOME_OF[name]), name)
+        globals()[name] = value
+        return value
 
-
-def __dir__() -> list[str]:
-    return sorted({*_HOME_OF, *(name for name in globals() if name[:2] == "__"), "__all__"})
+    def __dir__() -> list[str]:
+        return sorted({*_HOME_OF, *(name for name in globals() if name[:2] == "__"), "__all__"})
