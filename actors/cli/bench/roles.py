@@ -34,6 +34,8 @@ WARM_UP_CALLS: Final = 200
 BURST_BYTES: Final = 64 * 1024
 BURST_MESSAGES: Final = 200
 """What is published before the loop gets its turn: whichever is less."""
+LEAST_MESSAGES: Final = 2
+"""A rate needs a first and a last message, however short the load is."""
 LONGEST_TEXT_BYTES: Final = 4096
 """Nobody sends texts that are longer; from here on it is binary data."""
 
@@ -83,7 +85,7 @@ async def publisher(
         await end.wait_for_subscriptions(1, MEETING_SEC)
         load = Load(broker_pid)
         sent = 0
-        while load.elapsed_sec < seconds:
+        while load.elapsed_sec < seconds or sent < LEAST_MESSAGES:
             for _each in range(burst):
                 pub.publish(message)
             sent += burst
@@ -107,7 +109,7 @@ class Arrivals:
     def on_message(self, _: object) -> None:
         """Count one."""
         self.received += 1
-        if self.received == 1:
+        if self.received == 1:  # never the last one, see LEAST_MESSAGES
             self.began = time.perf_counter()
         elif self.received == self._due:
             self._finish()
