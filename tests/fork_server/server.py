@@ -52,7 +52,7 @@ MODULES: Final = ("uvloop", "broker", "broker.daemon.command", "actors", "actors
 PACKAGES: Final = ("actors.cli.commands", "actors.interfaces")
 """Packages that are imported with their modules."""
 
-LATE: Final = ("actors.cli.commands.top.", "actors.interfaces.test_msgs")
+LATE: Final = ("actors.cli.commands.top.",)
 """Modules that few programs need, and that take long."""
 
 ROOTS: Final = frozenset({"__main__", "builtins", "sys"})
