@@ -150,7 +150,7 @@ def test_changed_rules_hold_at_once(kind: str) -> None:
     [
         ("import = ['nobody']", r"mesh.import\[0\]: there is no role 'nobody'"),
         ("export = 'fleet'", "mesh.export must be an array"),
-        ("both = []", "mesh.'both' is not known"),
+        ("both = []", "mesh.'both' is not a known key here"),
         ("import = ['near']", "the role 'near' has 'from'"),
     ],
 )
