@@ -66,7 +66,7 @@ class LimitedLog:
         """Return whether to log a line now; count it if not.
 
         Args:
-            reason: What such lines have in common, in words for the sum.
+            reason: The kind of line, as the line with the count names it.
         """
         self.report_omitted()
         now = self._clock()

@@ -3,7 +3,7 @@
 An arena is a memfd. It has no name in a file system and ends with the last process that has it. Others open
 it as `/proc/<process>/fd/<number>`, which the kernel allows to the same user only. Seals keep its size, so
 that a mapping never fails later, and (Linux 5.1) keep everybody else from writing. The random token at its
-start proves that the number still stands for it.
+start proves that the descriptor still belongs to it, and not to a later file.
 """
 
 from __future__ import annotations
@@ -42,11 +42,12 @@ MAX_ARENA_BYTES: Final = 2 * ARENA_BYTES
 """The largest arena of others that is mapped: one held message keeps all of its memory."""
 
 BACKED_BYTES: Final = 1024 * 1024
-"""How much memory is asked for at a time. Without it a full system would end the process that writes."""
+"""How much memory is reserved at a time. Without a reservation, a write on a system without free memory would
+kill the process (SIGBUS)."""
 
 NAME: Final = "callboard"
 _LINK: Final = f"/memfd:{NAME}"
-"""What the number of an arena is a link to."""
+"""The target of an arena's link in /proc."""
 
 _KEPT_SIZE: Final = 0x0002 | 0x0004
 """F_SEAL_SHRINK and F_SEAL_GROW."""
@@ -59,7 +60,7 @@ _NEVER_EXECUTED: Final = 0x0008
 """MFD_NOEXEC_SEAL, without which some systems create no memory file."""
 
 SUPPORTED: Final = sys.platform == "linux" and hasattr(os, "memfd_create") and hasattr(fcntl, "F_ADD_SEALS")
-"""Whether this platform has what arenas need."""
+"""Whether this platform has sealed memory files."""
 
 _numbers: Final = count(1)
 _own: Final[weakref.WeakValueDictionary[bytes, Arena]] = weakref.WeakValueDictionary()
@@ -124,14 +125,16 @@ class Arena:
         self._writable[: len(token)] = token
         self._extents = Extents(PAGE_BYTES, size)
         self._released: list[tuple[int, int]] = []
-        """Slots that nothing holds any more: freed later, since the last holder may go at any moment."""
+        """Slots that nothing holds any more. Freed at the next `put`, because the last holder may be
+        collected in the middle of an allocation."""
         self._release = partial(_add_extent, self._released)
         self._slots: dict[int, weakref.ref[Slot]] = {}
         """The last slot at each offset, for readers in this process."""
         self._kept: set[Slot] = set()
         """Slots that forked children may still read in place: they are not used again."""
         self._generation = secrets.randbits(63)
-        """Of the last slot. By chance no message has its number where an earlier slot began."""
+        """The generation of the newest slot. It starts at a random number, so that bytes of an older message
+        are not mistaken for it."""
         self._process = os.getpid()
         self.announcement = frames.Arena(next(_numbers), self._process, descriptor, size, token)
         _own[token] = self
@@ -193,7 +196,7 @@ class Arena:
         It is no copy if the batch is all of a slot: the slot is held as long as the payload or a part of it.
 
         Args:
-            reference: What the reader has received.
+            reference: The REFERENCE that the reader has received.
 
         Returns:
             None if the slot is used for other messages by now.
@@ -217,7 +220,7 @@ class Arena:
         return memoryview(holder).cast("B")[first - ARRAY_HEAD_BYTES : first + slot.size].toreadonly()
 
     def keep_for_child(self) -> None:
-        """Use no slot again that a child which is about to be forked gets a view of."""
+        """Keep the slots that are read in place, before a fork: the child may read them at any later time."""
         slots = (known() for known in tuple(self._slots.values()))
         self._kept.update(slot for slot in slots if slot is not None and slot.in_place)
 
@@ -247,7 +250,7 @@ class Arena:
         return () if self._descriptor < 0 else (self._descriptor,)
 
     def close(self) -> None:
-        """Let nobody open it any more; slots stay valid."""
+        """Close the memory file, so that no process can open it any more; slots stay valid."""
         descriptor, self._descriptor = self._descriptor, -1
         if descriptor >= 0:
             os.close(descriptor)
@@ -372,7 +375,7 @@ def open_arena(arena: frames.Arena) -> memoryview:
 
 
 def reader(arena: frames.Arena) -> Callable[[frames.Reference], Buffer | None]:
-    """Return what gives the payloads of batches in an arena: of other processes as copies.
+    """Return a function that reads the payload of a batch in an arena; it copies those of other processes.
 
     Args:
         arena: As announced.
@@ -381,4 +384,5 @@ def reader(arena: frames.Arena) -> Callable[[frames.Reference], Buffer | None]:
         ArenaError: It cannot be opened, or is not what was announced.
     """
     own = _own.get(arena.token)
+    # A forked child has the parent's arena in `_own`, but does not hold its slots: it must copy, too.
     return partial(copy_payload, open_arena(arena)) if own is None or own.inherited else own.read

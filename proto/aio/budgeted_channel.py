@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from proto.wire.session import Role
 
 CONTENDED_READ_BYTES: Final = 64 * 1024
-"""What a connection may read at once while others wait for the budget, because it may have to be kept."""
+"""Bytes that a connection may read at once while others wait for the budget: the rest of a share must be
+kept, which costs a copy and memory."""
 
 
 class BudgetedChannel(Channel):
@@ -85,6 +86,7 @@ class BudgetedChannel(Channel):
         """Called by asyncio: handle a share of the received frames, unless the budget is exhausted."""
         budget = self._budget
         if budget.exhausted:
+            # asyncio has read already; the bytes must leave the scratch buffer, which the next channel uses.
             self._put_off(nbytes)
             return
         began = budget.clock()

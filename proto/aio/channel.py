@@ -29,11 +29,11 @@ GATHER_BYTES: Final = 2 * limits.HIGH_WATER_BYTES
 stays in the outbox, where depth and credit still apply: what the transport has cannot be dropped any more."""
 
 TURN_BYTES: Final = 256 * 1024
-"""What one connection may read without a break, or write of large frames, before the other connections are
+"""Bytes that one connection may read in a row, or write of large frames, before the other connections are
 served. A small message waits for at most this much of a large one."""
 
 _JOIN_BYTES: Final = 64 * 1024
-"""Up to this size joining frames costs less than passing them to the kernel one by one."""
+"""Up to this size, joining frames is cheaper than passing them to the kernel one by one."""
 
 
 class _Scratch(threading.local):
@@ -182,7 +182,7 @@ class Channel(asyncio.BufferedProtocol):
             self._linger.cancel()
         handler, self._handler = self._handler, _NO_HANDLER
         handler.closed(exc)
-        # Nothing refers to this channel in a circle now: its memory is free without the garbage collector.
+        # The handler is gone, so no reference cycle is left: memory is freed without the garbage collector.
         if self._receiver is not None:
             self._receiver.discard()
         self._receiver = None
@@ -364,6 +364,7 @@ def _set_socket_options(sock: socket.socket | None) -> None:
     if sock is None or sock.family not in {socket.AF_INET, socket.AF_INET6}:
         return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    # What the kernel holds cannot be dropped or overtaken any more, so it should hold little.
     lowat = getattr(socket, "TCP_NOTSENT_LOWAT", None)
     if lowat is not None:
         sock.setsockopt(socket.IPPROTO_TCP, lowat, limits.NOTSENT_LOWAT_BYTES)

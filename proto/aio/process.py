@@ -25,7 +25,7 @@ KEPT_BYTES: Final = 64 * 1024 * 1024
 pages to the kernel and requests them again, which takes a third of the time with 64 KiB messages."""
 
 MAPPED_BYTES: Final = 32 * 1024 * 1024
-"""Blocks up to this size (glibc's maximum) come from the heap, for the same reason."""
+"""Blocks up to this size (glibc's maximum) come from the heap and not from mmap, for the same reason."""
 
 GROWTH_BYTES: Final = 1024 * 1024
 """The heap grows by this much at a time."""
@@ -115,7 +115,7 @@ def configure_process() -> None:
 
 
 def make_full_collections_rare() -> None:
-    """Let the garbage collector seldom look at all objects, because that takes 60 ms for a million of them.
+    """Make full garbage collections rare, because one takes 60 ms for a million objects.
 
     For a process whose long-lived objects are in no reference cycles, and so are freed without the collector.
     """
@@ -123,7 +123,7 @@ def make_full_collections_rare() -> None:
 
 
 def return_memory() -> None:
-    """Return to the system what has been freed and malloc keeps, if `configure_process` has configured it.
+    """Return freed memory that malloc keeps to the system, if `configure_process` has configured malloc.
 
     It takes some milliseconds for each 100 MiB: call it seldom.
     """

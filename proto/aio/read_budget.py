@@ -59,7 +59,7 @@ class ReadBudget:
         self._waiting: deque[Reader] = deque()
 
     def spend(self, seconds: float) -> None:
-        """Count what handling frames took."""
+        """Count the time that handling frames took."""
         self._spent_sec = spent = self._spent_sec + seconds
         # Below a share no renewal is scheduled, so a broker with little to do pays nothing for its budget.
         if spent >= SHARE_SEC:
@@ -83,6 +83,7 @@ class ReadBudget:
         self._spent_sec = 0.0
         waiting = self._waiting
         try:
+            # Only those that wait now: one that waits again gets its next share in the next turn.
             for _ in range(len(waiting)):
                 if self.exhausted:
                     break

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 def session_proof(secret: bytes, session: int, ends: bytes) -> bytes:
-    """Return what only a process that has read a broker's secret can say on this connection (PROOF).
+    """Return the content of PROOF: only a process that has read the broker's secret can compute it.
 
     Args:
-        secret: What the client has read.
+        secret: The broker's secret, as the client has read it.
         session: The number of the session.
         ends: The connection's `connection_ends`. Without them a process of another user that a client takes
             for the broker could repeat the client's proof on a connection of its own.

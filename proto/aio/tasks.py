@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
 RESTART_PAUSE_SEC: Final = 1.0
-"""Between a failure and the restart, so that a task that fails at once does not fill the log."""
+"""Pause between a failure and the restart, so that a task that fails at once does not fill the log."""
 
 
 async def keep_running(

@@ -78,7 +78,7 @@ class NoticeKind(IntEnum):
 
 
 class Capability(StrEnum):
-    """What a broker can do that older ones cannot: words in `capabilities` of WELCOME."""
+    """Abilities of a broker that older ones lack: words in `capabilities` of WELCOME."""
 
     STRICT_QOS = "strict_qos"
     """It keeps to `strict` in qos maps: incompatible endpoints do not match if one of them is strict."""

@@ -52,7 +52,7 @@ class Transfer:
     Args:
         transfer_id: Its id.
         raw: The encoded frame.
-        head: What precedes `raw` in the frame, if the two are not joined.
+        head: The bytes before `raw` in the frame, if the two are not joined.
         shared: Whether `raw` is shared memory, which must not be left in the buffer of a transport.
     """
 
@@ -86,7 +86,7 @@ class Transfers:
     Attributes:
         full: Whether `limits.MAX_TRANSFERS` are open.
         max_bytes: Size of the open transfers together, if there is more than one; set by the owner.
-        references: What may be sent by reference instead; None for nothing. Set by the owner.
+        references: Sends messages in shared memory by reference; None if the link has none. Set by the owner.
     """
 
     __slots__ = ("_bytes", "_next_id", "_open", "full", "max_bytes", "references")
@@ -160,14 +160,14 @@ class ByteTotal:
 
 
 class ReassemblyTotal(ByteTotal):
-    """What several receivers hold of incomplete frames.
+    """Bytes of incomplete frames that several receivers hold together.
 
     Args:
-        max_bytes: How much that may be; the owner sees to it.
+        max_bytes: The limit, which the owner enforces.
         on_refused: Called for each frame discarded.
 
     Attributes:
-        bytes: How much that is.
+        bytes: Bytes held now.
         refusing: Whether to discard the parts of large BATCH frames that begin now.
         refused: Frames discarded.
     """

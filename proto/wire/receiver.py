@@ -46,7 +46,8 @@ _REPEATED: Final = frozenset({Op.ACCEPTED, Op.MATCHED, Op.UNDECLARE})
 """Frames that are often the same, whatever the link."""
 
 _TINY: Final = range(limits.PREFIX_BYTES + 2, limits.PREFIX_BYTES + 12)
-"""The sizes of usual ones."""
+"""Encoded sizes of such frames. Longer ones are not cached, so that a peer cannot fill the cache with
+bytes."""
 
 PARTS: Final = frozenset({frames.Fragment, frames.Abort})
 """Frames about parts of others, which the receiver itself handles."""

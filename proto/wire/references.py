@@ -30,7 +30,7 @@ GENERATION_BYTES: Final = 8
 """The little-endian generation at the start of a slot."""
 
 SLOT_HEAD_BYTES: Final = 64
-"""What precedes the messages in a slot. Its last bytes are the array head of the batch."""
+"""Bytes before the messages in a slot. The last of them are the array head of the batch."""
 
 AHEAD_BYTES: Final = 8 * 1024 * 1024
 """Messages that a broker refers to before the reader has released some. Like the buffer of a socket it must
@@ -51,7 +51,7 @@ class Slot:
         arena: Where they are.
         memory: All of the arena.
         offset: Where the slot begins there.
-        generation: What it begins with.
+        generation: The number that its owner has written at its start.
         release: Called with the slot when nothing else holds it any more.
 
     Attributes:
@@ -90,7 +90,7 @@ class Slot:
         self._release = release
 
     def __del__(self) -> None:
-        """Release it."""
+        """Tell the owner that the last holder is gone."""
         self._release(self)
 
 
@@ -142,7 +142,7 @@ def copy_payload(memory: memoryview, reference: Reference) -> bytes | None:
 
     Args:
         memory: The arena.
-        reference: What it refers to.
+        reference: Where the batch is in the arena.
 
     Returns:
         None if the slot is used for other messages by now.
@@ -170,12 +170,12 @@ def check_inside(reference: Reference, arena_bytes: int) -> None:
 
 
 class References:
-    """What one link sends by reference: the arenas that its peer has opened, and the slots that it may read.
+    """Messages that one link sends by reference: arenas that its peer has opened, and slots that it may read.
 
     Args:
         announce: Called with an arena when the first message in it is to be sent; sends ARENA if the peer can
             still open it. Until it has, messages are sent as bytes.
-        max_held_bytes: Refer to nothing more while the peer may read this much.
+        max_held_bytes: Limit of `held_bytes`: beyond it, `full` is true until the peer releases some.
 
     Attributes:
         held_bytes: Size of the messages that the peer may read.

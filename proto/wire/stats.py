@@ -309,7 +309,7 @@ class MeshBrokerStats(NamedTuple):
 
     Attributes:
         number: Its number, from 1: `broker` of entries of the graph.
-        name: Its name for people, which others may have, too; empty if it is not known yet.
+        name: Its name in listings, which others may have, too; empty if it is not known yet.
         version: Its version of callboard.
         direct: Whether it is connected with this one, not by way of others.
         round_trip_us: Microseconds of the last round trip to it and back; 0 if none has been measured.

@@ -1,4 +1,4 @@
-"""What can go wrong with TLS between a client and a broker, and what to do about it, in words.
+"""Explains failures of TLS between a client and a broker: the cause, and the remedy.
 
 The errors are OpenSSL's: those of verifying a certificate have a number, the others the name of a reason.
 """
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from proto.wire.url import BrokerUrl
 
 _SHOWN_NAMES: Final = 10
-"""Names of a certificate that an error text has."""
+"""Names of a certificate that an error text lists."""
 
 
 class TlsFiles(NamedTuple):
@@ -81,7 +81,7 @@ def _words(error: OSError) -> str:
 
 
 def fault_of(error: OSError) -> TlsFault:
-    """Return what the failure of a client's handshake means."""
+    """Return the cause of a failed handshake of a client."""
     code = getattr(error, "verify_code", None)
     if code is not None:
         return _VERIFY_FAULTS.get(code, TlsFault.INVALID_CERTIFICATE)
@@ -89,12 +89,12 @@ def fault_of(error: OSError) -> TlsFault:
 
 
 def explain(fault: TlsFault, url: BrokerUrl, files: TlsFiles, error: OSError, names: tuple[str, ...]) -> str:
-    """Return why a client has no TLS session with a broker, and what to do.
+    """Return the text of an error: why a client has no TLS session with a broker, and the remedy.
 
     Args:
-        fault: What is wrong.
+        fault: The cause.
         url: The broker.
-        files: What the client uses.
+        files: The client's files.
         error: The error, for faults without a text of their own.
         names: The names in the broker's certificate, for WRONG_HOST.
     """
