@@ -10,7 +10,13 @@ from __future__ import annotations
 
 from actors.lazy import lazy_imports
 
-with lazy_imports(__name__):
+_RENAMED = {
+    "InvalidGoalTransition": "InvalidGoalTransitionError",
+    "NodeAlreadyRunning": "NodeAlreadyRunningError",
+    "TimeSourceChangedError": "TimeSourceChanged",
+}
+
+with lazy_imports(__name__, renamed=_RENAMED):
     from actors.actions.client import ActionClient as ActionClient
     from actors.actions.client_goal import ClientGoalHandle as ClientGoalHandle
     from actors.actions.client_goal import GoalResult as GoalResult
@@ -46,8 +52,8 @@ with lazy_imports(__name__):
     from actors.errors import CallFailed as CallFailed
     from actors.errors import GoalRejected as GoalRejected
     from actors.errors import GoalUnknown as GoalUnknown
-    from actors.errors import InvalidGoalTransition as InvalidGoalTransition
-    from actors.errors import NodeAlreadyRunning as NodeAlreadyRunning
+    from actors.errors import InvalidGoalTransitionError as InvalidGoalTransitionError
+    from actors.errors import NodeAlreadyRunningError as NodeAlreadyRunningError
     from actors.errors import NodeDestroyed as NodeDestroyed
     from actors.errors import NodeNameTaken as NodeNameTaken
     from actors.errors import NotAuthorized as NotAuthorized
@@ -58,7 +64,7 @@ with lazy_imports(__name__):
     from actors.errors import ServiceTimeout as ServiceTimeout
     from actors.errors import ServiceUnavailable as ServiceUnavailable
     from actors.errors import SupervisorGaveUp as SupervisorGaveUp
-    from actors.errors import TimeSourceChangedError as TimeSourceChangedError
+    from actors.errors import TimeSourceChanged as TimeSourceChanged
     from actors.errors import TlsFailed as TlsFailed
     from actors.errors import WaitTimeout as WaitTimeout
     from actors.graph.broker_report import BrokerReport as BrokerReport

@@ -1,27 +1,30 @@
 """Errors of nodes, clients and supervisors.
 
     CallboardError (proto.errors)
-    ├── BrokerUnreachable (ConnectionError)   no broker answered in time, or the link broke
-    │   └── TlsFailed                         no TLS session with the broker; `fault` says why
+    ├── BrokerUnreachable (ConnectionError)     no broker answered in time, or the link broke
+    │   └── TlsFailed                           no TLS session with the broker; `fault` says why
     ├── ProtocolError (proto.errors)
-    │   └── NotAuthorized                     the broker requires other credentials, or they must not be sent
-    ├── NodeNameTaken                         another live node has this full name, unshared
-    ├── NodeDestroyed (RuntimeError)          the node or entity has been destroyed
-    ├── NodeAlreadyRunning (RuntimeError)     a node runs once at a time
-    ├── PublisherRefused                      the broker refuses this publisher
-    ├── PublisherFull                         a KEEP_ALL publisher's readers are too slow; wait for ready()
-    ├── TimeSourceChangedError (RuntimeError) simulated time was switched on or off during a sleep
-    ├── WaitTimeout (TimeoutError)            a wait or a call from another thread did not finish in time
-    ├── CallCancelled                         a call from another thread was cancelled in the loop
-    ├── SupervisorGaveUp                      a child has died too often
-    ├── GoalRejected                          an action server has rejected the goal
-    ├── InvalidGoalTransition (RuntimeError)  a goal cannot go from its state into this one
-    └── CallFailed                            a call ended without a reply:
-        ├── ServiceUnavailable                no server, no connection, or it broke before the reply
-        │   └── ServiceOverloaded             a limit on waiting calls is reached
-        ├── ServiceTimeout (TimeoutError)     the deadline passed
-        ├── GoalUnknown                       the action server does not know the goal, or no longer
-        └── RemoteError                       the handler raised
+    │   └── NotAuthorized                       the broker requires other credentials, or they must not leave
+    ├── NodeNameTaken                           another live node has this full name, unshared
+    ├── NodeDestroyed (RuntimeError)            the node or entity has been destroyed
+    ├── NodeAlreadyRunningError (RuntimeError)  a node runs once at a time
+    ├── PublisherRefused                        the broker refuses this publisher
+    ├── PublisherFull                           a KEEP_ALL publisher's readers are too slow; wait for ready()
+    ├── TimeSourceChanged (RuntimeError)        simulated time was switched on or off during a sleep
+    ├── WaitTimeout (TimeoutError)              a wait or a call from another thread did not finish in time
+    ├── CallCancelled                           a call from another thread was cancelled in the loop
+    ├── SupervisorGaveUp                        a child has died too often
+    ├── GoalRejected                            an action server has rejected the goal
+    ├── InvalidGoalTransitionError (RuntimeError)  a goal cannot go from its state into this one
+    └── CallFailed                              a call ended without a reply:
+        ├── ServiceUnavailable                  no server, no connection, or it broke before the reply
+        │   └── ServiceOverloaded               a limit on waiting calls is reached
+        ├── ServiceTimeout (TimeoutError)       the deadline passed
+        ├── GoalUnknown                         the action server does not know the goal, or no longer
+        └── RemoteError                         the handler raised
+
+A condition of the running system has no suffix: a program handles it. A mistake of the program or of its
+input ends in Error: somebody corrects it. docs/reference/errors.md lists all, and the exceptions to the rule.
 
 Other errors are in the packages that raise them: actors/interfaces/errors.py, actors/parameters/errors.py,
 actors/arguments/ros_arguments.py, and proto/errors.py for names and URLs.
@@ -60,7 +63,7 @@ class NotAuthorized(ProtocolError):
         super().__init__(ErrorCode.UNAUTHORIZED, text)
 
 
-class TimeSourceChangedError(CallboardError, RuntimeError):
+class TimeSourceChanged(CallboardError, RuntimeError):
     """Simulated time was switched on or off during a sleep, which so has no defined end."""
 
 
@@ -72,7 +75,7 @@ class NodeDestroyed(CallboardError, RuntimeError):
     """The node or entity has been destroyed."""
 
 
-class NodeAlreadyRunning(CallboardError, RuntimeError):
+class NodeAlreadyRunningError(CallboardError, RuntimeError):
     """A node runs once at a time."""
 
 
@@ -115,7 +118,7 @@ class GoalRejected(CallboardError):
     """The action server has rejected the goal: it has no result, no feedback, and cannot be cancelled."""
 
 
-class InvalidGoalTransition(CallboardError, RuntimeError):
+class InvalidGoalTransitionError(CallboardError, RuntimeError):
     """A goal cannot go from its state into this one; for example, an ended goal cannot succeed."""
 
 

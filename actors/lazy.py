@@ -51,10 +51,13 @@ class lazy_imports:  # noqa: N801 - used like a statement
 
     Args:
         package: The package's `__name__`.
+        renamed: Former names of exports and the present ones. The former work for one version, with a
+            DeprecationWarning, and are not listed.
     """
 
-    def __init__(self, package: str) -> None:
+    def __init__(self, package: str, *, renamed: Mapping[str, str] | None = None) -> None:
         self._package = package
+        self._renamed = renamed or {}
         self._namespace = vars(sys.modules[package])
 
     def __enter__(self) -> None:
@@ -84,7 +87,16 @@ class lazy_imports:  # noqa: N801 - used like a statement
             }
 
         def get_name(name: str) -> object:
-            return sorted(exports()) if name == "__all__" else get(name)  # what `from package import *` takes
+            if name == "__all__":  # what `from package import *` takes
+                return sorted(exports())
+            if name not in self._renamed:
+                return get(name)
+            import warnings  # noqa: PLC0415 - `import actors` shall not load it
+
+            new = self._renamed[name]
+            text = f"{self._package}.{name} is called {self._package}.{new}"
+            warnings.warn(text, DeprecationWarning, stacklevel=2)
+            return getattr(sys.modules[self._package], new)
 
         def names() -> list[str]:
             return sorted(exports() | {name for name in namespace if name[:2] == "__"})

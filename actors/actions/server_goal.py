@@ -79,7 +79,7 @@ class GoalProgress:
         """Change the state.
 
         Raises:
-            InvalidGoalTransition: The event cannot happen in this state.
+            InvalidGoalTransitionError: The event cannot happen in this state.
         """
         self.state = next_state(self.state, event)
         self.server.state_changed()
@@ -88,7 +88,7 @@ class GoalProgress:
         """Enter a terminal state; finish the goal if it has a result, or no execute callback returns one.
 
         Raises:
-            InvalidGoalTransition: The event cannot happen in this state.
+            InvalidGoalTransitionError: The event cannot happen in this state.
             TypeError, InvalidMessageError: The result is not valid.
         """
         size = 0 if result is None else self.server.require_result(result)
@@ -172,7 +172,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             result: The result. None: what the execute callback returns.
 
         Raises:
-            InvalidGoalTransition: The goal is not being executed, or has ended.
+            InvalidGoalTransitionError: The goal is not being executed, or has ended.
             TypeError: Not a result of this action.
             InvalidMessageError: A field of the result has a wrong type or is out of range.
         """
@@ -185,7 +185,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             result: The result. None: what the execute callback returns.
 
         Raises:
-            InvalidGoalTransition: The goal has ended.
+            InvalidGoalTransitionError: The goal has ended.
             TypeError: Not a result of this action.
             InvalidMessageError: A field of the result has a wrong type or is out of range.
         """
@@ -198,7 +198,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             result: The result. None: what the execute callback returns.
 
         Raises:
-            InvalidGoalTransition: No cancellation has been accepted, or the goal has ended.
+            InvalidGoalTransitionError: No cancellation has been accepted, or the goal has ended.
             TypeError: Not a result of this action.
             InvalidMessageError: A field of the result has a wrong type or is out of range.
         """

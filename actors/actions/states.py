@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum, IntEnum, auto
 from typing import Final
 
-from actors.errors import InvalidGoalTransition
+from actors.errors import InvalidGoalTransitionError
 
 
 class GoalState(IntEnum):
@@ -57,9 +57,11 @@ def next_state(state: GoalState, event: GoalEvent) -> GoalState:
     """Return the state after an event.
 
     Raises:
-        InvalidGoalTransition: The event cannot happen in this state.
+        InvalidGoalTransitionError: The event cannot happen in this state.
     """
     try:
         return TRANSITIONS[state, event]
     except KeyError:
-        raise InvalidGoalTransition(f"{event.name} is not possible for a goal that is {state.name}") from None
+        raise InvalidGoalTransitionError(
+            f"{event.name} is not possible for a goal that is {state.name}"
+        ) from None

@@ -687,7 +687,7 @@ class Node(NodeGraph, NodeParameters):
         Raises:
             BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
             NodeNameTaken: Another live node has this full name, and not both share it.
-            NodeAlreadyRunning: It runs already.
+            NodeAlreadyRunningError: It runs already.
             NodeDestroyed: It has been destroyed.
         """
         await self._node_runner.begin()
@@ -711,7 +711,7 @@ class Node(NodeGraph, NodeParameters):
         """Run until `destroy_node` is called, or the task is cancelled.
 
         Raises:
-            NodeAlreadyRunning: It runs already.
+            NodeAlreadyRunningError: It runs already.
             BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
             NodeNameTaken: Another live node has this full name, and not both share it.
             NodeDestroyed: It has been destroyed before.

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import CallbackBudget
 from actors.callbacks.functions import exit_ends_node
-from actors.errors import BrokerUnreachable, NodeAlreadyRunning
+from actors.errors import BrokerUnreachable, NodeAlreadyRunningError
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -85,13 +85,13 @@ class NodeRunner:
         name for a silent node, it waits until that is decided.
 
         Raises:
-            NodeAlreadyRunning: It runs already.
+            NodeAlreadyRunningError: It runs already.
             NodeDestroyed: It has been destroyed.
             BrokerUnreachable: No broker has accepted the node within `connect_timeout_sec`.
         """
         context, link = self._context, self._context.link
         if self._running:
-            raise NodeAlreadyRunning(f"Node '{context.full_name}' is running already")
+            raise NodeAlreadyRunningError(f"Node '{context.full_name}' is running already")
         context.require_alive()
         # Before the first await, so that a second `async with` in another task finds it.
         self._running = True

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from actors.lazy import lazy_imports
 
-with lazy_imports(__name__):
-    from actors.threads.errors import ThreadStoppedError as ThreadStoppedError
-    from actors.threads.errors import TooManyCallsError as TooManyCallsError
+_RENAMED = {"ThreadStoppedError": "ThreadStopped", "TooManyCallsError": "TooManyCalls"}
+
+with lazy_imports(__name__, renamed=_RENAMED):
+    from actors.threads.errors import ThreadStopped as ThreadStopped
+    from actors.threads.errors import TooManyCalls as TooManyCalls
     from actors.threads.node_thread import NodeThread as NodeThread
     from actors.threads.publisher import ThreadPublisher as ThreadPublisher

@@ -21,7 +21,7 @@ from actors.errors import CallCancelled, WaitTimeout
 from actors.node.node_runner import GRACE_SEC
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from actors.runtime.run import LAST_TASKS_SEC
-from actors.threads.errors import ThreadStoppedError, TooManyCallsError
+from actors.threads.errors import ThreadStopped, TooManyCalls
 from proto.aio.process import new_event_loop
 from proto.errors import CallboardError
 
@@ -105,7 +105,7 @@ class LoopThread:
         failure = self._failure
         # The loop factory has failed: `start` waits for this future.
         if not self._started.done():
-            self._started.set_exception(failure or ThreadStoppedError("The loop has ended at once"))
+            self._started.set_exception(failure or ThreadStopped("The loop has ended at once"))
         if failure is None:
             self.ended.set_result(None)
         else:
@@ -148,11 +148,11 @@ class LoopThread:
         self._stop_asked.set()
 
     def require_running(self) -> None:
-        """Raise ThreadStoppedError unless the thread runs, in this process."""
+        """Raise ThreadStopped unless the thread runs, in this process."""
         if not self._running:
             raise self._stopped()
 
-    def _stopped(self) -> ThreadStoppedError:
+    def _stopped(self) -> ThreadStopped:
         if not self._pid:
             why = "has not been started"
         elif self._pid != os.getpid():
@@ -161,12 +161,12 @@ class LoopThread:
             why = f"has ended: {type(self._failure).__name__}: {self._failure}"
         else:
             why = "has been stopped"
-        error = ThreadStoppedError(f"The thread '{self._thread.name}' {why}")
+        error = ThreadStopped(f"The thread '{self._thread.name}' {why}")
         error.__cause__ = self._failure
         return error
 
     def post(self, callback: Callable[..., object], *args: Any) -> None:
-        """Call a function in the loop, after those before it; raise ThreadStoppedError if it has ended."""
+        """Call a function in the loop, after those before it; raise ThreadStopped if it has ended."""
         self.require_running()  # before the lock: in a forked child nobody may be left to release it
         with self._lock:
             # Again under the lock, which `refuse_calls` holds while it ends the thread: between the two, a
@@ -189,7 +189,7 @@ class LoopThread:
             raise TypeError(f"Expected a coroutine or a function, such as a lambda, not {work!r}")
         try:
             if len(self._calls) >= MAX_CALLS:
-                raise TooManyCallsError(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")
+                raise TooManyCalls(f"{MAX_CALLS} calls in '{self._thread.name}' have not ended")
             # Before `post`: the loop may have completed the call before this thread goes on.
             self._calls.add(future)
             self.post(self._begin, future, work)
@@ -242,7 +242,7 @@ class LoopThread:
         self._complete(self._tasks.pop(task), task)
 
     def _complete(self, future: Future[Any], task: asyncio.Task[Any] | None) -> None:
-        """Give a call its result, or ThreadStoppedError without a task; do nothing if it is complete."""
+        """Give a call its result, or ThreadStopped without a task; do nothing if it is complete."""
         try:
             self._calls.remove(future)
         except KeyError:
@@ -262,7 +262,7 @@ class LoopThread:
             future.set_result(task.result())
 
     def refuse_calls(self) -> None:
-        """Accept no further calls, and end those that run with ThreadStoppedError."""
+        """Accept no further calls, and end those that run with ThreadStopped."""
         # With a limit, and going on without the lock after it: the thread that holds it may be waiting, in
         # a signal handler, for the end of this one. The worst case is then a callback that never runs,
         # whose call ends below.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
 from actors.errors import WaitTimeout
 from actors.interfaces.message import Message
 from actors.threads.contexts import Contexts
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 from actors.threads.loop_thread import STOP_TIMEOUT_SEC, LoopThread
 from actors.threads.publisher import QUEUED_MESSAGES, ThreadPublisher
 from proto.errors import CallboardError
@@ -40,7 +40,7 @@ class NodeThread:
     works in every thread.
 
     If a node fails after it was entered, the thread ends: the other nodes are left, calls raise
-    ThreadStoppedError, and `stop` raises the error. A thread that runs when the program ends is stopped then.
+    ThreadStopped, and `stop` raises the error. A thread that runs when the program ends is stopped then.
 
     Args:
         name: The thread's name.
@@ -81,7 +81,7 @@ class NodeThread:
     def stop(self, timeout_sec: float = STOP_TIMEOUT_SEC) -> None:
         """Stop the thread. A second call does nothing more.
 
-        Calls that run are cancelled and raise ThreadStoppedError. What was published is sent, and the nodes
+        Calls that run are cancelled and raise ThreadStopped. What was published is sent, and the nodes
         are left in reverse order, each within its `stop_timeout_sec`, as at the end of `async with node:`.
 
         Args:
@@ -105,10 +105,10 @@ class NodeThread:
         traceback: TracebackType | None,
     ) -> Literal[False]:
         """Stop the thread, as `stop` does; raise the error of a node, but not instead of another error."""
-        # ThreadStoppedError in the body is only the consequence of the failure: the cause replaces it. Any
+        # ThreadStopped in the body is only the consequence of the failure: the cause replaces it. Any
         # other error of the body is the program's own, and must not be hidden.
         failure = self._thread.join()
-        if failure is not None and (error is None or isinstance(error, ThreadStoppedError)):
+        if failure is not None and (error is None or isinstance(error, ThreadStopped)):
             raise failure
         return False
 
@@ -123,9 +123,10 @@ class NodeThread:
             What `async with` gives: the node.
 
         Raises:
-            BrokerUnreachable, NodeNameTaken, NodeAlreadyRunning, NodeDestroyed: As for `async with node:`.
+            BrokerUnreachable, NodeNameTaken, NodeDestroyed: As for `async with node:`.
+            NodeAlreadyRunningError: As for `async with node:`.
             WaitTimeout: It was not entered within `timeout_sec`, and is being left again.
-            ThreadStoppedError: The thread does not run, or ends meanwhile.
+            ThreadStopped: The thread does not run, or ends meanwhile.
             RuntimeError: This is the loop's own thread.
         """
         began: list[HeldContext] = []
@@ -146,7 +147,7 @@ class NodeThread:
 
         Raises:
             LookupError: It is not entered in this thread.
-            ThreadStoppedError: The thread does not run, or ends meanwhile.
+            ThreadStopped: The thread does not run, or ends meanwhile.
             RuntimeError: This is the loop's own thread.
             Exception: The error with which the node ends.
         """
@@ -177,8 +178,8 @@ class NodeThread:
 
         Raises:
             WaitTimeout: It did not end within `timeout_sec`.
-            ThreadStoppedError: The thread does not run, or ends meanwhile.
-            TooManyCallsError: 100,000 calls have not ended.
+            ThreadStopped: The thread does not run, or ends meanwhile.
+            TooManyCalls: 100,000 calls have not ended.
             TypeError: It is neither, such as the result of a function that has run in this thread.
             RuntimeError: This is the loop's own thread, where it would wait for itself.
             CallCancelled: The coroutine was cancelled in the loop.
@@ -202,13 +203,13 @@ class NodeThread:
             work: As for `call`.
 
         Returns:
-            Its future. `cancel()` cancels the coroutine. It has ThreadStoppedError if the thread ends before
+            Its future. `cancel()` cancels the coroutine. It has ThreadStopped if the thread ends before
             the coroutine, and CallCancelled if the coroutine is cancelled in the loop.
 
         Raises:
             TypeError: As for `call`.
-            ThreadStoppedError: The thread does not run.
-            TooManyCallsError: 100,000 calls have not ended.
+            ThreadStopped: The thread does not run.
+            TooManyCalls: 100,000 calls have not ended.
         """
         return self._thread.submit(work)
 
@@ -220,7 +221,7 @@ class NodeThread:
             args: Its arguments.
 
         Raises:
-            ThreadStoppedError: The thread does not run.
+            ThreadStopped: The thread does not run.
         """
         self._thread.post(callback, *args)
 

@@ -95,7 +95,7 @@ class ThreadPublisher(Generic[T]):
         Raises:
             TypeError, InvalidMessageError, NodeDestroyed: As for `Publisher.publish`.
             PublisherFull: KEEP_ALL only: the readers are slow and the queue is full. Call `ready()` first.
-            ThreadStoppedError: The node's thread has ended.
+            ThreadStopped: The node's thread has ended.
         """
         endpoint = self._endpoint
         endpoint.require_alive()
@@ -185,7 +185,7 @@ class ThreadPublisher(Generic[T]):
 
         Raises:
             WaitTimeout, PublisherRefused, NodeDestroyed: As for `Publisher.ready`.
-            ThreadStoppedError: The node's thread has ended, or ends meanwhile.
+            ThreadStopped: The node's thread has ended, or ends meanwhile.
             RuntimeError: This is the loop's own thread.
         """
         self._thread.call(self._publisher.ready(timeout_sec), None)
@@ -198,7 +198,7 @@ class ThreadPublisher(Generic[T]):
 
         Raises:
             WaitTimeout, BrokerUnreachable, PublisherRefused, NodeDestroyed: As for `Publisher.flush`.
-            ThreadStoppedError: The node's thread has ended, or ends meanwhile.
+            ThreadStopped: The node's thread has ended, or ends meanwhile.
             RuntimeError: This is the loop's own thread.
         """
         self._thread.call(self._publisher.flush(timeout_sec), None)

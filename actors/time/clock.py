@@ -9,7 +9,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
-from actors.errors import NodeDestroyed, TimeSourceChangedError
+from actors.errors import NodeDestroyed, TimeSourceChanged
 from actors.time.jumps import ClockChange, JumpHandle
 from actors.time.ros_time import RosTime
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType, Duration, Time
@@ -124,7 +124,7 @@ class Clock:
 
         Raises:
             NodeDestroyed: The clock, which ends with its node, was destroyed before or during the sleep.
-            TimeSourceChangedError: Simulated time was switched on or off during the sleep.
+            TimeSourceChanged: Simulated time was switched on or off during the sleep.
             ValueError: The duration is not a number.
         """
         self._require_alive()
@@ -161,7 +161,7 @@ class Clock:
 
         Raises:
             NodeDestroyed: The clock, which ends with its node, was destroyed before or during the sleep.
-            TimeSourceChangedError: Simulated time was switched on or off during the sleep.
+            TimeSourceChanged: Simulated time was switched on or off during the sleep.
             ValueError: `until` is of another kind of clock.
         """
         self._require_alive()
@@ -195,7 +195,7 @@ class Clock:
         # Both can also happen between the wake-up and now.
         self._require_alive()
         if self._ros_time.active is not active:
-            raise TimeSourceChangedError("use_sim_time has changed during a sleep")
+            raise TimeSourceChanged("use_sim_time has changed during a sleep")
 
     def _jumped(self, change: ClockChange, delta: int) -> None:
         """Show the time of the new source, and wake all sleeps to look at the time and its source."""

@@ -6,7 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from actors.errors import NodeDestroyed, TimeSourceChangedError
+from actors.errors import NodeDestroyed, TimeSourceChanged
 from actors.time.clock import ros_time_of, wait_on
 from actors.time.types import NANOSECONDS_PER_SECOND
 
@@ -84,7 +84,7 @@ class Rate:
             try:
                 await wait_on(self._clock, partial(self._schedule, loop, left))
             # Not an error for a rate: the next round starts its ticks again.
-            except TimeSourceChangedError:
+            except TimeSourceChanged:
                 continue
         # `max`, as several tasks may sleep by one rate, and their order of waking is not defined.
         self._tick = max(self._tick, tick)

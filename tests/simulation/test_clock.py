@@ -83,7 +83,7 @@ class Follower:
         while True:
             try:
                 await wait()
-            except actors.TimeSourceChangedError:
+            except actors.TimeSourceChanged:
                 continue
             self.waits[name] += 1
 

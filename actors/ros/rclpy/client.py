@@ -13,7 +13,7 @@ from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 from proto.errors import CallboardError
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -159,7 +159,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             return
         call.given_up = True
         if call.reply is not None and not call.reply.done():
-            with suppress(ThreadStoppedError):
+            with suppress(ThreadStopped):
                 self._thread.post(call.reply.cancel)
 
     def service_is_ready(self) -> bool:

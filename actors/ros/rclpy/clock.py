@@ -6,7 +6,7 @@ import weakref
 from functools import partial
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
 
-from actors.errors import TimeSourceChangedError
+from actors.errors import TimeSourceChanged
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.utilities import get_default_context
@@ -134,7 +134,7 @@ class Clock:
     def _sleep(self, sleep: Callable[[], Coroutine[Any, Any, None]], context: Context | None) -> bool:
         try:
             (context or get_default_context()).wait(sleep)
-        except (TimeSourceChangedError, ExternalShutdownException):
+        except (TimeSourceChanged, ExternalShutdownException):
             return False
         return True
 

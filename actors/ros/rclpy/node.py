@@ -31,7 +31,7 @@ from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.imported_names import imported_names
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -461,7 +461,7 @@ class Node(NodeParameters, NodeGraph):
         executor = self.executor
         if executor is not None:
             executor.remove_node(self)
-        with suppress(ThreadStoppedError, LookupError):  # the thread has failed, and left all nodes
+        with suppress(ThreadStopped, LookupError):  # the thread has failed, and left all nodes
             parts.thread.leave(parts.native)
         for each in self.timers:
             each.destroy()

@@ -9,7 +9,7 @@ from actors.interfaces.message import Message
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.values import convert_assignments
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Publisher(Destroyable, Generic[MsgT]):
                 self._publisher.publish(msg)
             except PublisherFull:
                 self._wait_for_space()
-            except (NodeDestroyed, ThreadStoppedError) as error:
+            except (NodeDestroyed, ThreadStopped) as error:
                 raise InvalidHandle(str(error)) from error
             else:
                 return
@@ -82,7 +82,7 @@ class Publisher(Destroyable, Generic[MsgT]):
     def _wait_for_space(self) -> None:
         try:
             self._context.wait_for(self._thread.submit(lambda: self._native.ready(None)))
-        except (NodeDestroyed, ThreadStoppedError) as error:
+        except (NodeDestroyed, ThreadStopped) as error:
             raise InvalidHandle(str(error)) from error
 
     def get_subscription_count(self) -> int:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from actors.callbacks.callback_task import current_callback_task
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.task import Future
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -140,7 +140,7 @@ class QueuedCalls(Entity):
     def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
         try:
             self._thread.post(self._set_answer, answer, result, error)
-        except ThreadStoppedError:  # the program ends, and so has the wait
+        except ThreadStopped:  # the program ends, and so has the wait
             return
 
     def _set_answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:

@@ -397,7 +397,7 @@ async def test_wrong_types_are_type_errors(meeting: Meeting) -> None:
         with pytest.raises(actors.InvalidMessageError):
             goal.succeed(Fibonacci.Result(sequence=[2**40]))
         goal.succeed(Fibonacci.Result(sequence=[1]))
-        with pytest.raises(actors.InvalidGoalTransition):
+        with pytest.raises(actors.InvalidGoalTransitionError):
             goal.abort()
         return Fibonacci.Result()
 

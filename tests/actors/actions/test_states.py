@@ -23,5 +23,5 @@ def test_only_the_transitions_of_the_table_are_legal() -> None:
                 assert not state.is_terminal
                 assert next_state(state, event) == TRANSITIONS[state, event]
             else:
-                with pytest.raises(actors.InvalidGoalTransition, match=state.name):
+                with pytest.raises(actors.InvalidGoalTransitionError, match=state.name):
                     next_state(state, event)

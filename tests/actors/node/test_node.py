@@ -93,7 +93,7 @@ async def test_run_returns_when_the_node_is_destroyed(meeting: Meeting, kind: st
     publisher = node.create_publisher(String, "chatter")
     running = asyncio.create_task(node.run())
     await matched(publisher)
-    with pytest.raises(actors.NodeAlreadyRunning):
+    with pytest.raises(actors.NodeAlreadyRunningError):
         await node.run()
     with pytest.raises(RuntimeError, match="running already"):
         await node.__aenter__()

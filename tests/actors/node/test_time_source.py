@@ -347,7 +347,7 @@ async def test_a_sleep_before_the_first_time_begins_with_it(meeting: Meeting) ->
 
 @pytest.mark.parametrize("active", [True, False])
 async def test_a_sleep_ends_with_an_error_when_the_source_changes(meeting: Meeting, active: bool) -> None:
-    """TimeSourceChangedError, in both directions."""
+    """TimeSourceChanged, in both directions."""
     node, clock = await simulated(meeting)
     await clock.set(100)
     set_use_sim_time(node, active)
@@ -359,14 +359,14 @@ async def test_a_sleep_ends_with_an_error_when_the_source_changes(meeting: Meeti
     await turns()
     set_use_sim_time(node, not active)
     for sleep in sleeps:
-        with pytest.raises(actors.TimeSourceChangedError):
+        with pytest.raises(actors.TimeSourceChanged):
             await sleep
 
 
 @pytest.mark.parametrize(
     ("end", "error"),
     [
-        (lambda node: set_use_sim_time(node, False), actors.TimeSourceChangedError),
+        (lambda node: set_use_sim_time(node, False), actors.TimeSourceChanged),
         (lambda node: node.get_clock().destroy(), actors.NodeDestroyed),
     ],
 )

@@ -16,7 +16,7 @@ import pytest
 
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
+from actors.threads import NodeThread, ThreadStopped, TooManyCalls
 from tests.actors.meeting import DEADLINE_SEC
 from tests.seams.limits import set_limits
 
@@ -149,14 +149,14 @@ def test_the_number_of_calls_is_limited(monkeypatch: pytest.MonkeyPatch) -> None
     set_limits(monkeypatch, thread_calls=2)
     with NodeThread("worker") as thread:
         first, _ = thread.submit(Endless().wait), thread.submit(Endless().wait)
-        with pytest.raises(TooManyCallsError, match="2 calls in 'worker' have not ended"):
+        with pytest.raises(TooManyCalls, match="2 calls in 'worker' have not ended"):
             thread.call(Endless().wait())
         first.cancel()
         while True:  # the call ends soon
             try:
                 assert thread.call(lambda: 1) == 1
                 break
-            except TooManyCallsError:
+            except TooManyCalls:
                 continue
 
 
@@ -191,7 +191,7 @@ def test_ctrl_c_cancels_the_call() -> None:
 
 
 def test_stopping_ends_calls_that_run() -> None:
-    """They raise ThreadStoppedError, also if the loop is blocked; the coroutines are cancelled."""
+    """They raise ThreadStopped, also if the loop is blocked; the coroutines are cancelled."""
     endless, blocked, gate = Endless(), threading.Event(), threading.Event()
 
     def block() -> None:
@@ -206,7 +206,7 @@ def test_stopping_ends_calls_that_run() -> None:
         with pytest.raises(actors.WaitTimeout, match="'worker' did not end within 0 s: a callback blocks it"):
             thread.stop(timeout_sec=0)
         for future in (running, blocking, waiting):
-            with pytest.raises(ThreadStoppedError, match="'worker' has been stopped"):
+            with pytest.raises(ThreadStopped, match="'worker' has been stopped"):
                 future.result(0)
         assert not endless.cancelled.is_set()
         gate.set()
@@ -218,11 +218,11 @@ def test_a_thread_that_does_not_run_refuses_calls() -> None:
     """Before its start and after its stop; it runs once."""
     thread = NodeThread("worker")
     thread.stop()
-    with pytest.raises(ThreadStoppedError, match="'worker' has not been started"):
+    with pytest.raises(ThreadStopped, match="'worker' has not been started"):
         thread.call(Endless().wait())
     thread.start().stop()
     thread.stop()
-    with pytest.raises(ThreadStoppedError, match="'worker' has been stopped"):
+    with pytest.raises(ThreadStopped, match="'worker' has been stopped"):
         thread.submit(Endless().wait())
     with pytest.raises(RuntimeError, match="once"):
         thread.start()
@@ -320,7 +320,7 @@ def test_a_failing_node_ends_the_thread(host: Host) -> None:
         with NodeThread("worker") as thread:
             other = thread.enter(host.node("other"))
             enter_failing_node(thread, host)
-            with pytest.raises(ThreadStoppedError, match="'worker' has ended: ValueError: the no") as caught:
+            with pytest.raises(ThreadStopped, match="'worker' has ended: ValueError: the no") as caught:
                 thread.call(endless.wait)
             assert isinstance(caught.value.__cause__, ValueError)
             assert thread.ended.exception(DEADLINE_SEC) is caught.value.__cause__
@@ -386,9 +386,9 @@ def test_sys_exit_in_the_loop_ends_the_thread() -> None:
     assert endless.running.wait(DEADLINE_SEC)
     thread.submit(lambda: asyncio.get_running_loop().call_soon(sys.exit, 3))
     assert isinstance(thread.ended.exception(DEADLINE_SEC), SystemExit)
-    with pytest.raises(ThreadStoppedError, match="has ended: SystemExit: 3"):
+    with pytest.raises(ThreadStopped, match="has ended: SystemExit: 3"):
         waiting.result(DEADLINE_SEC)
-    with pytest.raises(ThreadStoppedError, match="has ended: SystemExit: 3"):
+    with pytest.raises(ThreadStopped, match="has ended: SystemExit: 3"):
         thread.call(lambda: None)
     assert left.is_set()
     with pytest.raises(SystemExit):
@@ -443,7 +443,7 @@ def test_a_forgotten_thread_is_stopped_when_the_program_ends() -> None:
 
 FORKED = """
 import os, sys, warnings
-from actors.threads import NodeThread, ThreadStoppedError, TooManyCallsError
+from actors.threads import NodeThread, ThreadStopped, TooManyCalls
 warnings.simplefilter("ignore")
 
 with NodeThread() as thread:
@@ -451,7 +451,7 @@ with NodeThread() as thread:
     if child == 0:
         try:
             thread.call(lambda: None)
-        except ThreadStoppedError as error:
+        except ThreadStopped as error:
             print(error, flush=True)
         thread.stop()
         with NodeThread() as own:
@@ -479,7 +479,7 @@ def test_functions_are_posted_in_order(host: Host) -> None:
             thread.post(seen.append, number)
         assert thread.call(lambda: len(seen)) == 100
     assert seen == list(range(100))
-    with pytest.raises(ThreadStoppedError):
+    with pytest.raises(ThreadStopped):
         thread.post(seen.append, 0)
 
 
@@ -497,7 +497,7 @@ class InterruptedLoop(asyncio.SelectorEventLoop):
 
 
 def test_a_signal_handler_that_interrupts_a_post_may_post() -> None:
-    """And stop the thread: then the interrupted one raises ThreadStoppedError."""
+    """And stop the thread: then the interrupted one raises ThreadStopped."""
     loop, posted = InterruptedLoop(), Queue[str]()
     with NodeThread(loop_factory=lambda: loop) as thread:
 
@@ -507,7 +507,7 @@ def test_a_signal_handler_that_interrupts_a_post_may_post() -> None:
             loop.interrupt = thread.stop
             try:
                 thread.post(posted.put, "late")
-            except ThreadStoppedError:
+            except ThreadStopped:
                 posted.put("stopped")
 
         threading.Thread(target=post, daemon=True).start()

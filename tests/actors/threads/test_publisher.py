@@ -12,7 +12,7 @@ import pytest
 
 import actors
 from actors.interfaces.std_msgs.msg import Int64, String
-from actors.threads import NodeThread, ThreadStoppedError
+from actors.threads import NodeThread, ThreadStopped
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL
 from tests.seams.limits import set_limits
 
@@ -278,7 +278,7 @@ def test_a_stopped_thread_accepts_no_message(host: Host) -> None:
         misplaced = thread.publisher(host.thread.call(lambda: node.create_publisher(Int64, "other", 10)))
     with pytest.raises(actors.NodeDestroyed):
         pair.publish([1])
-    with pytest.raises(ThreadStoppedError):
+    with pytest.raises(ThreadStopped):
         misplaced.publish(Int64())
     assert misplaced.published == 0
 

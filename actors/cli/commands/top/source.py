@@ -11,7 +11,7 @@ from actors.cli.hidden_node import graph_of
 from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_to_yaml
 from actors.interfaces.errors import InvalidMessageError
-from actors.threads.errors import ThreadStoppedError
+from actors.threads.errors import ThreadStopped
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.tools.overview import Sample
 from actors.tools.percentiles import Percentiles
@@ -200,7 +200,7 @@ async def _run_in(thread: NodeThread, work: Callable[[], Coroutine[Any, Any, T]]
     """
     try:
         return await asyncio.wrap_future(thread.submit(work))
-    except ThreadStoppedError:
+    except ThreadStopped:
         raise BrokerUnreachable("The node has ended") from None
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
-from actors.errors import InvalidGoalTransition
+from actors.errors import InvalidGoalTransitionError
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls
@@ -153,7 +153,7 @@ class ActionServer(QueuedCalls):
         """
         try:
             return self._thread.call(work)
-        except InvalidGoalTransition as error:
+        except InvalidGoalTransitionError as error:
             raise RCLError(str(error)) from error
 
     def _handle_of(self, native: NativeHandle[Any, Any, Any]) -> ServerGoalHandle:
