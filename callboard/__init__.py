@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib import import_module
 
 # Type checkers know it without an import; `import callboard` shall not load `typing`.
-TYPE_CHECKING = False
+TYPE_CHECKING = False  # pyright: ignore[reportConstantRedefinition] - as `import *` brings it
 _PACKAGES = ("actors", "broker")
 
 if TYPE_CHECKING:
