@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MessageT = TypeVar("MessageT", bound=Message)
 
 CallbackResult: TypeAlias = TransitionCallbackReturn | Awaitable[TransitionCallbackReturn]
-"""What a callback of a transition returns: it may be `def` or `async def`."""
+"""The return value of a transition's callback, which may be `def` or `async def`."""
 
 
 class LifecycleNode(Node):
@@ -174,7 +174,7 @@ class LifecycleNode(Node):
         """Go from unconfigured to inactive.
 
         Returns:
-            What `on_configure` has returned; ERROR if it raised.
+            The result of `on_configure`; ERROR if it raised.
 
         Raises:
             InvalidTransitionError: The node is in another state, or a transition runs.
@@ -188,7 +188,7 @@ class LifecycleNode(Node):
         """Go from inactive to unconfigured.
 
         Returns:
-            What `on_cleanup` has returned; ERROR if it raised.
+            The result of `on_cleanup`; ERROR if it raised.
 
         Raises:
             InvalidTransitionError, RuntimeError, NodeDestroyed: As `trigger_configure`.
@@ -200,7 +200,7 @@ class LifecycleNode(Node):
         """Go from inactive to active.
 
         Returns:
-            What `on_activate` has returned; ERROR if it raised.
+            The result of `on_activate`; ERROR if it raised.
 
         Raises:
             InvalidTransitionError, RuntimeError, NodeDestroyed: As `trigger_configure`.
@@ -212,7 +212,7 @@ class LifecycleNode(Node):
         """Go from active to inactive.
 
         Returns:
-            What `on_deactivate` has returned; ERROR if it raised.
+            The result of `on_deactivate`; ERROR if it raised.
 
         Raises:
             InvalidTransitionError, RuntimeError, NodeDestroyed: As `trigger_configure`.
@@ -224,7 +224,7 @@ class LifecycleNode(Node):
         """Go from unconfigured, inactive or active to finalized, which has no way back.
 
         Returns:
-            What `on_shutdown` has returned; ERROR if it raised.
+            The result of `on_shutdown`; ERROR if it raised.
 
         Raises:
             InvalidTransitionError, RuntimeError, NodeDestroyed: As `trigger_configure`.

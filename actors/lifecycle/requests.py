@@ -1,4 +1,4 @@
-"""Answers to what other nodes ask about a node's states, and its message about a transition. No I/O."""
+"""Answers requests of other nodes about a node's states, and describes transitions as messages. No I/O."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def transition_event(transition: Transition, timestamp: int) -> msg.TransitionEv
     """Return the message for `~/transition_event`.
 
     Args:
-        transition: What has happened.
-        timestamp: When, in ns since 1970.
+        transition: The transition.
+        timestamp: Its time, in ns since 1970.
     """
     described = _describe(transition)
     return msg.TransitionEvent(

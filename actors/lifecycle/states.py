@@ -15,7 +15,7 @@ from proto.errors import escape
 
 
 class TransitionCallbackReturn(enum.IntEnum):
-    """What a callback of a transition returns; the numbers are ROS 2's."""
+    """The result of a transition's callback, with ROS 2's numbers."""
 
     SUCCESS = 97
     """The transition is done."""
@@ -141,6 +141,7 @@ class StateMachine:
         possible = [each for each in REQUESTS if each.start == self.current]
         for transition in possible:
             if wanted in {transition.id, transition.label}:
+                # Changed before the callback runs: a second request in the meantime is refused.
                 self.current = transition.goal
                 return transition
         names = ", ".join(each.label for each in possible) or "none"
@@ -153,11 +154,12 @@ class StateMachine:
         """Leave a transition state.
 
         Args:
-            result: What the callback of the state has returned.
+            result: The result of the state's callback.
 
         Returns:
             The transition.
         """
+        # By label, which is unique among the transitions of one state.
         (transition,) = (each for each in self.available() if each.label == result.to_label())
         self.current = transition.goal
         return transition

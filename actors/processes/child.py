@@ -1,4 +1,4 @@
-"""The children of a supervisor, and what the end of one means for the others."""
+"""The children of a supervisor, and which of them are restarted after one has ended."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MAX_NAME_CHARACTERS: Final = 255
 
 STOP_TIMEOUT_SEC: Final = 5.0
-"""As ROS 2's launch gives a process before each stronger signal."""
+"""The time that ROS 2's launch gives a process before each stronger signal."""
 
 
 class Strategy(Enum):
@@ -60,13 +60,13 @@ class Child:
         env: Environment variables for the process, beside this process's.
         cwd: Where the process runs; None: here.
         restart: Which ends are deaths.
-        stop_timeout_sec: What each step of stopping it may take. A process gets SIGINT, then SIGTERM, then
-            SIGKILL, each for its whole group; something in this process is cancelled, and cancelled again. A
-            child that is a supervisor needs more than the sum of what its own children may take.
+        stop_timeout_sec: Time limit of each step to stop it, in seconds. A process gets SIGINT, then SIGTERM,
+            then SIGKILL, each for its whole group; something in this process is cancelled, and cancelled
+            again. A child that is a supervisor needs more than the sum of what its own children may take.
 
     Raises:
         TypeError: `node` is a node or supervisor that exists already: it could not be started a second time.
-        ValueError: None or several of the three are given, or an option that does not go with it; or the name
+        ValueError: None or several of the three are given, an option does not fit the one given, or the name
             or the timeout is out of range.
     """
 
@@ -108,6 +108,6 @@ class Child:
         if self.command is not None:
             return [str(word) for word in self.command]
         if self.script is not None:
-            # -u: what it prints is seen when it is printed, wherever the output goes.
+            # -u: Python would buffer what it prints into a pipe, and a crash would lose it.
             return [sys.executable, "-u", str(self.script), *self.args]
         return []

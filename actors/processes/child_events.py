@@ -24,7 +24,7 @@ _NS_PER_SEC: Final = 1_000_000_000
 
 
 class ChildEventKind(Enum):
-    """What has happened to a child."""
+    """The kind of an event of a child."""
 
     STARTED = "started"
     ENDED = "ended"

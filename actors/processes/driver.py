@@ -1,4 +1,4 @@
-"""The driver of a plan: tells it what happens, carries out its steps, and waits until everything has ended.
+"""The driver of a plan: passes events to it, carries out its steps, and waits until everything has ended.
 
 A plan is a state machine without I/O and clock. The supervisor has one and so has a launch; the timer, the
 guard, the executions and the handling of errors around a plan are here.
@@ -23,7 +23,7 @@ StepT = TypeVar("StepT")
 
 
 class Plan(Protocol[StepT_co]):
-    """What decides which steps to take next."""
+    """Decides on the next steps, without I/O and clock."""
 
     @property
     def finished(self) -> bool:
@@ -49,9 +49,9 @@ class Driver(Generic[StepT]):
         on_moved: Called after each transition and its steps.
 
     Attributes:
-        executions: What runs, by the key given to `start`.
-        guard: For processes.
-        failure: What `run` of the owner is to raise; None while nothing has failed.
+        executions: The executions that run, by the key given to `start`.
+        guard: Ends the processes if this one dies.
+        failure: The error that the owner's `run` raises; None while nothing has failed.
         finished: Set when everything has ended.
         loop: The event loop; set by `begin`.
     """
@@ -84,18 +84,18 @@ class Driver(Generic[StepT]):
         self.happened(transition)
 
     def happened(self, transition: Callable[[float], Iterable[StepT]]) -> None:
-        """Tell the plan that something has happened, and carry out its steps.
+        """Pass an event to the plan, and carry out its steps.
 
         An error of either stops all executions and becomes the `failure`.
 
         Args:
-            transition: Tells the plan: called with the current time, returns the steps.
+            transition: Passes the event: called with the current time, returns the steps.
         """
         if self.finished.is_set():
             return
         try:
             self._steps.extend(transition(self.loop.time()))
-            if self._performing:  # a step has made it happen: the steps before it come first
+            if self._performing:  # a step has caused this event: the steps before it come first
                 return
             self._performing = True
             try:
@@ -106,7 +106,7 @@ class Driver(Generic[StepT]):
             self._set_timer()
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: BLE001 - it is raised to whoever runs this
+        except BaseException as error:  # noqa: BLE001 - the owner's `run` raises it
             self._break(error)
         self._on_moved()
         if not self.executions and (self._plan.finished or self.failure is not None):
@@ -165,11 +165,11 @@ class Driver(Generic[StepT]):
 
     def _wake(self, due: float) -> None:
         self._timer = self._due = None
-        # A loop may call a little early; for the plan it is time.
+        # A loop may call a little early; without `max` the plan would ask for the same time again.
         self.happened(lambda now: self._plan.tick(max(now, due)))
 
     def _break(self, error: BaseException) -> None:
-        """Stop everything, in no order: the plan may not know what runs."""
+        """Stop everything at once: after an error the plan may not know which executions run."""
         self.failure = self.failure or error
         self._steps.clear()
         self._set_timer()

@@ -1,8 +1,8 @@
 """One execution of a child: one task, and steps to stop it, each stronger than the one before.
 
-`stop` takes the first step. If the child has not ended within the time limit of a step, the next one follows.
-After the last one the child is abandoned, so that stopping always ends. Each step is taken before it is
-reported, so that stopping does not depend on listeners.
+`stop` starts the first step. If the child has not ended within the time limit of a step, the next one
+follows. After the last one the child is abandoned, so that stopping always ends. A step is carried out before
+it is reported, so that a listener that fails cannot prevent it.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Execution(ABC):
             self._start_step(0)
 
     def force_stop(self) -> None:
-        """Take the last step now. The child ends within `LAST_STEP_SEC`."""
+        """Start the last step now. The child ends within `LAST_STEP_SEC`."""
         if self._force_stopped:
             return
         self._force_stopped = True
@@ -117,6 +117,7 @@ class Execution(ABC):
         if self._ended:
             return
         self._step = step
+        # The limit first: a step that raises must not leave the child without one.
         self._begin_limit(step)
         self._steps[step]()
 
@@ -132,7 +133,7 @@ class Execution(ABC):
         assert self._task is not None
         try:
             self._report(LoggingSeverity.ERROR, "cannot be stopped; going on without it")
-        finally:
+        finally:  # also if a handler of the log raises
             self._task.cancel()
             self._end(Outcome(normal=False, reason="could not be stopped"))
 
@@ -147,6 +148,7 @@ class Execution(ABC):
         self._forget_timer()
         if self._ended:
             return
+        # Set first: `on_ended` may stop other children, and with them this one.
         self._ended = True
         self._on_ended(_as_stopped(outcome) if self.stopping else outcome)
 

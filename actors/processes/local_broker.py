@@ -1,4 +1,4 @@
-"""A broker on this machine where none answers: whether one can be started there, and how programs get one.
+"""Starts a broker on this machine if none answers.
 
 A launch has a broker in its own process, which ends with the launch. Programs with rclpy's names expect to
 find one that is always there, so they start a process:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from proto.wire.url import BrokerUrl
 
 IDLE_SEC: Final = 10
-"""How long no client is connected until the broker ends."""
+"""Seconds without a client after which the broker ends."""
 ANSWER_TIMEOUT_SEC: Final = 2.0
 """How long a broker that listens may take to answer."""
 START_TIMEOUT_SEC: Final = 20.0
@@ -49,9 +49,10 @@ STOP_TIMEOUT_SEC: Final = 2.0
 MAX_LOG_BYTES: Final = 1024 * 1024
 """A longer log is emptied at the next start."""
 MAX_QUOTED_BYTES: Final = 4096
-"""Bytes of the log that the error has if a broker does not start."""
+"""Bytes of the log that the error quotes if a broker does not start."""
 _SERVICE_VARIABLES: Final = ("NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID", "LISTEN_FDS", "LISTEN_PID")
-"""What a service manager tells the program that starts the broker: the broker must not inherit it."""
+"""Variables from the service manager of the program that starts the broker. A broker that inherited them
+would report its own state as the program's."""
 
 
 class BrokerStartError(CallboardError):
@@ -169,7 +170,7 @@ def _something_listens(target: BrokerTarget) -> bool:
 
 def _command(url: BrokerUrl) -> tuple[str, ...]:
     address_options = ("--unix", url.path) if url.path else ("--host", url.host, "--port", str(url.port))
-    # -P: a folder "broker" where the program was started is not this one.
+    # -P: otherwise a folder "broker" in the current directory would be run.
     return (sys.executable, "-P", "-m", "broker", *address_options, "--exit-when-idle", str(IDLE_SEC))
 
 
@@ -188,7 +189,7 @@ def _open_log(url: BrokerUrl) -> IO[bytes]:
 
 
 def _start(command: Sequence[str], log: IO[bytes]) -> subprocess.Popen[bytes]:
-    """Start a process that no terminal and no signal of this process's group reaches."""
+    """Start a process in a session of its own, so that Ctrl-C and a closed terminal do not end it."""
     return subprocess.Popen(  # noqa: S603 - this interpreter, and an address
         command,
         stdin=subprocess.DEVNULL,
@@ -212,7 +213,7 @@ def _listens(process: subprocess.Popen[bytes], timeout_sec: float) -> bool:
             _end(process)
         reader.join()
     if listens:
-        process.returncode = 0  # Nobody waits for it: without this a warning says that it still runs.
+        process.returncode = 0  # nobody waits for it: without this, Popen warns that it still runs
     return listens
 
 

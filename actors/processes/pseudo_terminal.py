@@ -1,4 +1,4 @@
-"""Pseudo terminals: programs that write to one show colours and progress, as they do for people."""
+"""Pseudo terminals: programs that write to one show colours and progress, as on a real terminal."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ CAN_EMULATE: Final = hasattr(os, "openpty")
 """Whether there are pseudo terminals; not on Windows."""
 
 USUAL_SIZE: Final = (24, 80)
-"""Lines and columns, where the launch has no terminal itself."""
+"""Lines and columns if the launch has no terminal itself."""
 
 _OUTPUT_FLAGS: Final = 1
 _LOCAL_FLAGS: Final = 3
 
 
 def open_terminal() -> tuple[int, int]:
-    """Return the ends of a terminal: one to read what is written to the other.
+    """Return the two ends of a terminal: the reading end gets what is written to the writing end.
 
-    It is as large as the launch's own, and passes on what is written as it is: nothing is echoed, and line
-    ends stay what they are. When the other end has been closed everywhere, reading is EIO.
+    It is as large as the launch's own. It passes bytes on unchanged: it echoes nothing, and does not change
+    line ends. When all processes have closed the writing end, reading fails with EIO.
 
     Raises:
         OSError: The system has none left.

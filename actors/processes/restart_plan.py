@@ -52,8 +52,8 @@ class Policy:
         strategy: Which children go with one that dies.
         max_restarts: Restarts that may be due within `max_seconds`; one more, and the supervisor gives up.
         max_seconds: Length of that window.
-        first_backoff_sec: Before a child's first restart; doubles with each further one.
-        max_backoff_sec: The longest.
+        first_backoff_sec: Pause before a child's first restart; it doubles with each further one.
+        max_backoff_sec: The longest pause.
 
     Raises:
         ValueError: A number is out of range.
@@ -75,13 +75,13 @@ class Policy:
 
 
 class Start(NamedTuple):
-    """Start this child; say `started` or `ended`."""
+    """Start this child; then report `started` or `ended`."""
 
     child: int
 
 
 class Stop(NamedTuple):
-    """Stop this child, which is starting or running; say `ended`."""
+    """Stop this child, which is starting or running; then report `ended`."""
 
     child: int
 
@@ -103,7 +103,7 @@ Step = Start | Stop | WillRestart | GaveUp
 
 
 class _Slot:
-    """What the plan knows of one child."""
+    """The state of one child."""
 
     __slots__ = ("backoff", "began", "condemned", "due", "in_order", "restart", "starts", "state")
 
@@ -127,7 +127,7 @@ class RestartPlan:
     """The state of a supervisor's children.
 
     Args:
-        restarts: What each child's end means, in start order.
+        restarts: When each child is restarted, in start order.
         policy: How to restart.
         jitter: Gives a factor from 0 to 1; back-offs are between half and the whole of their length.
     """
@@ -215,6 +215,7 @@ class RestartPlan:
                 other.condemned = True
             elif other.restart is not Restart.TEMPORARY:
                 other.state = ChildState.WAITING
+            # The later of two: children that die one after the other must not shorten each other's back-off.
             other.due = max(other.due, now + delay)
             other.in_order = not alone
         return WillRestart(child, delay)
@@ -237,10 +238,11 @@ class RestartPlan:
                 slot.state = ChildState.ENDED
 
     def _advance(self, now: float) -> list[Step]:
-        """Return what can be done now, and take it as done."""
+        """Return the steps that are possible now, and count them as done."""
         self._now = now
         condemned = self._condemned()
         if condemned:
+            # One at a time, the last first: a child may need those before it until it has ended.
             waits = any(self._is_stopping(child) for child in condemned)
             return [] if waits else [self._stop_child(condemned[-1])]
         steps: list[Step] = []

@@ -49,9 +49,9 @@ class ChildStatus:
 
     Attributes:
         name: Its name.
-        state: Where it is in its life.
-        pid: Of a process that runs; None for others.
-        restarts: How often it has been started again.
+        state: Its state.
+        pid: The id of its process while it runs; None for others.
+        restarts: How often it has been restarted.
         uptime_sec: How long it has run since its last start; 0 if it does not run.
         outcome: How it ended last; None if it never has.
     """
@@ -65,7 +65,7 @@ class ChildStatus:
 
 
 class _Member:
-    """What the supervisor keeps of one child."""
+    """A child, and its latest run."""
 
     __slots__ = ("child", "outcome", "running_since")
 
@@ -80,19 +80,19 @@ class Supervisor:
 
     `await supervisor.run()` runs until all children have ended for good. `async with supervisor:` begins to
     start them, and stops them in the end. They are started in order and stopped in reverse order, one after
-    the other, so that stopping takes at most the sum of what each may take (`Child.stop_timeout_sec`); when
-    the task is cancelled a second time all are killed at once. A supervisor runs once.
+    the other, so that stopping takes at most the sum of their time limits (`Child.stop_timeout_sec`). If the
+    task is cancelled a second time, all are killed at once. A supervisor runs once.
 
     Args:
         children: The children, in start order.
         strategy: Which of them are restarted when one dies.
-        max_restarts: Deaths within `max_seconds` that lead to a restart; with one more the supervisor stops
-            all children and ends with SupervisorGaveUp.
+        max_restarts: Restarts allowed within `max_seconds`. If one more is due, the supervisor stops all
+            children and ends with SupervisorGaveUp.
         max_seconds: Length of that window.
         first_backoff_sec: Least time from a child's death to its restart. It doubles with each further death
             (and varies by up to a half, so that many do not come back at the same time), until the child has
             lived twice `max_backoff_sec`.
-        max_backoff_sec: The longest such time.
+        max_backoff_sec: The upper limit of this time.
         name: For logs, errors and events.
         node: Publishes all events on `~/child_events`, latched, as `ChildEventMessage`. The caller runs it.
         jitter: Gives a random factor between 0 and 1 for the back-off.
@@ -142,7 +142,7 @@ class Supervisor:
     # Watching
 
     def children(self) -> list[ChildStatus]:
-        """Return how the children are now, in start order."""
+        """Return the current status of all children, in start order."""
         now = self._driver.loop.time() if self._began else 0.0
         return [
             ChildStatus(
@@ -184,7 +184,7 @@ class Supervisor:
             text = f"Child '{name}' was not {state.name} within {timeout_sec:g} s"
             raise WaitTimeout(text) from error
 
-    # Its life
+    # Running
 
     async def run(self) -> None:
         """Run until all children have ended for good, or the task is cancelled.
@@ -226,7 +226,7 @@ class Supervisor:
             self._publisher.end()
             self._waits.close()
         if self._cancelled_caller is not None and self._cancelled_caller.uncancel() > self._cancelling:
-            cancelled = True  # by somebody else, too
+            cancelled = True  # another task has cancelled it, too, which must not be swallowed
         if cancelled:
             raise asyncio.CancelledError
         failure = self._driver.failure
@@ -241,7 +241,7 @@ class Supervisor:
     # Transitions
 
     def _moved(self) -> None:
-        """Wake those who wait for a state, and on a failure whoever runs the supervisor."""
+        """Wake tasks that wait for a state and, after a failure, the task that runs the supervisor."""
         if self._driver.failure is not None and self._caller is not None and self._cancelled_caller is None:
             self._caller.cancel()
             self._cancelled_caller = self._caller
@@ -281,12 +281,13 @@ class Supervisor:
 
     def _ended(self, index: int, outcome: Outcome, now: float) -> list[Step]:
         member = self._members[index]
+        # Removed first: a listener of the event must not see an execution that has ended.
         pid = self._driver.executions.pop(index).pid
         member.outcome, member.running_since = outcome, None
         self._notify(index, ChildEventKind.ENDED, pid=pid)
         steps: list[Step] = []
         if isinstance(outcome.error, SystemExit | KeyboardInterrupt):
-            # It is meant for the whole process.
+            # These end the whole process, so they are not a death to restart after.
             self._fail(outcome.error)
             steps = self._plan.stop(now)
         return steps + self._plan.ended(index, now, normal=outcome.normal)

@@ -33,10 +33,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 STOP_TIMEOUT_SEC: Final = 30.0
-"""How long to wait for the thread's end: longer than four nodes take whose callbacks ignore cancellation."""
+"""How long to wait for the thread's end: enough for four nodes whose callbacks ignore cancellation."""
 
 LOCK_SEC: Final = 0.1
-"""How long to wait for a thread that posts: it may be in a signal handler that waits for the loop's end."""
+"""How long to wait for a thread that posts. Not forever: it may be in a signal handler that waits for the
+loop's end."""
 
 MAX_CALLS: Final = 100_000
 """Calls that have not ended. More of them mean that the loop is blocked, or that results are not awaited."""
@@ -48,7 +49,7 @@ class LoopThread:
     Args:
         name: The thread's name.
         loop_factory: Makes the loop; None: uvloop's, if it is installed.
-        leave: Called in the loop when it is to end, after the calls have ended.
+        leave: Called in the loop before it ends, when the calls have ended.
 
     Attributes:
         ended: Done when the thread ends, with the error if it failed.
@@ -63,7 +64,8 @@ class LoopThread:
         self.ended: Future[None] = Future()
         self._loop_factory = loop_factory or new_event_loop
         self._leave = leave
-        # A daemon: Python would wait for another thread before `atexit` can stop it.
+        # A daemon, because at exit Python waits for other threads before it calls `atexit`, which stops this
+        # one.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._pid = 0
         # Whether `post` may use the loop. Separate from `_thread.is_alive()`: the thread lives on while it

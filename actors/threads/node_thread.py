@@ -143,7 +143,7 @@ class NodeThread:
         """Leave a node, as at the end of `async with node:`; return when it is left.
 
         Args:
-            context: What `enter` was given, or has returned.
+            context: The context, or its value, as `enter` returned it.
 
         Raises:
             LookupError: It is not entered in this thread.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _LONGEST_WAIT_SEC: Final = 86_400.0
 """Longer sleeps are split, because some loops limit their timers."""
 _RECHECK_SEC: Final = 1.0
-"""How often a sleep until a point in time reads the clock again, since a wall clock may be set."""
+"""How often a sleep until a point in time reads the clock again, because somebody may set the wall clock."""
 
 
 Schedule: TypeAlias = "Callable[[Callable[[], None]], Cancellable]"
@@ -32,7 +32,7 @@ class Cancellable(Protocol):
     """A call that is scheduled."""
 
     def cancel(self) -> object:
-        """Do not call."""
+        """Cancel the call."""
         ...
 
 
@@ -192,7 +192,7 @@ class Clock:
             # Also after a normal end: a sleeper that was woken by a jump has left its timer.
             handle.cancel()
             self._sleepers.discard(sleeper)
-        # Both can also happen between the wake-up and now.
+        # Checked here and not where the sleeper was woken: both can also happen between the wake-up and now.
         self._require_alive()
         if self._ros_time.active is not active:
             raise TimeSourceChanged("use_sim_time has changed during a sleep")

@@ -39,8 +39,8 @@ class JumpThreshold:
     """Which jumps to report. Any one condition is enough.
 
     Attributes:
-        min_forward: Report jumps forward of at least this, which is positive; None for none.
-        min_backward: Report jumps back of at least this, which is negative; None for none.
+        min_forward: The least jump forward to report, a positive duration; None to report none.
+        min_backward: The least jump back to report, a negative duration; None to report none.
         on_clock_change: Report that simulated time is switched on or off.
 
     Raises:
@@ -61,7 +61,7 @@ class JumpThreshold:
             raise ValueError("At least one jump threshold must be enabled")
 
     def admits(self, change: ClockChange, delta: int) -> bool:
-        """Return whether a jump is to be reported.
+        """Return whether the threshold reports a jump.
 
         Args:
             change: Whether it changes the source of time.

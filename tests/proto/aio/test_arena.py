@@ -96,7 +96,7 @@ def test_another_process_reads_what_was_announced_and_nothing_else(arena: Arena)
     )
     os.close(null)
     assert bytes.fromhex(payload) == b"\xdd\0\0\0\1" + MESSAGE
-    wanted = ("not as announced", "another arena", "no arena", "No such", "No such", "not supported")
+    wanted = ("not as announced", "another arena", "not an arena", "No such", "No such", "not supported")
     assert len(errors) == len(wanted)
     assert all(text in error for text, error in zip(wanted, errors, strict=True))
 
