@@ -100,7 +100,7 @@ class ReportReader:
         """The hint printed last while there is no broker."""
 
     def read(self) -> BrokerReport | None:
-        """Return the broker's report; None while there is none, and then print each reason once."""
+        """Return the broker's report. If the broker gives none, print each reason once and return None."""
         inspector = self._inspector
         try:
             if self._hint:

@@ -1,4 +1,4 @@
-"""The broker that a command talks to, and the errors if there is none."""
+"""The broker that a command talks to, and the errors if none answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to open in the user's browser, so that other users of the machine do not see a page's token."""
+"""The address for the user's browser, so that other users of the machine do not see a page's token."""
 
 from __future__ import annotations
 

@@ -374,7 +374,7 @@ _FINDERS: Final[dict[str, Callable[[_Line], Iterator[Offer]]]] = {
     "program": _programs,
     "arguments": _executables,
 }
-"""What yields the values of an argument, by the argument's name."""
+"""By the name of an argument, the function that yields its values."""
 
 
 def _takes_value(action: argparse.Action) -> bool:

@@ -1,7 +1,7 @@
 """The errors of commands, and their exit codes.
 
 CallboardError (proto.errors)
-└── CommandError                a text for stderr, and an exit code
+└── CommandError                a message for stderr, and an exit code
 KeyboardInterrupt
 └── Interrupted                 SIGINT or SIGTERM arrived
 """

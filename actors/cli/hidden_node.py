@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
 
 NAME: Final = "callboard_cli"
-"""What the names of hidden nodes of the command line begin with."""
+"""The prefix of the names of the command line's hidden nodes."""
 STOP_TIMEOUT_SEC: Final = 1.0
 
 

@@ -1,4 +1,4 @@
-"""What the verbs of `callboard param` share: the parameter client of a node."""
+"""The parameter client of a node, for the verbs of `callboard param`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What verbs share that ask one node, or all: its name on the command line, and the errors of its answers."""
+"""Shared by verbs that ask one node, or all: its name on the command line, and the errors of its answers."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
 
     Args:
         options: The command line.
-        what: What the node is asked for, for errors.
+        what: The thing that the node is asked for, for errors.
 
     Raises:
         CommandError: There is no such node, it does not serve this, or does not answer in time.

@@ -36,7 +36,7 @@ def named_interface(name: str) -> type[Any]:
     """Return the class with this type name.
 
     Raises:
-        UnknownInterfaceError: There is none; with a suggestion.
+        UnknownInterfaceError: There is no such interface; the text suggests a similar one.
     """
     import_from_working_directory()
     return find_interface(name)

@@ -16,7 +16,7 @@ def split_listen(listen: str, flag: str) -> tuple[str, int]:
     """Return the host and the port of `HOST:PORT`.
 
     Args:
-        listen: What the user has given.
+        listen: The value on the command line.
         flag: Where, for the error.
 
     Raises:

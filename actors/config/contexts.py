@@ -85,7 +85,7 @@ class BrokerTarget(NamedTuple):
         domain: The domain id.
         url_from: The source of the URL: "--url", "CALLBOARD_URL", "context 'robot'" or "default".
         domain_from: The source of the domain, likewise.
-        credentials: What to present to the broker.
+        credentials: The credentials for the broker.
     """
 
     urls: tuple[BrokerUrl, ...]

@@ -46,7 +46,7 @@ class Secret:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Credentials:
-    """What a client presents to its broker.
+    """The credentials that a client presents to its broker.
 
     Attributes:
         token: The token; None to read `token_file`.

@@ -1,4 +1,4 @@
-"""What setting, declaring or removing parameters has changed."""
+"""The effect of setting, declaring or removing parameters."""
 
 from __future__ import annotations
 

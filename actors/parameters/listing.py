@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 SEPARATOR: Final = "."
-"""Between the levels of a parameter's name."""
+"""The separator between the levels of a parameter's name."""
 
 
 def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> ListParametersResult:

@@ -130,7 +130,7 @@ def event_message(changes: ParameterChanges, stamp: Time, node: str) -> Paramete
     """Return the message for `/parameter_events`.
 
     Args:
-        changes: What has changed.
+        changes: The changes.
         stamp: When.
         node: The full name of the node.
     """

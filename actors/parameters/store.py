@@ -48,7 +48,7 @@ _ALWAYS: Final = (
         ),
     ),
 )
-"""What every node declares."""
+"""The parameters that every node declares."""
 
 
 class ParameterStore:

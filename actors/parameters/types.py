@@ -352,7 +352,7 @@ class ListParametersResult:
 
     Attributes:
         names: Their names.
-        prefixes: What precedes the last dot of these names, each once.
+        prefixes: The parts of these names before the last dot, each once.
     """
 
     names: list[str]

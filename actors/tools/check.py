@@ -14,10 +14,10 @@ class Check(NamedTuple):
     """The result of one check.
 
     Attributes:
-        name: What was checked, in a word or two.
+        name: The subject of the check, in a word or two.
         status: "ok"; "warn" for possible and "fail" for certain trouble; "skip" if it was not checked.
         finding: One line of text.
-        remedy: What to do about it; empty if nothing needs to be done.
+        remedy: How to correct it; empty if nothing needs to be done.
     """
 
     name: str

@@ -231,7 +231,7 @@ def packages() -> list[Package]:
 
 
 def find_package(name: str) -> Package | None:
-    """Return an installed package; None if there is none of this name.
+    """Return an installed package; None if no package has this name.
 
     Args:
         name: In any spelling: `my-package`, `my_package`.

@@ -203,7 +203,7 @@ class Delay:
         self._ages.append(age_sec)
 
     def summary(self) -> DelaySummary | None:
-        """Return the age of the messages in the window; None while there is none."""
+        """Return the age of the messages in the window; None while the window is empty."""
         ages = self._ages
         if not ages:
             return None

@@ -39,7 +39,7 @@ M = TypeVar("M", bound=Message)
 
 
 class RequestError(CallboardError):
-    """What was requested does not fit; the text names the field."""
+    """The request does not fit the type; the message names the field."""
 
 
 class Calls:

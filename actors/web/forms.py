@@ -1,4 +1,4 @@
-"""What a form for a message needs to know, as JSON. Pure.
+"""Describes the fields of a message for a form, as JSON. Pure.
 
     {"type": "example_interfaces/srv/AddTwoInts_Request",
      "types": {"example_interfaces/srv/AddTwoInts_Request": [

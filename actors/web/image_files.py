@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 MAX_BYTES: Final = 32 * 1024 * 1024
-"""Of an image in a message: 4K with three channels fits, and is compressed in less than a second."""
+"""Largest image in a message: 4K with three channels fits, and is compressed in less than a second."""
 
 MAX_PIXELS: Final = 32 * 1024 * 1024
 """A browser needs four bytes for each, however small the file is."""

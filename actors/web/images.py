@@ -97,7 +97,7 @@ class TopicImages:
         self._reader.close()
 
     async def _read(self) -> None:
-        """Convert the newest message; wait for one if there is none."""
+        """Convert the newest message, or wait for the first one."""
         await self._reader.accepted()
         await asyncio.sleep(self._next_at - self._loop.time())
         try:
@@ -156,7 +156,7 @@ class Images:
             after: The number of the image that the caller has; 0 for none.
 
         Returns:
-            The image; None if there is none within `WAIT_SEC`.
+            The image; None if no message arrives within `WAIT_SEC`.
 
         Raises:
             InvalidTopicNameError, TooManyTopicsError: See `TopicFeeds.read`.

@@ -35,7 +35,7 @@ def to_javascript(value: Any) -> Any:
     """Return maps, lists, texts and numbers with texts in place of what JavaScript's numbers cannot hold.
 
     Args:
-        value: What JSON can express, NaN and infinities included.
+        value: A value that JSON can express, or NaN or an infinity.
     """
     if isinstance(value, dict):
         return {key: to_javascript(each) for key, each in cast("dict[str, Any]", value).items()}

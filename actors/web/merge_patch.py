@@ -17,8 +17,8 @@ def merge_patch(old: Document, new: Document) -> dict[str, Any]:
     another list, number or text replaces the old one.
 
     Args:
-        old: What the other side has.
-        new: What it should have.
+        old: The document of the other side.
+        new: The document that it should have.
 
     Returns:
         The patch; empty if there is no difference.

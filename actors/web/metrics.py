@@ -1,7 +1,7 @@
 """The numbers of a broker as Prometheus reads them. No I/O.
 
 Names follow Prometheus: a base unit at the end, `_total` for counts that only grow. The names of topics come
-from whoever declares them, so that only the busiest ones get a label of their own.
+from the nodes that declare them, so that only the busiest ones get a label of their own.
 """
 
 from __future__ import annotations
@@ -112,11 +112,11 @@ TOPIC_COUNTERS: Final = {
     "callboard_topic_copies_delivered": ("delivered", "Copies of a topic's messages handed to connections"),
     "callboard_topic_copies_dropped": ("dropped", "Copies of a topic's messages dropped: a reader is slow"),
 }
-"""Of the busiest `MAX_TOPICS` topics, and of the others together."""
+"""Metrics of each of the busiest `MAX_TOPICS` topics, and of the others together."""
 
 
 class Metrics:
-    """What `/metrics` answers.
+    """The content of `/metrics`.
 
     Attributes:
         round_trips: Of the probes to the broker and back.
@@ -155,7 +155,7 @@ class _BrokerCollector(Collector):
         self._topics = TopicCounts()
 
     def update(self, report: BrokerReport | None, snapshot: GraphSnapshot) -> None:
-        """Use this report from now on."""
+        """Replace the report and the snapshot of the graph that `collect` describes."""
         self._report, self._snapshot = report, snapshot
         if report is None:
             return
@@ -215,7 +215,7 @@ class TopicCounts:
         self._other_queued = 0
 
     def update(self, topics: Mapping[str, TopicStats]) -> None:
-        """Use these numbers from now on.
+        """Replace the numbers of all topics.
 
         Args:
             topics: By name.

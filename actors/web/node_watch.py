@@ -1,4 +1,4 @@
-"""What a node tells about itself, as long as a browser shows it: diagnostics, lifecycle, parameters.
+"""Watches a node while a browser shows it: its diagnostics, lifecycle state and parameters.
 
 Changes of state and of parameters are pushed by the node; only its diagnostics are asked for again and again.
 """
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.web.topic_feed import TopicFeeds, TopicReader
 
 POLL_PERIOD_SEC: Final = 2.0
-"""Between two requests for diagnostics."""
+"""Seconds between two requests for diagnostics."""
 
 NODE_ANSWER_SEC: Final = 2.0
 """For the answer to each request."""
@@ -117,7 +117,7 @@ async def parameters_of(node: Node, name: str, timeout_sec: float) -> tuple[list
 
 
 class NodeWatch:
-    """What one node tells about itself.
+    """The answers of one node about itself.
 
     Args:
         observer: Has the node that asks, and the graph.
@@ -126,7 +126,7 @@ class NodeWatch:
         unused: Called when the last listener has gone.
 
     Attributes:
-        parts: What is known: `diagnostics`, `lifecycle`, `parameters` by name; `errors` by part.
+        parts: The parts that are known: `diagnostics`, `lifecycle`, `parameters` by name; `errors` by part.
     """
 
     def __init__(self, observer: Observer, feeds: TopicFeeds, name: str, unused: Callable[[], None]) -> None:

@@ -25,7 +25,7 @@ NAME: Final = hidden_name("callboard_web")
 """The name that all nodes of this process share."""
 
 SAMPLE_PERIOD_SEC: Final = 1.0
-"""Between two samples of the broker's counters, while anybody reads them."""
+"""Seconds between two samples of the broker's counters, while a browser or program reads them."""
 
 MIN_RATE_SEC: Final = SAMPLE_PERIOD_SEC / 2
 """The shortest time over which rates are computed: programs may take samples in quick succession."""

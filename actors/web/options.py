@@ -15,7 +15,7 @@ MAX_LIVE_CONNECTIONS: Final = 64
 """WebSockets of browsers, streams of events and requests for images at the same time."""
 
 MAX_BODY_BYTES: Final = 4 * 1024 * 1024
-"""Of a request."""
+"""Largest body of a request."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -26,7 +26,7 @@ class WebOptions:
         host: The address to listen on.
         port: The port; 0 for any that is free.
         allow_control: Whether calls, goals, parameters and transitions are allowed, with the token.
-        token: What grants control, and beyond loopback also reading; None for a random one.
+        token: The token that grants control, and beyond loopback also reading; None for a random one.
         users: Whether the users of the broker sign in with their own tokens, and have their own rights.
         allowed_hosts: Names that a Host header may have, besides `localhost`, all addresses and `host`.
         tls: The context for HTTPS; None for HTTP.

@@ -41,7 +41,7 @@ def kind_from_name(name: str) -> ParameterType:
     """Return the type of a name such as "integer array".
 
     Raises:
-        InvalidValueError: There is none.
+        InvalidValueError: There is no such type.
     """
     try:
         return ParameterType(PARAMETER_TYPES.index(name))

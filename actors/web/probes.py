@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.node.node import Node
 
 PROBE_SEC: Final = 5.0
-"""Between two probes of the round trip."""
+"""Seconds between two probes of the round trip."""
 
 BROKER_ANSWER_SEC: Final = 1.0
 """For the broker to answer; a broker that takes longer is not ready."""

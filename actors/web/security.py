@@ -55,10 +55,10 @@ class Refusal:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AccessPolicy:
-    """What the server requires of a request.
+    """The requirements on a request.
 
     Attributes:
-        token: What grants control, and reading if `private`.
+        token: The token that grants control, and reading if `private`.
         hosts: The names by which the server may be called, in lower case and without a port, besides
             `localhost` and all addresses: DNS cannot make an address lead to another machine.
         private: Whether reading needs a token, too.
@@ -134,7 +134,7 @@ class AccessPolicy:
 
 
 def bearer(headers: Mapping[str, str]) -> str:
-    """Return the token of an Authorization header; empty if there is none.
+    """Return the token of an Authorization header; empty without one.
 
     Args:
         headers: Of the request.

@@ -60,13 +60,13 @@ ROUTES: Final = (
 KEEPALIVE_SEC: Final = 15.0
 """For the next request, or the first one, to arrive with all its headers."""
 STOP_SEC: Final = 1.0
-"""For handlers to end when the server stops."""
+"""Time for handlers to end when the server stops."""
 HANDSHAKE_SEC: Final = 10.0
-"""For the handshake of TLS."""
+"""Time for the handshake of TLS."""
 MAX_CONNECTIONS: Final = 512
-"""Of browsers, each of which may have several, and of programs."""
+"""Connections of browsers, each of which may have several, and of programs."""
 BODY_SEC: Final = 10.0
-"""For the whole body of a request to arrive."""
+"""Time for the whole body of a request to arrive."""
 
 PROBES: Final = frozenset({"/healthz", "/readyz"})
 """Answered whatever the Host header is: orchestrators use changing addresses, and nothing here is secret."""
@@ -84,13 +84,13 @@ class WebServer:
 
     Args:
         observer: Watches the graph; entered, and left, by the caller.
-        options: What the server is told.
+        options: The options of the server.
 
     Entering raises WebListenError if the address cannot be used, and NoUsersError if the users of the broker
     should sign in and it has none.
 
     Attributes:
-        token: What grants control, and beyond loopback also reading.
+        token: The token that grants control, and beyond loopback also reading.
         port: The port; known once it is entered.
     """
 

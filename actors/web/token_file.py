@@ -9,7 +9,7 @@ from typing import Final
 from proto.errors import CallboardError
 
 TOKEN: Final = re.compile(r"[\w-]{16,}", re.ASCII)
-"""What fits an address, and cannot be guessed if it is random."""
+"""Valid tokens: they need no escapes in an address, and a random one cannot be guessed."""
 
 
 class TokenFileError(CallboardError):
@@ -23,7 +23,7 @@ def read_token(path: str | Path) -> str:
         path: The file; blanks around the token are ignored.
 
     Raises:
-        TokenFileError: There is none that can be used.
+        TokenFileError: The file cannot be read, or has no valid token.
     """
     try:
         token = Path(path).read_text(encoding="utf-8").strip()

@@ -27,7 +27,7 @@ MAX_TOPICS: Final = 256
 """Topics that are read at the same time."""
 
 MAX_BYTES: Final = 16 * 1024 * 1024
-"""Of the messages that wait for a reader, and of the latched ones for later readers; the newest is kept."""
+"""Limit on the messages that wait for a reader, and on latched ones for later readers; the newest is kept."""
 
 
 class TooManyTopicsError(CallboardError):
@@ -112,7 +112,7 @@ class TopicReader:
         self.skipped += self._waiting.add(received)
 
     def pop(self) -> list[Received]:
-        """Return what has come since the last call.
+        """Return the messages since the last call.
 
         Raises:
             SubscriptionRefusedError: The broker refuses the subscription.

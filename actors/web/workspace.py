@@ -31,7 +31,7 @@ class Workspace:
         types: The message classes of the graph.
         calls: Calls services and publishes.
         goals: Sends goals, and follows them.
-        metrics: What `/metrics` responds with.
+        metrics: The content of `/metrics`.
         round_trips: Measures round trips to the broker for the metrics.
     """
 

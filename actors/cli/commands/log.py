@@ -102,7 +102,7 @@ def _check_names(options: Options, snapshot: GraphSnapshot) -> None:
     """Check that each --node names a node, a child logger or a namespace. With --follow it may come later.
 
     Raises:
-        CommandError: There is none of this name.
+        CommandError: There is no node of this name.
     """
     from actors.cli.named import absolute, unknown
     from actors.cli.output import print_err

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from proto.wire.qos import Qos
 
 MAX_MISMATCHES: Final = 1000
-"""Of one topic; further ones are not found."""
+"""Mismatches reported for one topic; the search ends there."""
 
 
 class Mismatch(NamedTuple):
@@ -35,7 +35,7 @@ class Mismatch(NamedTuple):
 
 
 class _End(NamedTuple):
-    """What matching depends on."""
+    """The part of an endpoint on which matching depends."""
 
     qos: Qos
     type_name: str

@@ -72,7 +72,7 @@ class Edge(NamedTuple):
     Attributes:
         source: Where it begins.
         target: Where it ends.
-        relation: What the node does; between two nodes (`nodes_only`), what the source does.
+        relation: The action of the node; between two nodes (`nodes_only`), of the source.
         names: Between two nodes, the topics on which the source publishes to the target, or the services of
             the target that it calls; else empty.
     """
@@ -85,7 +85,7 @@ class Edge(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GraphFilter:
-    """What to leave out, as in rqt_graph.
+    """The parts of a graph to leave out, as in rqt_graph.
 
     Attributes:
         hidden: Show names with a token that begins with an underscore.
@@ -161,7 +161,8 @@ def model_of(
 
     Args:
         snapshot: The graph.
-        chosen: What to leave out; None for the defaults. A topic or service is left out with all its nodes.
+        chosen: The parts to leave out; None for the defaults. A topic or service is left out with all its
+            nodes.
         brokers: The names of the brokers of a mesh, by the full names of their nodes.
 
     Raises:

@@ -23,7 +23,7 @@ MAX_TOPICS: Final = 64
 
 
 class DelayParameters(msgspec.Struct, forbid_unknown_fields=True):
-    """What is measured.
+    """The delays to measure.
 
     Attributes:
         topics: Full names.

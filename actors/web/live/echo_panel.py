@@ -23,7 +23,7 @@ SHOWN_LENGTH: Final = 512
 
 
 class EchoParameters(msgspec.Struct, forbid_unknown_fields=True):
-    """What is shown.
+    """The topic and the messages to show.
 
     Attributes:
         topic: Its full name.

@@ -43,7 +43,7 @@ class GraphPanel(DocumentPanel):
 
     Args:
         observer: Watches the graph.
-        chosen: What is drawn.
+        chosen: The parts of the graph to draw.
         wake: See `DocumentPanel`.
     """
 

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 class PanelError(Exception):
-    """A panel cannot be opened; the text says why."""
+    """A panel cannot be opened; the message gives the reason."""
 
 
 class Panel(Protocol):
     """The source of one part of the page.
 
-    It wakes its session when it has something new, and the session takes that when it can send. So nothing
-    is queued for a slow browser, which gets the newest state.
+    It wakes its session when it has something new, and the session pops that when it can send. So nothing is
+    queued for a slow browser, which gets the newest state.
     """
 
     def pop(self) -> dict[str, Any] | None:

@@ -100,7 +100,7 @@ class Panels:
 
         Args:
             name: Which.
-            parameters: What the page has sent with it.
+            parameters: The panel's parameters, as the page has sent them.
             wake: Called when the panel has something new.
 
         Raises:

@@ -22,7 +22,7 @@ MAX_FIELDS: Final = 16
 
 
 class PlotParameters(msgspec.Struct, forbid_unknown_fields=True):
-    """What is plotted.
+    """The values to plot.
 
     Attributes:
         topic: Its full name.

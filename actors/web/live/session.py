@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from actors.web.live.panel import Panel
 
 UPDATE_PERIOD_SEC: Final = 0.05
-"""Between two updates of a browser or a stream: twenty a second look continuous."""
+"""Seconds between two updates of a browser or a stream: twenty a second look continuous."""
 
 MAX_PANELS: Final = 32
 """Panels that a page may have open at the same time."""
 
 MAX_REQUEST_BYTES: Final = 64 * 1024
-"""Of a message from the page."""
+"""Largest message from the page."""
 
 
 class LiveSession:

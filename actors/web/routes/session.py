@@ -1,4 +1,4 @@
-"""What the page may do, and the cookie with which it may read."""
+"""The rights of the page, and the cookie with which it may read."""
 
 from __future__ import annotations
 

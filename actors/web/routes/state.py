@@ -1,4 +1,4 @@
-"""What handlers share, and how they get it from a request."""
+"""The state that handlers share, and functions that get it from a request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True, slots=True)
 class State:
-    """What handlers share.
+    """The state that handlers share.
 
     Attributes:
         options: Those of the server.

@@ -11,7 +11,7 @@ from actors.interfaces.std_msgs.msg import String
 
 
 class AddTwoIntsServer(actors.Node):
-    """Adds two numbers for whoever asks."""
+    """Serves the sum of two numbers."""
 
     def __init__(self, url: str) -> None:
         super().__init__("add_two_ints_server", url=url)

@@ -1,4 +1,4 @@
-"""What `callboard launch` shows and writes of a launch: lines or JSON, a status line, and log files."""
+"""The output of `callboard launch`: lines or JSON, a status line, and log files."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def _chosen(wanted: str, rows: list[Row]) -> Row:
     """Return the broker with a name or an id.
 
     Raises:
-        CommandError: There is none, or several have the name.
+        CommandError: No broker has the name, or several have it.
     """
     from actors.cli.errors import CommandError
     from actors.cli.named import unknown

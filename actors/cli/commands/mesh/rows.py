@@ -29,7 +29,7 @@ class Row(NamedTuple):
     """A broker.
 
     Attributes:
-        stats: What is known of it.
+        stats: Its statistics.
         route: A key of ROUTES.
         nodes, endpoints: How many are in the graph; endpoints are publishers, subscriptions and so on.
     """

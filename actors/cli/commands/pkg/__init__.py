@@ -16,7 +16,7 @@ def require_package(name: str, text: str) -> Package:
     """Return the installed package of this name.
 
     Raises:
-        CommandError: There is none; its text is `text`, with what may have been meant.
+        CommandError: There is no such package; the message is `text`, with a suggestion.
     """
     from actors.cli.errors import CommandError
     from actors.tools.executables import find_package, packages
