@@ -86,6 +86,8 @@ class ActionClientEndpoint(Endpoint):
     @property
     def ready(self) -> bool:
         """Whether all five parts are matched with a server's."""
+        # All five: with only some of them matched, a goal could be accepted whose result or feedback is
+        # then lost.
         return all(each.peers > 0 for each in self._parts)
 
     def require_not_refused(self) -> None:
@@ -103,10 +105,14 @@ class ActionClientEndpoint(Endpoint):
             request = self._types.send_goal.Request(goal_id=receiver.goal_id, goal=goal)
             response = await self._send.call(request, timeout_sec)
             if response.accepted:
+                # At once, not when the user asks for it: a server keeps results for a limited time, and the
+                # end of the goal is news for `async for`, too.
                 reply = self._request_result(receiver.goal_id)
                 reply.add_done_callback(partial(self._result_replied, key, receiver))
             receiver.decided(accepted=response.accepted, stamp=response.stamp)
         finally:
+            # Rejected, failed or cancelled: there is nothing to receive. An accepted goal stays until its
+            # result.
             if not receiver.accepted:
                 del self.goals[key]
 
@@ -137,7 +143,7 @@ class ActionClientEndpoint(Endpoint):
         return await self._cancel.call(request, timeout_sec)
 
     async def result(self, goal_id: UUID, timeout_sec: Timeout) -> GoalResult[Any]:
-        """Ask for the result of a goal, whoever has sent it."""
+        """Ask for the result of a goal, which any client may have sent."""
         request = self._types.get_result.Request(goal_id=goal_id)
         try:
             return goal_result(await self._results.call(request, timeout_sec))
@@ -149,6 +155,7 @@ class ActionClientEndpoint(Endpoint):
         receiver = self.goals.get(bytes(message.goal_id.uuid))
         try:
             return None if receiver is None else receiver.feedback_received(message)
+        # Also if the callback has raised: this message has been handed over all the same.
         finally:
             self._held.check()
 
@@ -157,6 +164,8 @@ class ActionClientEndpoint(Endpoint):
         if self.goals:
             for status in message.status_list:
                 receiver = self.goals.get(bytes(status.goal_info.goal_id.uuid))
+                # Another version may have states that this one does not know; they are skipped, not taken
+                # for an error.
                 if receiver is not None and status.status in STATES:
                     receiver.state_received(GoalState(status.status))
 
@@ -165,6 +174,7 @@ class ActionClientEndpoint(Endpoint):
         if self.destroyed:
             return
         super().destroy()
+        # Results that have arrived are given to the users; what has not ends with its client, below.
         self._held.release_all()
         for part in self._parts:
             part.destroy()
@@ -192,7 +202,7 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
 
     @property
     def statuses(self) -> list[GoalStatus]:
-        """The states of all goals of the server, whoever has sent them, as it published them last.
+        """The states of all goals of the server, sent by any client, as it published them last.
 
         Clients that come late get them, too. Ended goals are in it for as long as the server keeps results.
         """

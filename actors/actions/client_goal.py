@@ -90,7 +90,7 @@ class GoalReceiver:
         return f"Action '{self.name}': goal {bytes(self.goal_id.uuid).hex()}"
 
     def decided(self, *, accepted: bool, stamp: Time) -> None:
-        """Take the server's answer."""
+        """Note the server's answer."""
         self.accepted, self.stamp = accepted, stamp
         if accepted:
             self.state_received(GoalState.ACCEPTED)
@@ -98,7 +98,9 @@ class GoalReceiver:
             self._end(GoalRejected(f"{self.what} was rejected"))
 
     def state_received(self, state: GoalState) -> None:
-        """Take a state; it never goes back."""
+        """Note a state that the server has reported; the state never goes back."""
+        # Status messages and replies travel separately, so that an older state may arrive last. The numbers
+        # of the states grow with the goal's progress.
         self.state = max(self.state, state)
 
     def feedback_received(self, message: Any) -> Any:
@@ -113,7 +115,7 @@ class GoalReceiver:
         return None
 
     def result_received(self, reply: asyncio.Future[Any]) -> None:
-        """Take the reply to the request for the result."""
+        """End the goal with the reply to the request for the result."""
         error = reply.exception()
         if isinstance(error, NodeDestroyed):  # it names a part of the client, which users do not know
             self._end(NodeDestroyed(f"{self.what}: the client has been destroyed"))
@@ -143,7 +145,7 @@ class GoalReceiver:
 class ClientGoalHandle(Generic[ResultT, FeedbackT]):
     """A goal that was sent. Made by `ActionClient.send_goal`.
 
-    `async for feedback in handle` gives the feedback that has not been taken yet, and ends with the goal. It
+    `async for feedback in handle` gives the feedback that has not been read yet, and ends with the goal. It
     raises what `result` raises if the goal ends without a result.
 
     Args:
@@ -253,8 +255,11 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
                 break
             if receiver.iterating:
                 raise RuntimeError("Another task is iterating over the feedback of this goal")
+            # Only while it waits: a task may leave the loop and another may go on from there.
             receiver.iterating = True
             try:
+                # Before the wait, in the same step as the checks above: news that arrives in between is not
+                # missed.
                 receiver.news.clear()
                 with in_flight():
                     await receiver.news.wait()

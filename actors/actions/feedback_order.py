@@ -34,6 +34,7 @@ class FeedbackEnd(NamedTuple):
     @classmethod
     def of(cls, attributes: Options | None) -> FeedbackEnd | None:
         """Return what the attributes of a reply say; None if they do not, or are not valid."""
+        # From another process, perhaps another version: anything may be missing, or of another type.
         values: Options = attributes or {}
         gid, sequence = values.get(GID), values.get(SEQUENCE)
         if isinstance(gid, bytes) and isinstance(sequence, int):
@@ -64,6 +65,8 @@ class HeldResults:
             release()
             return
         loop = self._subscription.context.require_loop()
+        # With a limit: feedback may have been dropped by a depth, or wait for a callback that does not end,
+        # and the result must not wait for ever.
         self._held[release] = end, loop.call_later(MAX_WAIT_SEC, self._release, release)
 
     def check(self) -> None:
@@ -86,10 +89,14 @@ class HeldResults:
         subscription = self._subscription
         attachment = subscription.tracker.attachments.get(end.gid)
         if attachment is None:
+            # Not attached yet, though there are publishers. A publisher that was attached before and is
+            # gone (it is in `known`) sends nothing more.
             if subscription.peers and end.gid not in subscription.tracker.known:
                 return False  # it is still to come
+        # Not received yet, as far as the numbers go. Lost ones count as received: nobody waits for them.
         elif attachment.expected < end.sequence:
             return False
+        # Received, but not handed to the callback.
         return not any(
             batch.attachment.gid == end.gid and batch.numbers[batch.index] < end.sequence
             for batch in subscription.consumer.backlog.batches

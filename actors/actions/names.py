@@ -17,4 +17,5 @@ class ActionNames(NamedTuple):
     @classmethod
     def of(cls, action: str) -> ActionNames:
         """Return the names for the full name of an action."""
+        # ROS 2's hidden names: other tools recognise actions by `/_action/`.
         return cls(*(f"{action}/_action/{field}" for field in cls._fields))

@@ -61,8 +61,10 @@ class KeptResults:
 
     def add(self, goal_id: bytes, info: GoalInfo, response: Any, *, size: int, now: float) -> None:
         """Keep a result; drop the oldest beyond the limits."""
+        # All have the same time limit, so that the order of insertion is the order of expiry.
         self._results[goal_id] = KeptResult(info, response, size, now + self._timeout_sec)
         self._size += size
+        # Never the newest: the clients that wait for it are about to be answered, and one may ask again.
         while len(self._results) > self._max_results or (self._size > self._max_bytes and len(self) > 1):
             self._drop_oldest()
             self.dropped += 1

@@ -36,6 +36,7 @@ def accept_goal(request: object) -> GoalResponse:
 def reject_cancel(goal: object) -> CancelResponse:
     """Reject every cancellation."""
     del goal
+    # rclpy's default. A callback that does not look at `is_cancel_requested` could not be cancelled anyway.
     return CancelResponse.REJECT
 
 

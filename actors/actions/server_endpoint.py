@@ -73,9 +73,12 @@ class ActionServerEndpoint(Endpoint):
             raise ValueError("result_timeout_sec must be a number of seconds, negative for no limit")
         types: Any = action_types(action_type)
         names = ActionNames.of(name)
+        # Before anything is declared: a callback with a wrong signature must not leave half a server
+        # behind.
         for field in fields(callbacks):
             takes(getattr(callbacks, field.name), (1,), field.name)
         super().__init__(context)
+        # By id as bytes, because messages (UUID) are mutable and so have no hash.
         self.goals: dict[bytes, GoalProgress] = {}
         self.results = KeptResults(result_timeout_sec)
         self.refused_goals = 0
@@ -87,6 +90,8 @@ class ActionServerEndpoint(Endpoint):
         self._timing = context.watch.of(callbacks.execute, f"the action '{name}'")
         self._accept_timing = context.watch.of(callbacks.handle_accepted, f"the action '{name}'")
         self._accepting: dict[GoalProgress, CallbackTask] = {}  # handle-accepted callbacks that run
+        # Kept apart from `goals`: a goal without a decision has no state yet, and must not show up in the
+        # status.
         self._deciding: set[bytes] = set()
         """Goals whose goal callback is running."""
         self._status_due: asyncio.TimerHandle | None = None
@@ -109,6 +114,8 @@ class ActionServerEndpoint(Endpoint):
                 srv_type.Response,
                 name,
                 callback=callback,
+                # Concurrent, so that a cancel request gets through while the goal callback of another goal,
+                # or the node's mailbox, waits.
                 concurrent=True,
             )
             for srv_type, name, callback in (
@@ -117,6 +124,7 @@ class ActionServerEndpoint(Endpoint):
                 (self._types.get_result, names.get_result, self._result_requested),
             )
         ]
+        # Only for results: the reply says how far the feedback had come (`feedback_order.py`).
         endpoint_of(services[-1]).reply_attributes = partial(attributes_after, self._feedback)
         return services
 
@@ -125,9 +133,13 @@ class ActionServerEndpoint(Endpoint):
     async def _goal_requested(self, request: Any) -> Any:
         key = bytes(request.goal_id.uuid)
         response = self._types.send_goal.Response()
+        # An id that is in use, or was until recently, would make two goals indistinguishable in status and
+        # feedback.
         if key in self.goals or key in self._deciding or self.results.get(key) is not None:
             _warn_of_rejected(self.context, self._name, f"its id {key.hex()} exists already")
             return response
+        # Those that are being decided count as well. Otherwise a slow goal callback would let in any
+        # number.
         if len(self.goals) + len(self._deciding) >= MAX_GOALS:
             self.refused_goals += 1
             _warn_of_rejected(self.context, self._name, f"{MAX_GOALS} goals have not ended")
@@ -137,6 +149,7 @@ class ActionServerEndpoint(Endpoint):
             decision = await self._decide(request.goal)
         finally:
             self._deciding.discard(key)
+        # The server may have been destroyed while the goal callback waited.
         if decision is not GoalResponse.ACCEPT or self.destroyed:
             return response
         response.accepted, response.stamp = True, self.context.clock.now().to_msg()
@@ -167,6 +180,8 @@ class ActionServerEndpoint(Endpoint):
             coroutine = outcome if inspect.iscoroutine(outcome) else awaited(outcome)
             task = CallbackTask(self.context.mailbox, coroutine, ended, self._accept_timing)
             self._accepting[goal] = task
+            # As a callback task, so that its steps count for the callback budget, and the node waits for it
+            # when it stops.
             self.context.mailbox.run_concurrently(task)
 
     async def _decide(self, request: Any) -> GoalResponse:
@@ -188,6 +203,8 @@ class ActionServerEndpoint(Endpoint):
         key = bytes(request.goal_info.goal_id.uuid)
         goals = self._to_cancel(key, request.goal_info.stamp)
         if not goals and key != NO_ID:
+            # In `goals` but not active: its terminal state is set, and the execute callback has yet to
+            # return the result.
             ended = key in self.goals or self.results.get(key) is not None
             code = response.ERROR_GOAL_TERMINATED if ended else response.ERROR_UNKNOWN_GOAL_ID
             response.return_code = code
@@ -213,6 +230,7 @@ class ActionServerEndpoint(Endpoint):
 
     async def _cancel(self, goal: GoalProgress) -> bool:
         """Ask the cancel callback; return whether the goal is being cancelled."""
+        # Accepted already: another request gets the same answer, without asking again.
         if goal.canceling:
             return True
         try:
@@ -220,13 +238,16 @@ class ActionServerEndpoint(Endpoint):
         except Exception as error:  # noqa: BLE001 - the user's: logged, counted, the goal goes on
             self.context.callback_failed(f"The cancel callback of the action '{self._name}'", error)
             return False
+        # The goal may have ended while the cancel callback waited.
         if decision != CancelResponse.ACCEPT or goal.state.is_terminal:
             return False
+        # Nor has another request been accepted in the meantime: CANCELING has no transition to itself.
         if not goal.canceling:
             goal.apply(GoalEvent.CANCEL_GOAL)
         if self._cancel_execution:
             if goal.task is not None:
                 goal.task.cancel()
+            # Nothing runs that could notice the cancellation, so it takes effect here.
             elif not goal.started:
                 goal.end(GoalEvent.CANCELED, None)
         return True
@@ -235,8 +256,10 @@ class ActionServerEndpoint(Endpoint):
         key = bytes(request.goal_id.uuid)
         goal = self.goals.get(key)
         if goal is not None:
+            # The reply waits as long as the goal runs; the client's request has no deadline.
             return await goal.wait()
         kept = self.results.get(key)
+        # Status UNKNOWN, as in ROS 2. An error would not tell an unknown goal from a failed server.
         return self._types.get_result.Response() if kept is None else kept.response
 
     # What goals call
@@ -249,6 +272,7 @@ class ActionServerEndpoint(Endpoint):
             takes(callback, (1,), "execute")
         if goal.state.is_terminal or self.destroyed:
             return
+        # Before the callback is called: it may call `execute` on its own handle.
         goal.started = True
         if goal.state is GoalState.ACCEPTED:
             goal.apply(GoalEvent.EXECUTE)
@@ -266,16 +290,21 @@ class ActionServerEndpoint(Endpoint):
 
     def _executed(self, goal: GoalProgress, result: Any, error: BaseException | None) -> None:
         """Finish a goal whose execute callback has ended."""
+        # Without `cancel_execution`, as in rclpy, the callback sees the request in `is_cancel_requested`
+        # and decides by itself; CancelledError is then an error like others.
         asked = goal.canceling and self._cancel_execution
         if error is not None:
             result = None
             if not (isinstance(error, asyncio.CancelledError) and (asked or self.destroyed)):
                 self.context.callback_failed(self._timing.what, error)
+        # `succeed(result)` has finished it before the callback returned.
         if goal.finished or self.destroyed:
             return
         size = 0
         if result is not None:
             try:
+                # Checked here: an invalid result would otherwise fail when the reply is encoded, where
+                # nobody could answer those who wait.
                 size = self.require_result(result)
             except (TypeError, InvalidMessageError) as wrong:
                 self.context.callback_failed(self._timing.what, wrong)
@@ -314,6 +343,7 @@ class ActionServerEndpoint(Endpoint):
         del self.goals[goal.key]
         loop = self.context.require_loop()
         self.results.add(goal.key, goal.info, response, size=size, now=loop.time())
+        # After the result is kept, so that there is no moment at which a new request finds it nowhere.
         for waiter in tuple(goal.waiters):
             if not waiter.done():
                 waiter.set_result(response)
@@ -326,6 +356,8 @@ class ActionServerEndpoint(Endpoint):
         """Publish the states of all goals: in the next loop turn, or when the last message is old enough."""
         if self._status_due is None and not self.destroyed:
             loop = self.context.require_loop()
+            # In proportion to the list: each message names all goals, so that a thousand goals with a
+            # message for each change would cost a million entries.
             period = max(STATUS_PERIOD_SEC, STATUS_GOAL_SEC * (len(self.goals) + len(self.results)))
             at = max(loop.time(), self._status_at + period)
             self._status_due = loop.call_at(at, self._publish_status)
@@ -334,12 +366,14 @@ class ActionServerEndpoint(Endpoint):
         self._status_due = None
         self._status_at = self.context.require_loop().time()
         states = [(goal.info, int(goal.state)) for goal in self.goals.values()]
+        # Ended goals are part of the status for as long as their results are kept, as in ROS 2.
         states += [(kept.info, kept.response.status) for kept in self.results]
         status = [GoalStatus(goal_info=info, status=state) for info, state in states]
         self._status.publish(GoalStatusArray(status_list=status))
 
     def _expire_later(self, loop: asyncio.AbstractEventLoop) -> None:
         if self._expiry is None and self.results.next_expiry < math.inf:
+            # One timer, set to the oldest: results expire in the order in which they were added.
             self._expiry = loop.call_at(self.results.next_expiry, self._expire)
 
     def _expire(self) -> None:
@@ -365,8 +399,11 @@ class ActionServerEndpoint(Endpoint):
             self._expiry.cancel()
         if self._status_due is not None:
             self._status_due.cancel()
+            # The last states, which clients would otherwise never see: the timer for them has just been
+            # cancelled.
             if not self._status.destroyed:
                 self._publish_status()
+        # First marks this as destroyed, so that what the cancelled callbacks still do changes nothing.
         super().destroy()
         for task in (*self._accepting.values(), *(goal.task for goal in self.goals.values())):
             if task is not None:

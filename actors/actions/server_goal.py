@@ -67,6 +67,7 @@ class GoalProgress:
         self.state = GoalState.ACCEPTED
         self.started = self.finished = False
         self.task: CallbackTask | None = None
+        # Several, since any client may ask for a result, and may ask again after its link broke.
         self.waiters: dict[asyncio.Future[Any], None] = {}
         self.handle: ServerGoalHandle[Any, Any, Any] = ServerGoalHandle(self, request)
 
@@ -91,8 +92,11 @@ class GoalProgress:
             InvalidGoalTransitionError: The event cannot happen in this state.
             TypeError, InvalidMessageError: The result is not valid.
         """
+        # Before the state changes: a goal with an invalid result stays as it was, and the callback sees the
+        # error.
         size = 0 if result is None else self.server.require_result(result)
         self.apply(event)
+        # Otherwise the execute callback will return the result, as rclpy's do.
         if result is not None or not self.started:
             self.server.finish(self, result, size)
 

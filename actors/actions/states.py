@@ -39,6 +39,8 @@ class GoalEvent(Enum):
     CANCELED = auto()
 
 
+# A goal that is being cancelled may still succeed or abort: the request may have come too late, and the
+# server knows best.
 TRANSITIONS: Final = {
     (GoalState.ACCEPTED, GoalEvent.EXECUTE): GoalState.EXECUTING,
     (GoalState.ACCEPTED, GoalEvent.CANCEL_GOAL): GoalState.CANCELING,

@@ -127,6 +127,7 @@ class ReportParts:
 
     def add(self, frame: frames.Stats) -> None:
         """Add a part."""
+        # A report may take several frames, each with a part of the maps.
         self.totals = {**self.totals, **frame.totals}
         self.mesh = {**self.mesh, **frame.mesh}
         for topic in frame.topics:
@@ -138,6 +139,7 @@ class ReportParts:
         for broker in frame.brokers:
             name, version = peer_text(broker.name), peer_text(broker.version)
             self.brokers[broker.number] = broker._replace(name=name, version=version)
+        # After each part: the limit must hold before the whole answer is here.
         require_few(len(self.totals) + len(self.topics) + len(self.links) + len(self.brokers))
         self.complete = not frame.more
 

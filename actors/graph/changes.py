@@ -113,7 +113,11 @@ class _WatchEndpoint(Endpoint):
         self.snapshot = GraphSnapshot()
         self.complete = False
         self.news = asyncio.Event()
+        # Whether keys may have changed: another broker, or the same one after a restart, numbers its
+        # entries afresh.
         self._restarted = False
+        # What the consumer has been told, by key. Changes are the difference to it, however long it did not
+        # ask.
         self._seen: dict[int, GraphEntry] = {}
         self._suspended: dict[int, GraphEntry] = {}
         context.link.add(self)
@@ -132,6 +136,8 @@ class _WatchEndpoint(Endpoint):
             self._restarted = False
             self._seen, self._suspended = _recognized(now, self._seen, self._suspended)
         gone = [(key, entry) for key, entry in self._seen.items() if key not in now]
+        # Suspended before, and now neither in the graph nor suspended: its link was closed while it was
+        # silent.
         over = [(key, entry) for key, entry in self._suspended.items() if key not in now.keys() | suspended]
         new = [(key, entry) for key, entry in now.items() if key not in self._seen]
         kinds = GraphChangeKind
@@ -140,6 +146,8 @@ class _WatchEndpoint(Endpoint):
             *((kinds.DISAPPEARED, entry) for _, entry in over),
             *((kinds.RETURNED if key in self._suspended else kinds.APPEARED, entry) for key, entry in new),
         ]
+        # An endpoint that appeared and was suspended between two calls was never reported; its end need not
+        # be, either.
         reported = self._seen.keys() | self._suspended
         self._seen = dict(now)
         self._suspended = {key: entry for key, entry in suspended.items() if key in reported}
@@ -158,6 +166,7 @@ class _WatchEndpoint(Endpoint):
     def session_ended(self) -> None:
         """Report no changes before another broker has sent the whole graph."""
         super().session_ended()
+        # Otherwise the consumer would see everything disappear, and appear again a moment later.
         self.complete = False
 
     def destroy(self) -> None:
@@ -181,7 +190,10 @@ def _recognized(now: dict[int, GraphEntry], *before: dict[int, GraphEntry]) -> l
     """
     free: defaultdict[tuple[object, ...], list[int]] = defaultdict(list)
     for key, entry in now.items():
+        # Without key and QoS: what users would call the same endpoint. Several that are equal are matched
+        # in any order.
         free[entry[1:5]].append(key)
+    # Keys of brokers are not negative.
     unused = count(-1, -1)
     return [
         {free[entry[1:5]].pop(0) if free[entry[1:5]] else next(unused): entry for entry in entries.values()}

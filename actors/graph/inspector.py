@@ -83,8 +83,8 @@ class Inspector:
     Attributes:
         urls: The brokers to try.
         url: The one it is connected to.
-        listening: The first URL where something took the connection without a greeting, so that no broker can
-            be started there; None if there was none.
+        listening: The first URL where something accepted the connection without a greeting, so that no broker
+            can be started there; None if there was none.
         error: Why it has not reached the first of `urls`; None if it has, or has not tried.
         welcome: The options of the broker's greeting: agent, broker, keepalive_ms, max_message_bytes, …
         certificate: The broker's certificate, as `ssl.SSLSocket.getpeercert` shows it; empty without TLS.
@@ -114,6 +114,7 @@ class Inspector:
         self._credentials = credentials or find_credentials()
         self._timeout_sec = timeout_sec
         self._socket: socket.socket | None = None
+        # One buffer for all attempts: each URL that is tried begins a session of its own.
         self._scratch = memoryview(bytearray(SCRATCH_BYTES))
         self._start_session()
 
@@ -141,13 +142,18 @@ class Inspector:
         for left, url in zip(range(len(self.urls), 0, -1), self.urls, strict=True):
             now = time.monotonic()
             try:
+                # A share of the rest for each, so that a first broker that accepts and says nothing leaves
+                # time for the others.
                 self._greet(url, now + (deadline - now) / left)
             except OSError as error:
                 if url == self.urls[0]:
                     self.error = error
+                # Something has accepted the connection. That is a better explanation than "no broker" of
+                # those that refused it.
                 if self._socket is not None and unwelcoming is None:
                     self.listening, unwelcoming = url, _unwelcoming(url, error, self._credentials.tls)
                 self._disconnect()
+            # ProtocolError, for example: this is a broker, and it refuses. The next one is not asked.
             except BaseException:
                 self._disconnect()
                 raise
@@ -260,6 +266,7 @@ class Inspector:
         self._receiver = Receiver(self._session, self._scratch, Decoder(), Reassembler())
 
     def _hello_options(self, url: BrokerUrl) -> dict[str, frames.Scalar]:
+        # Random for each inspector: the broker must never take it for a node that comes back.
         identity = os.urandom(limits.INSTANCE_BYTES), os.urandom(limits.INSTANCE_BYTES)
         options: dict[str, frames.Scalar] = dict(zip(("instance", "token"), identity, strict=True))
         options |= {"agent": AGENT, "domain": self._domain}
@@ -288,6 +295,7 @@ class Inspector:
         try:
             welcome = self._next(frames.Welcome, deadline)
         except ProtocolError as error:
+            # An HTTP server, say, answers with bytes that are no frames.
             if error.code is ErrorCode.MALFORMED and self._session.state is State.GREETED:
                 raise ProtocolError(error.code, f"what listens at {url} is no callboard broker") from error
             if error.code is ErrorCode.UNAUTHORIZED:
@@ -296,14 +304,15 @@ class Inspector:
                 raise tls_required(url, self._credentials.tls) from error
             raise
         self.round_trip_sec = time.monotonic() - asked
+        # Text of a peer goes to terminals: control characters are escaped once, here.
         self.welcome = {
             key: peer_text(value) if isinstance(value, str) else value
             for key, value in welcome.options.items()
         }
         self.clock_ahead_sec = _ahead(welcome.options.get("wall_time_ns"), self.round_trip_sec)
 
-    def _ask(self, query: Frame, kind: type[FrameT], take: Callable[[FrameT], bool]) -> None:
-        """Send a query, and give the parts of the answer to `take` until it returns True."""
+    def _ask(self, query: Frame, kind: type[FrameT], accept: Callable[[FrameT], bool]) -> None:
+        """Send a query, and give the parts of the answer to `accept` until it returns True."""
         if self._socket is None:
             raise BrokerUnreachable("The inspector is not connected: use `with Inspector(url) as inspector:`")
         deadline = time.monotonic() + self._timeout_sec
@@ -311,7 +320,7 @@ class Inspector:
         started = False
         try:
             self._send(query)
-            while not take(self._next(kind, deadline)):
+            while not accept(self._next(kind, deadline)):
                 started = True
         except OSError as error:
             self._disconnect()
@@ -342,6 +351,7 @@ class Inspector:
                 raise ProtocolError(_known(frame.code), peer_text(frame.text))
             if isinstance(frame, frames.Goodbye):
                 raise ConnectionResetError(peer_text(frame.text))
+            # Also in the middle of an answer. A broker takes a client that does not answer for dead.
             if isinstance(frame, frames.Ping):
                 self._send(frames.Pong(frame.token))
 
@@ -358,6 +368,8 @@ class Inspector:
             if not received:
                 raise ConnectionResetError("the broker has closed the connection")
             receiver.received(received)
+            # The limit holds for what is received, whatever it decodes to: a broker that is not to be
+            # trusted cannot make the command line use up the memory.
             self._answer_bytes += received
             if self._answer_bytes > MAX_ANSWER_BYTES:
                 text = f"the broker's answer has more than {MAX_ANSWER_BYTES} bytes"
@@ -384,7 +396,7 @@ def _ahead(wall_time_ns: object, round_trip_sec: float) -> float | None:
 
 
 def _unwelcoming(url: BrokerUrl, error: OSError, files: TlsFiles) -> BrokerUnreachable:
-    """Return the error about a listener that takes a connection without a greeting."""
+    """Return the error about a listener that accepts a connection without a greeting."""
     if isinstance(error, BrokerUnreachable):
         return error
     if is_tls_error(error):

@@ -98,12 +98,14 @@ class GraphSnapshot:
             ProtocolError: The graph has more than 500,000 entries.
         """
         silent = set(frame.suspended)
+        # Removals first: a key may be removed and added again in one frame.
         for key in frame.removed:
             entry = self.entries.pop(key, None)
             self.suspended.pop(key, None)
             if entry is not None and key in silent:
                 self.suspended[key] = entry
         for added in frame.added:
+            # Once for each entry that arrives, not each time it is printed.
             entry = _printable(added)
             self.entries[entry.key] = entry
             self.suspended.pop(entry.key, None)
@@ -214,6 +216,7 @@ class GraphSnapshot:
 def _printable(entry: GraphEntry) -> GraphEntry:
     """Return an entry whose names cannot forge lines, whatever the broker has accepted."""
     names = entry[2:6]
+    # One test of all four names: nearly every entry passes, and a graph may have 500,000.
     if "".join(names).isprintable():
         return entry
     node, name, type_name, type_hash = map(peer_name, names)
@@ -227,7 +230,7 @@ def require_few(entries: int) -> None:
 
 
 _SEND_GOAL: Final = "/_action/send_goal"
-"""The suffix of an action's name in the name of the service that takes its goals."""
+"""The suffix of an action's name in the name of the service that accepts its goals."""
 
 
 def actions_among(services: NamesAndTypes) -> NamesAndTypes:

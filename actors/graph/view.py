@@ -31,6 +31,7 @@ async def connected(context: NodeContext, timeout_sec: float) -> float:
         BrokerUnreachable: There is none within `timeout_sec`.
     """
     link = context.link
+    # One deadline for both waits: connecting must not double the time that the caller has given.
     deadline = context.require_loop().time() + timeout_sec
     try:
         await context.wait_until(lambda: link.connected, "No session", timeout_sec)
@@ -50,6 +51,7 @@ async def answered(
     link = context.link
     try:
         await context.wait_until(
+            # An answer belongs to a session. After a reconnect nobody would send it.
             lambda: condition() or link.connections != session or not link.connected,
             "No answer",
             timeout_sec,
@@ -78,9 +80,11 @@ class BrokerView:
     async def snapshot(self, timeout_sec: float = QUERY_TIMEOUT_SEC) -> GraphSnapshot:
         """Return the graph as it is now, including everything that this node has declared."""
         link = self._context.link
+        # Before the wait for a session: if there is one already, the query leaves in this very loop turn.
         watch = _Watch(self._context, keep=False)
         try:
             left = await connected(self._context, timeout_sec)
+            # Made before there was a session, or that session has ended meanwhile.
             if watch.session != link.connections:
                 watch.ask()
             await answered(self._context, lambda: watch.complete, watch.session, left)
@@ -111,9 +115,12 @@ class BrokerView:
                         await link.changed()
                         context.require_alive()
         except TimeoutError:
+            # There is no session, or the whole graph is here and does not fulfil the condition.
             if watch is None or watch.complete:
                 return False
             try:
+                # A timeout of zero, or a few milliseconds, ends before the broker could answer. "Not now"
+                # should be the broker's answer, and not this machine's.
                 return condition(await self.snapshot(LAST_QUERY_TIMEOUT_SEC))
             except BrokerUnreachable:
                 return False
@@ -127,6 +134,7 @@ class BrokerView:
         left = await connected(context, timeout_sec)
         assert link.channel is not None
         waiter: asyncio.Future[bytes | None] = context.require_loop().create_future()
+        # Answers carry the hash and no query's number: several queries for one type share the answer.
         waiters = self._definitions.setdefault(type_hash, [])
         waiters.append(waiter)
         link.answers[type_hash] = self._described
@@ -139,6 +147,8 @@ class BrokerView:
                 self._definitions.pop(type_hash, None)
                 link.answers.pop(type_hash, None)
         definition = waiter.result()
+        # Checked, because classes are made of it: a wrong definition would decode messages into wrong
+        # fields.
         return definition if definition is None or hash_of(definition) == type_hash else None
 
     def _described(self, frame: frames.Definition) -> None:
@@ -192,7 +202,7 @@ class _Watch:
             self.complete = True
 
     def close(self) -> None:
-        """Take no more answers."""
+        """Ignore further answers, and end a query that is kept."""
         link = self._link
         link.answers.pop(self._id, None)
         if self._keep and link.channel is not None and self.session == link.connections:

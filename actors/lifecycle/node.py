@@ -127,6 +127,8 @@ class LifecycleNode(Node):
             SUCCESS: active; FAILURE: still inactive; ERROR: `on_error` follows.
         """
         del state
+        # Before the end of the transition, so that a subclass may publish in `on_activate` after calling
+        # this.
         self._transitions.activation.active = True
         return TransitionCallbackReturn.SUCCESS
 

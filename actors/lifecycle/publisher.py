@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 T = TypeVar("T", bound=Message)
 
 
+# An object that the node and its publishers share. The publishers need not know the node, nor be told.
 class Activation:
     """Whether the lifecycle publishers of a node publish.
 
@@ -69,6 +70,7 @@ class LifecyclePublisher(Publisher[T]):
         if self._activation.active:
             super().publish(msg)
         else:
+            # Counted: nothing is lost in silence.
             self.suppressed += 1
 
     def publish_encoded(self, data: Buffer) -> None:

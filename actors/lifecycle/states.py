@@ -138,6 +138,7 @@ class StateMachine:
         Raises:
             InvalidTransitionError: It does not begin in the current state, or another one runs.
         """
+        # Not `available()`: what follows a callback cannot be requested from outside.
         possible = [each for each in REQUESTS if each.start == self.current]
         for transition in possible:
             if wanted in {transition.id, transition.label}:

@@ -79,6 +79,7 @@ class Transitions:
         context = self._context
         context.require_loop()
         start = self.machine.current
+        # The state changes before the callback task exists, so that a second request in between is refused.
         self._publish(self.machine.request(wanted))
         results: list[TransitionCallbackReturn | None] = []
 
@@ -87,8 +88,11 @@ class Transitions:
             results.append(result)
             context.link.wake()
 
+        # A task of the node, not of the caller: a caller that is cancelled must not leave a node half
+        # configured.
         context.mailbox.run_concurrently(CallbackTask(context.mailbox, self._run(start), ended, self._timing))
         with in_flight():
+            # A stopped node runs no callbacks, so that `ended` may never be called.
             while not (results or context.mailbox.closed):
                 await context.link.changed()
         if not results or results[0] is None:
@@ -99,6 +103,8 @@ class Transitions:
         result = await self._call_back(start)
         self._finish(result)
         if result is TransitionCallbackReturn.ERROR:
+            # `on_error` runs in the state ERRORPROCESSING, which `_finish` has just entered. If it fails as
+            # well, the table leads to finalized: there is no second attempt.
             self._finish(await self._call_back(start))
         return result
 
@@ -114,6 +120,7 @@ class Transitions:
         except (*ENDS_PROGRAM, GeneratorExit):  # the last: the loop has closed
             raise
         except BaseException as error:
+            # The node is stopping, which is no failure of the callback.
             if isinstance(error, asyncio.CancelledError) and self._context.mailbox.cancelling:
                 raise
             self._context.callback_failed(name, error)
@@ -122,6 +129,7 @@ class Transitions:
 
     def _finish(self, result: TransitionCallbackReturn) -> None:
         transition = self.machine.finish(result)
+        # From the state and not from the callbacks: an overridden `on_activate` need not call the base's.
         self.activation.active = self.machine.current == ACTIVE
         self._publish(transition)
 
@@ -132,6 +140,7 @@ class Transitions:
     async def _change_state(self, request: srv.ChangeState.Request) -> srv.ChangeState.Response:
         wanted = request.transition
         try:
+            # The label goes first, as in ROS 2: "shutdown" has another number in each state.
             result = await self.request(wanted.label or wanted.id)
         except InvalidTransitionError as error:
             if self._context.may_log("refused transitions"):

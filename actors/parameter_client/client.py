@@ -65,6 +65,8 @@ class ParameterClient:
         full = node.resolve_service_name(f"{remote_node_name}/get_parameters", only_expand=True)
         self.remote_node_name = full.removesuffix("/get_parameters")
         self._node = node
+        # Made when they are used: most programs need one or two of the six, and each is declared to the
+        # broker.
         self._clients: dict[str, Client[Any, Any]] = {}
         """Made when they are first used."""
 
@@ -74,6 +76,8 @@ class ParameterClient:
         Returns:
             True if each client is matched with a server.
         """
+        # A list first: `all` on a generator would stop at the first, and the other clients would never be
+        # made, nor become ready.
         ready = [self._client(name).service_is_ready() for name in _SERVICES]
         return all(ready)
 
@@ -94,6 +98,7 @@ class ParameterClient:
         """
         clients = [self._client(name) for name in _SERVICES]
         try:
+            # One limit for all six, not one for each.
             async with time_limit(endpoint_of(clients[0]).context.limit_sec(timeout_sec)):
                 for client in clients:
                     await client.wait_for_service(None)
@@ -261,6 +266,7 @@ class ParameterClient:
         """
         from actors.parameters.overrides import load_parameter_file, overrides_for  # noqa: PLC0415 - only with files
 
+        # In a thread: reading a file may block, and a file of 100,000 parameters takes seconds to parse.
         entries = await asyncio.to_thread(load_parameter_file, parameter_file)
         wanted = (entry for entry in entries if use_wildcard or "*" not in entry.pattern)
         values = overrides_for(wanted, self.remote_node_name)
@@ -294,6 +300,7 @@ def _each(convert: Callable[[Any], T], items: Iterable[Any], count: int) -> list
         RemoteError: There are not so many, or one is invalid.
     """
     try:
+        # From another process, which may not be callboard: nothing in a reply is certain.
         found = [convert(item) for item in items]
     except ValueError as error:
         raise RemoteError("InvalidReply", peer_text(str(error))) from None

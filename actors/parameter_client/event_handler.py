@@ -134,6 +134,8 @@ class ParameterEventHandler:
         for message in (*event.new_parameters, *event.changed_parameters):
             try:
                 found.append(Parameter.from_parameter_msg(message))
+            # A type that a later version of ROS may have. The other parameters of the event are still of
+            # use.
             except ValueError:
                 continue
         return found
@@ -166,6 +168,7 @@ class ParameterEventHandler:
 
     def _on_event(self, event: ParameterEvent) -> Coroutine[Any, Any, None] | None:
         values = {each.name: each for each in self.get_parameters_from_event(event)}
+        # Collected first, because a callback may add or remove callbacks.
         calls: list[tuple[Callable[..., Any], object]] = [
             (handle.callback, values[handle.parameter_name])
             for handle in self._parameter_callbacks
@@ -176,6 +179,7 @@ class ParameterEventHandler:
         coroutines: list[Any] = []
         for callback, argument in calls:
             try:
+                # All are called before the first is awaited: plain callbacks do not wait for those that do.
                 coroutines.append(as_coroutine(callback(argument)))
             except Exception as error:  # noqa: BLE001 - the user's; raised after the others
                 errors.append(error)

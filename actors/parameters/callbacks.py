@@ -70,6 +70,7 @@ class ParameterCallbacks:
         """Return the parameters that the pre-set callbacks want set; None if one refuses them all."""
         self._deciding = True
         try:
+            # A copy, since a callback may add or remove callbacks.
             for callback in tuple(self.pre_set):
                 parameters = callback(parameters)
                 if not parameters:

@@ -39,6 +39,8 @@ class ParameterChanges:
         for name, old in before.items():
             now = after.get(name)
             if now is not None and now.type_ is not ParameterType.NOT_SET:
+                # Also if the value is the same: ROS 2 reports every set, and a program may wait for the
+                # event of its own.
                 (changes.changed if _has_value(old) else changes.new).append(now)
             elif _has_value(old):
                 changes.deleted.append(Parameter(name))

@@ -22,6 +22,8 @@ def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
         parameters: The parameters.
     """
     tree: dict[str, object] = {}
+    # Sorted, so that `a` comes before `a.b`: it is then known that `a` is a value, and cannot be a map as
+    # well.
     for parameter in sorted(parameters, key=lambda each: each.name):
         if parameter.type_ is ParameterType.NOT_SET:
             continue

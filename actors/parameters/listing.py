@@ -28,6 +28,7 @@ def list_names(names: Iterable[str], prefixes: Sequence[str], depth: int) -> Lis
         TypeError: `prefixes` is a str.
         ValueError: `depth` is negative.
     """
+    # A str is a sequence of str, too: "abc" would list the parameters below a, b and c.
     if isinstance(prefixes, str):
         raise TypeError("prefixes must be a sequence of str, not a str")
     if depth < 0:

@@ -70,6 +70,7 @@ def overrides_for(overrides: Iterable[ParameterOverride], full_node_name: str) -
     chosen: dict[str, ParameterValue] = {}
     for override in overrides:
         pattern = override.pattern
+        # A file has many parameters for few patterns.
         if pattern not in matches:
             matches[pattern] = node_matches(pattern, full_node_name)
         if matches[pattern]:
@@ -79,6 +80,8 @@ def overrides_for(overrides: Iterable[ParameterOverride], full_node_name: str) -
 
 def node_matches(pattern: str, full_node_name: str) -> bool:
     """Return whether a full node name matches a pattern, with `*` for one part and `**` for any number."""
+    # All positions in the name that the pattern so far may have led to. Trying them one after another, as a
+    # recursive match does, takes exponential time for patterns with several `**`.
     remaining: set[int] = {0}
     name = full_node_name.strip("/").split("/")
     for part in pattern.strip("/").split("/"):
@@ -98,15 +101,18 @@ def load_parameter_file(path: str | Path) -> tuple[ParameterOverride, ...]:
     """
     try:
         with Path(path).open("rb") as file:
+            # One byte more than allowed: enough to know, without reading the rest of whatever it is.
             data = file.read(MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         raise InvalidParameterFileError(str(path), str(error)) from None
     if len(data) > MAX_FILE_SIZE:
         raise InvalidParameterFileError(str(path), f"larger than {MAX_FILE_SIZE} bytes")
     try:
+        # A generator, so that the limit stops the expansion of aliases while it happens.
         entries = (entry for section in load_sections(data) for entry in _entries(section, ""))
         return tuple(_limited(entries, MAX_FILE_PARAMETERS))
     except ValueError as error:
+        # In one line: it ends up in a line of a log.
         raise InvalidParameterFileError(str(path), " ".join(str(error).split())) from None
 
 

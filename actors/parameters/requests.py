@@ -1,4 +1,4 @@
-"""Answers to what other nodes ask about a node's parameters: the handlers of ROS 2's six services. No I/O.
+"""Handlers of ROS 2's six services for a node's parameters. No I/O.
 
 They answer as rclpy's do: an unknown name has an empty description, the type NOT_SET and no value, and cannot
 be set.
@@ -68,6 +68,7 @@ class ParameterRequests:
         for name in _limited(names):
             try:
                 yield self._parameters.get(name)
+            # An unknown name is an answer, not an error: the others in the request get their values.
             except (ParameterNotDeclaredError, ParameterUninitializedError):
                 yield None
 
@@ -102,6 +103,7 @@ class ParameterRequests:
         return ListParameters.Response(result=result)
 
     def _set(self, request: SetParameters.Request) -> SetParameters.Response:
+        # One by one: a refused parameter must not affect the others.
         results = [self._set_together([each]) for each in _limited(request.parameters)]
         return SetParameters.Response(results=results)
 

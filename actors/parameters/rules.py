@@ -17,6 +17,7 @@ def as_declared(descriptor: ParameterDescriptor | None, parameter: Parameter) ->
     """Return an empty array, which may be of any type, with the type that is declared."""
     if descriptor is None or descriptor.dynamic_typing or descriptor.type is parameter.type_:
         return parameter
+    # The type of an empty array in YAML or Python cannot be known, so any array type will do.
     empty = parameter.type_ >= ParameterType.BYTE_ARRAY and not parameter.value
     if not empty or not descriptor.type.check([]):
         return parameter
@@ -30,6 +31,7 @@ def refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str
         descriptor: Its descriptor; None if it is not declared.
         parameter: Its name and the value to set.
     """
+    # Only reached if undeclared parameters are allowed. The name then comes from another node.
     if descriptor is None:
         return "" if 0 < len(parameter.name) <= MAX_NAME_CHARS else "Invalid parameter name"
     if descriptor.read_only:

@@ -79,6 +79,8 @@ class ParameterStore:
         allow_undeclared: bool = False,
         max_parameters: int = MAX_PARAMETERS,
     ) -> None:
+        # The constructor's values come last, and so win: the code that makes the node knows best what it
+        # needs.
         self._overrides: dict[str, ParameterValue] = {**(argument_overrides or {}), **(overrides or {})}
         self._allow_undeclared = allow_undeclared
         self._max_parameters = max_parameters
@@ -129,10 +131,12 @@ class ParameterStore:
             InvalidParameterValueError: A range or an on-set callback refuses the value.
             ParameterModifiedInCallbackError: A callback is deciding about values.
         """
+        # First of all: while a callback decides about values, the store must not change below it.
         self.callbacks.require_idle(name)
         self._check_new_name(name)
         descriptor = descriptor or ParameterDescriptor()
         kind, value = _type_and_value(default)
+        # Neither a value nor a type says what it may hold, so that it may hold anything.
         if kind is ParameterType.NOT_SET:
             descriptor = dataclasses.replace(descriptor, dynamic_typing=True)
         if name in self._overrides and not ignore_override:
@@ -144,6 +148,7 @@ class ParameterStore:
             parameter = Parameter(name)
         else:
             parameter = self._checked_for_declaration(name, value, descriptor)
+        # Nothing is stored before this line, so that a refused declaration leaves no trace.
         self._descriptors[name] = descriptor
         self._parameters[name] = parameter
         self._report({name: None})
@@ -175,6 +180,7 @@ class ParameterStore:
             The parameters, in order.
         """
         prefix = f"{namespace}{SEPARATOR}" if namespace else ""
+        # Twice over the list: a wrong name must be found before the first parameter is declared.
         wanted = list(parameters)
         names: set[str] = set()
         for item in wanted:
@@ -283,6 +289,8 @@ class ParameterStore:
         if descriptor.dynamic_typing:
             kind = ParameterType.from_parameter_value(value)
         descriptor = dataclasses.replace(descriptor, name=name, type=kind)
+        # The new constraints hold for the value that is there as well; otherwise the parameter would break
+        # its own rules.
         if alternative is None and value is not None and (reason := descriptor.fault(value)):
             raise InvalidParameterValueError(name, value, reason)
         if alternative is not None:
@@ -305,6 +313,7 @@ class ParameterStore:
             ParameterNotDeclaredError: One is not declared; then none is set.
             ParameterModifiedInCallbackError: A callback is deciding about values.
         """
+        # All names are checked before the first value is set, so that a misspelt one changes nothing.
         self._check_declared(parameters)
         return [self.set_atomically([parameter]) for parameter in parameters]
 
@@ -321,20 +330,28 @@ class ParameterStore:
         for parameter in parameters:
             self.callbacks.require_idle(parameter.name)
         self._check_declared(parameters)
+        # A copy: the callback may change the list, and the caller keeps its own.
         wanted = self.callbacks.rewrite([*parameters])
         if wanted is None:
             return SetParametersResult(successful=False, reason="a pre-set callback returned no parameters")
+        # Again, since a pre-set callback may have added parameters.
         self._check_declared(wanted)
         wanted = [as_declared(self._descriptors.get(parameter.name), parameter) for parameter in wanted]
         refusals = (refusal(self._descriptors.get(parameter.name), parameter) for parameter in wanted)
+        # The declared rules first: on-set callbacks need not check what the descriptor says already.
         if reason := next(filter(None, refusals), "") or self.callbacks.refusal(wanted):
             return SetParametersResult(successful=False, reason=reason)
+        # Only now, as the callbacks may have run code that takes time to think; nothing else runs from here
+        # to the end.
         before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
         if len(self._parameters) + list(before.values()).count(None) > self._max_parameters:
             reason = f"the node has {len(self._parameters)} parameters already"
             return SetParametersResult(successful=False, reason=reason)
+        # No check below may fail: either all are stored, or none was.
         for parameter in wanted:
             self._store(parameter)
+        # Listeners before users' callbacks, which may raise or set further parameters: events then come in
+        # order.
         self._report(before)
         self.callbacks.notify(wanted)
         return SetParametersResult(successful=True)
@@ -369,9 +386,11 @@ class ParameterStore:
 
     def _store(self, parameter: Parameter) -> None:
         name = parameter.name
+        # ROS 2's way to delete a parameter: it is set to a value of no type.
         if parameter.type_ is ParameterType.NOT_SET:
             self._forget(name)
             return
+        # Undeclared ones, if the node allows them, may change their type with each set.
         descriptor = self._descriptors.get(name) or ParameterDescriptor(name=name, dynamic_typing=True)
         if descriptor.dynamic_typing:
             descriptor = dataclasses.replace(descriptor, type=parameter.type_)
