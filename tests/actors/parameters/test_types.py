@@ -64,7 +64,7 @@ def test_values_that_no_parameter_holds(value: Any) -> None:
 
 def test_types_are_of_the_enumeration() -> None:
     """What is given as a type but is none is a TypeError that names the enumeration."""
-    with pytest.raises(TypeError, match=r"'double' is no type: use one of Parameter\.Type"):
+    with pytest.raises(TypeError, match=r"'double' is not a type: use one of Parameter\.Type"):
         Parameter("p", "double", 1.0)  # type: ignore[arg-type]
 
 
