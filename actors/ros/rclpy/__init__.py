@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     """Load a module that a program uses without importing it, such as `rclpy.logging`."""
+    # Looked for before it is imported, so that an error inside the module is not taken for a missing one.
     if name.startswith("_") or find_spec(f"{__name__}.{name}") is None:
         raise AttributeError(f"module 'rclpy' has no attribute '{name}'")
     return importlib.import_module(f"{__name__}.{name}")
@@ -53,6 +54,7 @@ class InitContextManager:
     ) -> None:
         self.context = context or get_default_context()
         if signal_handler_options is None:
+            # As in rclpy: a context of its own is often part of a program that handles signals itself.
             default = self.context is get_default_context()
             signal_handler_options = SignalHandlerOptions.ALL if default else SignalHandlerOptions.NO
         self.installed_signal_handlers = signal_handler_options is not SignalHandlerOptions.NO
@@ -68,6 +70,8 @@ class InitContextManager:
         exc_val: BaseException | None,
         exc_tb: TracebackType | None,
     ) -> None:
+        # None lets `try_shutdown` replace the default context; given by name, it would stay, and could not
+        # be used again.
         context = None if self.context is get_default_context() else self.context
         try_shutdown(context=context, uninstall_handlers=self.installed_signal_handlers)
 
@@ -102,6 +106,7 @@ _executor: Executor | None = None
 def get_global_executor() -> Executor:
     """Return the executor of `spin`; made on first use, and again after a shutdown."""
     global _executor  # noqa: PLW0603 - rclpy's
+    # The default context has been replaced by a shutdown; an executor is tied to one context for good.
     if _executor is None or _executor.context is not get_default_context():
         from actors.ros.rclpy.executors import SingleThreadedExecutor  # noqa: PLC0415 - programs may have their own
 
@@ -180,5 +185,6 @@ def _executor_of(node: Node, executor: Executor | None) -> Generator[Executor]:
     try:
         yield executor
     finally:
+        # A node that was there before stays: the caller did not ask for its removal.
         if added:
             executor.remove_node(node)

@@ -20,6 +20,7 @@ class CallbackGroup:
 
     def __init__(self) -> None:
         super().__init__()
+        # Weak, as in rclpy: a group that a program keeps must not keep what was made with it.
         self.entities: set[weakref.ref[object]] = set()
         self.refused_in: set[RefusedQueue] = set()
         """The queues of executors to wake when a callback ends."""
@@ -70,6 +71,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
 
     def can_execute(self, entity: object) -> bool:
         """Return whether none runs."""
+        # Without the lock: only a hint, and `beginning_execution` decides.
         return self._active is None
 
     def beginning_execution(self, entity: object) -> bool:

@@ -105,9 +105,12 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             InvalidMessageError: A field has a wrong type or is out of range.
         """
         self._check(request)
+        # The loop encodes it later, in its own thread, and the program may change it in the meantime.
         request = copied(request)
         future = Future[ResponseT]()
         call = self._pending[future] = _Call()
+        # A program that cancels the future has given the call up, as much as one that calls
+        # `remove_pending_request`.
         future.when_done(partial(self.remove_pending_request, future))
         self._thread.post(self._begin, request, future, call)
         return future
@@ -119,6 +122,8 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def _begin(self, request: RequestT, future: Future[ResponseT], call: _Call) -> None:
         if call.given_up:
             return
+        # Without a task in the usual case. A call without a server waits for one, as in ROS 2; callboard's
+        # own would fail at once.
         if self._native.service_is_ready():
             reply = self._call_now(request)
         else:
@@ -140,6 +145,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         # Reading the exception also keeps asyncio from reporting it if the program never spins again.
         if reply.cancelled() or isinstance(reply.exception(), NodeDestroyed):
             return  # as in rclpy, the future of a client that is destroyed stays pending
+        # Completed where the executor spins, like every callback of ROS 2.
         self.enqueue(partial(self._complete, future, call, reply))
 
     def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
@@ -187,5 +193,6 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             call = self._pending.popitem()[1]
             call.given_up = True
             calls.append(call)
+        # In the loop, and waited for: after this nothing of the calls runs any more.
         self._thread.call(lambda: [each.reply.cancel() for each in calls if each.reply is not None])
         super().destroy()

@@ -73,6 +73,8 @@ class Clock:
     def follow(self, timer: ClockFollower) -> None:
         """Tell a timer of jumps while it exists."""
         followers, number = self._followers, id(timer)
+        # Weak: the clock outlives the timers that follow it, and a program may drop one without destroying
+        # it.
         followers[number] = weakref.ref(timer, lambda _: followers.pop(number, None))
 
     def unfollow(self, timer: ClockFollower) -> None:
@@ -105,6 +107,7 @@ class Clock:
 
     def _queued(self, callback: Callable[P, None] | None) -> Callable[P, None] | None:
         calls = self._jump_calls
+        # A clock without a node has no executor; its functions are called in the loop.
         if callback is None or calls is None:
             return callback
         return lambda *args, **kwargs: calls.add(partial(callback, *args, **kwargs))
@@ -152,6 +155,8 @@ class ROSClock(Clock):
         self._jump_calls = jump_calls
         if native is not None:
             self.native = native
+            # Every jump, however small: by simulated time a timer may be due after each message of
+            # `/clock`.
             every = JumpThreshold(
                 min_forward=Duration(nanoseconds=1),
                 min_backward=Duration(nanoseconds=-1),

@@ -62,9 +62,12 @@ class Context:
     def __init__(self) -> None:
         self.arguments = RosArguments()
         self.domain_id: int | None = None
+        # Not taken by what signal handlers call: they interrupt a thread that may hold it.
         self._lock = threading.RLock()
         self._initialized = self._ok = self._ended = self._forked = False
         self._callbacks: list[weakref.WeakMethod[Any] | Callable[[], object]] = []
+        # Weak, as in rclpy: a node that a program drops is destroyed with its last reference, not with the
+        # context.
         self._nodes: tuple[weakref.ref[ContextNode], ...] = ()
         self._executors: tuple[weakref.ref[ContextExecutor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
@@ -112,6 +115,7 @@ class Context:
             self.domain_id = domain_id
             if initialize_logging:
                 set_up_logging(self.arguments)
+            # After everything that can fail: no thread starts for a context with wrong arguments.
             self._thread = _thread_for(self)
             self._initialized = self._ok = True
             if self._thread.ended.done():  # has failed just now
@@ -158,6 +162,7 @@ class Context:
         """Stop being ok, wake the executors and cancel the waits. Takes no lock: signal handlers call it."""
         self._ok = False
         for wait in self._waits:
+            # Threads that wait for the loop do not spin, so waking the executors would not reach them.
             wait.cancel()
         for each in self._executors:
             executor = each()
@@ -166,6 +171,7 @@ class Context:
 
     def thread_ended(self, ended: Reply[None]) -> None:
         """End because the thread of the nodes has ended."""
+        # A context may outlive its thread and be told of the end of another one.
         if self._thread is not None and self._thread.ended is ended:
             if self._ok:
                 self.failure = ended.exception()
@@ -207,6 +213,7 @@ class Context:
             self._ended = True
             nodes, callbacks = self._nodes, self._callbacks
             self._callbacks = []
+        # First, so that spinning threads stop before their nodes are destroyed.
         self.end()
         with ExitStack() as last_first:  # after an error it still calls the others
             for callback in reversed(callbacks):
@@ -253,10 +260,13 @@ class Context:
         with self._lock:
             self._waits = (*self._waits, wait)
         try:
+            # It has ended since the check in `thread`. After the wait is registered, so that `end` finds it
+            # or this does.
             if not self._ok:
                 wait.cancel()
             return wait.result(timeout_sec)
         except (CancelledError, NodeDestroyed):
+            # A cancellation that has nothing to do with the context's end is the caller's.
             if self._ok:
                 raise
             raise self.end_error() from None
@@ -304,6 +314,8 @@ def _thread_for(context: Context) -> NodeThread:
     global _contexts, _watched  # noqa: PLW0603 - the process's
     with _lock:
         _contexts = (*(each for each in _contexts if each() is not None), weakref.ref(context))
+        # One thread for all contexts of the process: a thread and a loop for each would only cost switches
+        # between them.
         thread = process_thread()
         if thread is not _watched:
             _watched = thread

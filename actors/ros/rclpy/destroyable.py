@@ -1,4 +1,4 @@
-"""What a node makes: used in a `with` block, it is destroyed at the end."""
+"""Base of the things that a node makes: in a `with` block, they are destroyed at its end."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ class Destroyable:
         handle: In place of rclpy's handle.
     """
 
+    # One for all: it has no state.
     handle = Handle()
 
     def destroy(self) -> None:

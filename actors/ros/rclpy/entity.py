@@ -1,4 +1,4 @@
-"""What executors run: entities, which have work from time to time."""
+"""Entities, which have work from time to time; executors run it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class EntityQueue(TaskQueue, Protocol):
     """What an entity needs of the queue of its executor's work."""
 
     def add(self, entity: Entity, /) -> None:
-        """Take work of an entity soon; in any thread."""
+        """Run work of an entity soon; in any thread."""
         ...
 
     def timers_changed(self) -> None:
@@ -61,6 +61,8 @@ class Entity(Destroyable):
     def __init__(self, callback_group: CallbackGroup) -> None:
         self.callback_group = callback_group
         self.queued_in: EntityQueue | None = None
+        # Weak: nodes refer to their entities, and programs expect a node to be freed with its last
+        # reference.
         self._node: weakref.ref[EntityNode] | None = None
 
     def attach(self, node: EntityNode) -> None:
@@ -86,6 +88,8 @@ class Entity(Destroyable):
     def notify(self) -> None:
         """Tell the executor that there may be work; in any thread."""
         executor = self.executor
+        # Without a lock. Two threads may both get through, and the entity is then twice in the queue: the
+        # second time it has no work, which costs a look.
         if executor is not None and self.queued_in is not executor.work:
             executor.work.add(self)
 

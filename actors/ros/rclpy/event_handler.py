@@ -72,6 +72,7 @@ class EventCalls(QueuedCalls):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
+        # Events happen in the loop, and their calls are made where the executor spins.
         self._lock = threading.Lock()
         self._pending: dict[str, Any] = {}
 
@@ -87,6 +88,8 @@ class EventCalls(QueuedCalls):
     def _happened(self, kind: str, callback: Callable[[Any], Any], info: Any) -> None:
         with self._lock:
             earlier = self._pending.get(kind)
+            # Merged: events that come faster than they are handled do not fill the queue, and no count is
+            # lost.
             self._pending[kind] = info if earlier is None else _merged(earlier, info)
         if earlier is None:
             self.enqueue(partial(self._call, kind, callback))

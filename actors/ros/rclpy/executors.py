@@ -72,6 +72,7 @@ class Executor:
         self._nodes_lock = threading.RLock()
         self.work = WorkQueue(self)
         self._is_shutdown = False
+        # So that a context that ends, perhaps by a signal, wakes the thread that spins.
         self._context.track_executor(self)
 
     @property
@@ -105,6 +106,7 @@ class Executor:
             self._nodes.add(node)
         node.executor = self
         for entity in parts_of(node).all_entities():
+            # Messages may have arrived while no executor ran the node, when `notify` had nobody to tell.
             if entity.has_work():
                 entity.notify()
         self.work.timers_changed()
@@ -114,6 +116,8 @@ class Executor:
         """Run the node's callbacks no more."""
         with self._nodes_lock:
             self._nodes.discard(node)
+        # Not if another executor has taken the node over: its setter removes the node here, and has set the
+        # new one.
         if node.executor is self:
             node.executor = None
 
@@ -163,13 +167,16 @@ class Executor:
         try:
             result = call()
         except BaseException:
+            # Otherwise a callback that raises would block its callback group for good.
             self.work.ended(entity)
             raise
         if result is None or not inspect.iscoroutine(result):
             self.work.ended(entity)
             return
         task = Task[Any](result, executor=self)
+        # The callback group is held until the coroutine ends, not until its first await.
         task.when_done(lambda: self.work.ended(entity))
+        # At once, in this thread, and not by the queue: a coroutine without an await costs no round.
         self._execute(task)
 
     def wait_for_ready_callbacks(
@@ -236,6 +243,7 @@ class Executor:
         """
         seconds = _seconds(timeout_sec)
         end = inf if seconds is None or seconds < 0 else time.monotonic() + seconds
+        # The future may be completed in another thread, without any work for this executor.
         with self._woken_by(future):
             while self._context.ok() and not future.done() and not self._is_shutdown:
                 rest = end - time.monotonic()
@@ -273,6 +281,7 @@ class Executor:
         try:
             yield
         finally:
+            # A future that is waited for again and again, a little at a time, would collect these.
             future.forget(wake)
 
     def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
@@ -291,6 +300,7 @@ class Executor:
         """
         del timeout_sec
         self._is_shutdown = True
+        # Threads that spin must see that it is over.
         self.work.wake()
         with self._nodes_lock:
             self._nodes.clear()
@@ -312,6 +322,7 @@ class SingleThreadedExecutor(Executor):
         try:
             self._execute(work)
         except BaseException:
+            # The error is often a consequence of the end of the program, in a thread that nobody waits for.
             park_at_exit()
             raise
 
@@ -344,6 +355,8 @@ class MultiThreadedExecutor(Executor):
             initializer=setattr,
             initargs=(self._this_thread, "in_pool", True),
         )
+        # Pieces of work that were given to the pool and have not ended. It is compared with the number of
+        # threads, since a pool has an endless queue of its own.
         self._running = 0
         self._shutting_down = 0
         """Those of the running callbacks that wait in `shutdown`."""
@@ -368,6 +381,7 @@ class MultiThreadedExecutor(Executor):
 
     def _spin_once_until(self, condition: Callable[[], bool], timeout_sec: float | None) -> None:
         try:
+            # A failure in the pool ends the wait, so that it is raised soon and not with the next message.
             work = self.work.wait(timeout_sec, lambda: bool(self._failures) or condition())
         except (ExternalShutdownException, ShutdownException):
             self._end_spinning()
@@ -376,6 +390,8 @@ class MultiThreadedExecutor(Executor):
             self._raise_failure()
             return
         with self._idle:
+            # Under the lock that `shutdown` waits with: work that begins after it has looked would run
+            # unseen.
             shut_down = self._is_shutdown
             self._running += not shut_down  # `shutdown` waits for it
         if shut_down:
@@ -408,6 +424,7 @@ class MultiThreadedExecutor(Executor):
             with self._idle:
                 self._running -= 1
                 self._idle.notify_all()
+            # A thread of the pool is free, and a callback group may be.
             self.work.wake()
 
     def _failed(self, error: BaseException) -> None:
@@ -434,6 +451,8 @@ class MultiThreadedExecutor(Executor):
         unlimited = timeout_sec is None or timeout_sec < 0
         in_callback: bool = getattr(self._this_thread, "in_pool", False)
         with self._idle:
+            # A callback that shuts its own executor down cannot wait for itself; two at once must not wait
+            # for each other.
             self._shutting_down += in_callback
             self._idle.notify_all()
             try:

@@ -37,6 +37,7 @@ class GuardCondition(Entity):
 
     def trigger(self) -> None:
         """Run the callback soon, once for all triggers before that."""
+        # Before it is queued: the executor may look at once.
         self._triggered = True
         self.notify()
 
@@ -53,10 +54,11 @@ class GuardCondition(Entity):
 
     def take(self) -> Callable[[], Any] | None:
         """Return the callback if it was triggered."""
-        return self.callback if self.take_trigger() else None
+        return self.callback if self.consume_trigger() else None
 
-    def take_trigger(self) -> bool:
+    def consume_trigger(self) -> bool:
         """Return whether it was triggered since the last time."""
+        # Cleared before the callback runs, so that a trigger during it leads to another call.
         triggered, self._triggered = self._triggered, False
         return triggered
 

@@ -13,6 +13,7 @@ from actors.lazy import lazy_getattr
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+# By module and not by name: each home is written once, and the modules that use a name need not know it.
 NAMES_BY_HOME: Final = {
     "actors.interfaces.action_msgs.msg": "GoalInfo GoalStatus",
     "actors.interfaces.action_msgs.srv": "CancelGoal",

@@ -103,6 +103,7 @@ class Node(NodeParameters, NodeGraph):
         if not self._context.ok():
             raise NotInitializedException("cannot create node")
         self._default_callback_group: CallbackGroup = MutuallyExclusiveCallbackGroup()
+        # Ticks of a rate must not wait for a callback that sleeps by it.
         self._rate_group = ReentrantCallbackGroup()
         self._callboard = NodeParts(
             self,
@@ -123,6 +124,7 @@ class Node(NodeParameters, NodeGraph):
         self._clock = self._callboard.clock
         self._logger = self._callboard.native.get_logger()
         store = self._callboard.store
+        # Before anything is declared, so that declarations are published, too.
         publish_changes(self, store)
         if automatically_declare_parameters_from_overrides:
             store.declare_overrides()
@@ -190,6 +192,8 @@ class Node(NodeParameters, NodeGraph):
         current = self.executor
         if current is new_executor:
             return
+        # Set before either executor is called: each of them sets this property as well, and then finds it
+        # done.
         self._callboard.executor = None if new_executor is None else weakref.ref(new_executor)
         if current is not None:
             current.remove_node(self)
@@ -269,6 +273,7 @@ class Node(NodeParameters, NodeGraph):
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "publisher")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
         parts = self._callboard
+        # Made in the loop, since callboard's objects belong to one thread.
         native = parts.thread.call(
             lambda: parts.native.create_publisher(
                 msg_type, topic, profile.native(), event_callbacks=callbacks
@@ -357,6 +362,8 @@ class Node(NodeParameters, NodeGraph):
         service = Service[Any, Any, Any](
             self._callboard.thread,
             srv_type,
+            # Concurrent in callboard: the callback group decides here, and the mailbox would let only one
+            # request through at a time.
             lambda handle: self._callboard.native.create_service(srv_type, srv_name, handle, concurrent=True),
             callback,
             callback_group or self._default_callback_group,
@@ -456,13 +463,17 @@ class Node(NodeParameters, NodeGraph):
         parts = self._callboard
         if parts.destroyed:
             return
+        # First: `destroy_node` may be called in a callback while another thread shuts the context down.
         parts.destroyed = True
         self._context.untrack_node(self)
         executor = self.executor
         if executor is not None:
+            # Before callboard's node is left, so that no further callback begins on entities that are about
+            # to go.
             executor.remove_node(self)
         with suppress(ThreadStopped, LookupError):  # the thread has failed, and left all nodes
             parts.thread.leave(parts.native)
+        # Timers exist only here: leaving callboard's node does not end them.
         for each in self.timers:
             each.destroy()
         parts.publishers.clear()

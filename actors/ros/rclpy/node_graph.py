@@ -33,6 +33,7 @@ class NodeGraph:
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
         """Return all topics with their types."""
+        # DDS mangles names; callboard does not.
         del no_demangle
         return self._callboard.query(self._callboard.native.get_topic_names_and_types)
 

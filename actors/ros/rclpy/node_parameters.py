@@ -72,7 +72,9 @@ class NodeParameters:
         Of several tuples with one name the last one counts.
         """
         wanted = [_declaration(index, each) for index, each in enumerate(parameters)]
+        # As in rclpy, whose declarations go through a dict.
         by_name = {each[0]: each for each in wanted}
+        # Programs declare and set parameters in several threads; the store itself has no lock.
         with self._callboard.parameters_lock:
             made = self._callboard.store.declare_many(
                 namespace, by_name.values(), ignore_override=ignore_override
@@ -143,6 +145,7 @@ class NodeParameters:
         """Set parameters one by one, until one is not declared."""
         _require_parameters(parameter_list)
         with self._callboard.parameters_lock:
+            # One by one, so that those before an undeclared one stay set: rclpy does the same.
             results = [self._callboard.store.set_atomically([each]) for each in parameter_list]
         return [SetParametersResult(successful=each.successful, reason=each.reason) for each in results]
 
@@ -169,6 +172,7 @@ class NodeParameters:
         store, wanted = self._callboard.store, _descriptor(descriptor) or ParameterDescriptor()
         with self._callboard.parameters_lock:
             try:
+                # rclpy's rule: the alternative counts only if the present value no longer fits.
                 return store.set_descriptor(name, wanted).get_parameter_value()
             except InvalidParameterValueError:
                 if alternative_value is None:

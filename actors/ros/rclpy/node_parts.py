@@ -75,6 +75,8 @@ class NodeParts:
         allow_undeclared: bool,
         options: dict[str, Any],
     ) -> None:
+        # Weak, since the node has these parts: a circle would keep a node that was dropped until the
+        # garbage collector runs.
         self._node = weakref.ref(node)
         self.context = context
         self.thread = context.thread
@@ -91,6 +93,8 @@ class NodeParts:
                 options=NodeOptions(
                     domain=context.domain_id,
                     process_arguments=context.arguments,
+                    # As in ROS 2, where several nodes may have one name, and incompatible QoS does not
+                    # match.
                     shared_name=True,
                     strict_qos=True,
                 ),
@@ -100,8 +104,13 @@ class NodeParts:
         self.jumps = QueuedCalls(self.thread, group)
         jump_calls = RecentCalls(self.jumps, JUMP_DEPTH)
         self.clock = self.thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
+        # Entered with a weak reference: the thread holds it as long as the node runs, and must not hold the
+        # parts.
         self.thread.enter(_entered(self.native, weakref.ref(self)))
+        # Reentrant: a callback of a parameter may read and declare others.
         self.parameters_lock = threading.RLock()
+        # A store of its own, and not that of callboard's node: callbacks run in the thread that sets, as in
+        # rclpy, and not in the loop.
         self.store = ParameterStore(
             overrides=values,
             argument_overrides=self.native.argument_overrides,
@@ -159,6 +168,7 @@ class NodeParts:
     ) -> T:
         """Return the answer to a query about a node; raise NodeNameNonExistentError without such a node."""
         namespace = node_namespace or "/"
+        # Asked first, as an unknown node and one without endpoints have the same answer.
         if (node_name, namespace) not in self.query(self.native.get_node_names_and_namespaces):
             raise NodeNameNonExistentError(f"Cannot find node '{node_name}' in namespace '{namespace}'")
         return self.query(query, node_name, namespace)

@@ -64,6 +64,7 @@ def parameter_dict_from_yaml_file(
         FileNotFoundError: There is no such file.
         RuntimeError: It is no parameter file, or has nothing for a target node.
     """
+    # Raises FileNotFoundError, as programs expect; the error of `load_parameter_file` is another one.
     Path(parameter_file).stat()
     try:
         entries = load_parameter_file(parameter_file)
@@ -75,6 +76,7 @@ def parameter_dict_from_yaml_file(
         nodes = ", ".join(sorted(found))
         raise RuntimeError(f"{parameter_file} has no parameters of {', '.join(missing)}, only of {nodes}")
     chosen = [each for each in entries if use_wildcard and each.pattern == _EVERY_NODE]
+    # After the wildcard's, so that what a node has for itself wins in the dict below.
     chosen += [each for each in entries if each.pattern in wanted]
     if not chosen:
         raise RuntimeError(f"{parameter_file} has none of the wanted parameters")

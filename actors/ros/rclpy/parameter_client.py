@@ -88,6 +88,7 @@ class AsyncParameterClient:
         Returns:
             Whether it does.
         """
+        # One deadline for all six services.
         end = None if timeout_sec is None else time.monotonic() + timeout_sec
         return all(
             each.wait_for_service(None if end is None else max(0.0, end - time.monotonic()))

@@ -69,9 +69,11 @@ class Publisher(Destroyable, Generic[MsgT]):
             InvalidHandle: The publisher has been destroyed.
             ExternalShutdownException: The context has ended while it waited.
         """
+        # Again after each wait: another thread may have used the space.
         while True:
             try:
                 self._publisher.publish(msg)
+            # `publish` blocks in rclpy; callboard's never does.
             except PublisherFull:
                 self._wait_for_space()
             except (NodeDestroyed, ThreadStopped) as error:

@@ -56,6 +56,7 @@ _FIELDS = (
 )
 
 
+# callboard's profiles are frozen; rclpy's may be changed until an endpoint is made, and programs do so.
 class QoSProfile:
     """The QoS of a publisher, subscription, client or service; fields may be assigned.
 
@@ -108,6 +109,7 @@ class QoSProfile:
             "liveliness_lease_duration": liveliness_lease_duration,
         }
         wanted: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        # Made for its checks and its defaults, which then hold in both.
         profile = native.QoSProfile(**wanted)
         for name in _FIELDS:
             setattr(self, name, getattr(profile, name))

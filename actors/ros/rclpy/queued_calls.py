@@ -68,6 +68,8 @@ class QueuedCalls(Entity):
 
     async def _answer_of(self, call: Callable[[asyncio.Future[Any]], Any]) -> Any:
         answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        # With the callback task of callboard's node, since that task and not the future is what a stopping
+        # node waits for.
         self._unanswered[answer] = current_callback_task.get()
         try:
             if self._given_up:
@@ -139,6 +141,8 @@ class QueuedCalls(Entity):
 
     def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
         try:
+            # Futures of asyncio may only be completed in their loop, and this runs in the thread that
+            # spins.
             self._thread.post(self._set_answer, answer, result, error)
         except ThreadStopped:  # the program ends, and so has the wait
             return
@@ -163,6 +167,8 @@ class QueuedCalls(Entity):
             A future, which the executor completes. If it is cancelled, so is the coroutine.
         """
         future = Future[Any]()
+        # Two futures for one call: the loop completes `reply` in its own thread, but rclpy promises that a
+        # future is completed where the executor spins.
         reply = self._thread.submit(work)
         future.when_done(lambda: future.cancelled() and reply.cancel())
         reply.add_done_callback(lambda reply: self.enqueue(lambda: self._replied(future, reply)))

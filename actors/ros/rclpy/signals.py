@@ -28,9 +28,13 @@ _options = SignalHandlerOptions.NO
 
 
 def _handle(number: int, frame: FrameType | None) -> None:
+    # This may interrupt any line of the program. It takes no lock and calls no user code: `end` only sets
+    # flags, cancels waits, and wakes those that spin.
     for context in initialized_contexts():
         context.end()
     previous = _previous.get(number)
+    # Python's own for SIGINT raises KeyboardInterrupt, as programs expect. SIGTERM's default is no
+    # function, so that a program ends by leaving `spin`.
     if callable(previous):
         previous(number, frame)
 
@@ -45,6 +49,8 @@ def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions
         (signal.SIGINT, SignalHandlerOptions.SIGINT),
         (signal.SIGTERM, SignalHandlerOptions.SIGTERM),
     ):
+        # Once for each number: a second `init` must not save this handler as the previous one, which would
+        # call itself.
         if options in {wanted, SignalHandlerOptions.ALL} and number not in _previous:
             _previous[number] = signal.signal(number, _handle)
 
@@ -57,6 +63,7 @@ def uninstall_signal_handlers() -> None:
     _options = SignalHandlerOptions.NO
     while _previous:
         number, handler = _previous.popitem()
+        # The program may have set a handler of its own since; that one stays.
         if signal.getsignal(number) is _handle:
             signal.signal(number, handler)
 

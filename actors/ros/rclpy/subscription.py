@@ -1,4 +1,4 @@
-"""Subscriptions: messages wait at the node, and the thread that spins takes them."""
+"""Subscriptions: messages wait at the node, until the thread that spins reads them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Subscription(Entity, Generic[MsgT]):
     """
 
     class CallbackType(Enum):
-        """What a callback takes."""
+        """The arguments of a callback."""
 
         MessageOnly = 0
         WithMessageInfo = 1
@@ -75,6 +75,7 @@ class Subscription(Entity, Generic[MsgT]):
         prepare(native.msg_type)
         self._thread = thread
         self._native = native
+        # Last: from here on messages arrive, and the executor may look at this object.
         thread.call(lambda: native.set_on_ready(self.notify))
 
     @property
@@ -120,6 +121,7 @@ class Subscription(Entity, Generic[MsgT]):
             return None
         if taken is None:
             return None
+        # Here and not in the loop: conversions cost the thread that wants the message.
         message = rosidl_values(taken[0])
         if self._callback_type is Subscription.CallbackType.MessageOnly:
             return partial(self._callback, message)

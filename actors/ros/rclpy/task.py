@@ -58,9 +58,12 @@ class Future(Generic[T]):
         self._exception: BaseException | None = None
         self._retrieved = True
         self._callbacks: list[Callable[[Any], object]] = []
+        # Apart from the callbacks: these must run at once, and in any thread, whereas an executor runs the
+        # callbacks.
         self._waiting: list[Callable[[], object]] = []
         """Functions of `when_done`, which wake tasks and threads that wait."""
         self._lock = threading.Lock()
+        # Weak, since the executor's queue refers to its tasks.
         self._executor: weakref.ref[TaskExecutor] | None = None
         self.set_executor(executor)
 
@@ -70,6 +73,8 @@ class Future(Generic[T]):
 
     def __await__(self) -> Generator[None, None, T | None]:
         while not self._done:
+            # The executor learns of the future this way and not by the yielded value: a coroutine may also
+            # await objects of other libraries, which yield anything.
             _awaited.future = self
             yield
         return self.result()
@@ -99,6 +104,7 @@ class Future(Generic[T]):
 
     def exception(self) -> BaseException | None:
         """Return the exception, or None."""
+        # The thread that runs this raises the error: no second message about it when the task is freed.
         self._retrieved = True
         return self._exception
 
@@ -112,12 +118,15 @@ class Future(Generic[T]):
 
     def _complete(self, result: T | None, error: BaseException | None, *, cancelled: bool = False) -> None:
         with self._lock:
+            # Only `cancel` respects an outcome that is there: in rclpy a second `set_result` replaces the
+            # first.
             if cancelled and self._done:
                 return
             self._result, self._exception, self._retrieved = result, error, error is None
             self._done, self._cancelled = True, cancelled
             callbacks, self._callbacks = self._callbacks, []
             waiting, self._waiting = self._waiting, []
+        # Outside the lock, as they may call methods of this future.
         for wake in waiting:
             wake()
         for callback in callbacks:
@@ -176,6 +185,8 @@ class Task(Future[T]):
         executor: TaskExecutor | None = None,
     ) -> None:
         super().__init__(executor=executor)
+        # A coroutine function runs nothing when it is called; from here on there are two kinds of handlers,
+        # not three.
         made = handler(*args, **(kwargs or {})) if inspect.iscoroutinefunction(handler) else handler
         self._handler: Any = made
         self._args, self._kwargs = args, kwargs or {}
@@ -183,6 +194,7 @@ class Task(Future[T]):
 
     def cancel(self) -> None:
         """Complete the task without a result, if it is not done; a coroutine ends where it waits."""
+        # Python refuses to close a coroutine that is running. Then the thread that runs it closes it.
         if self._running.acquire(blocking=False):
             try:
                 self._close()
@@ -203,6 +215,7 @@ class Task(Future[T]):
 
     def __call__(self) -> None:
         """Run the function, or the coroutine until it waits; do nothing if it is done or runs already."""
+        # Two threads may have found it: it is queued again when it is woken twice.
         if self._done or not self._running.acquire(blocking=False):
             return
         suspended = False
@@ -253,6 +266,7 @@ class Task(Future[T]):
         self._retrieved = True
 
     def _end(self, result: Any, error: BaseException | None) -> None:
+        # Arguments may be large, and the future may be kept for its result.
         self._handler, self._args, self._kwargs = None, (), {}
         self._complete(result, error)
 

@@ -163,6 +163,8 @@ class Timer(Entity):
             return rest
         if self.clock.ros_time_is_active:
             return inf  # `jumped` wakes the executor
+        # A steady clock cannot be set. The others can, so that their timers look at them at least once a
+        # second.
         return rest if self.clock.clock_type is ClockType.STEADY_TIME else min(rest, _LONGEST_WAIT_SEC)
 
     def has_work(self) -> bool:
@@ -176,11 +178,15 @@ class Timer(Entity):
                 return None
             self._apply_jump()
             now, expected = self.clock.now().nanoseconds, self._next
+            # It has been reset, or the clock has gone back, since the executor found it due.
             if now < expected:
                 return None
             self._last = now
+            # From the due time, not from now, so that the calls do not drift; all missed ones are skipped,
+            # as in rcl.
             late = now - expected
             self._next = expected + (late // self._period + 1) * self._period if self._period else now
+        # Outside the lock: the executor has locks of its own.
         self.rearm()
         callback = self.callback
         if callback is None:
@@ -242,6 +248,8 @@ class Rate:
             if self._missed and self._context.ok():
                 self._missed = False
                 return
+            # Under the same lock as the check: a tick in between would find nobody to wake, and the sleep
+            # would be a period too long.
             self._sleeps.append(sleep)
         try:
             self._context.wait_for(sleep)

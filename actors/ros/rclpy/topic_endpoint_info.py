@@ -54,6 +54,7 @@ class TopicEndpointInfo:
         """Return callboard's information as rclpy's, with infinite times where there is no limit."""
         profile = QoSProfile.from_native(info.qos_profile)
         for name in ("lifespan", "deadline", "liveliness_lease_duration"):
+            # ROS 2 shows "Infinite" where callboard has zero for no limit.
             if getattr(profile, name) == UNLIMITED:
                 setattr(profile, name, INFINITE)
         return cls(

@@ -28,6 +28,8 @@ def get_default_context(*, shutting_down: bool = False) -> Context:
         return context
     with _lock:
         context = _default or Context()
+        # rclpy makes a new default context after a shutdown, so that a program (or a test) may call `init`
+        # again.
         _default = None if shutting_down else context
     return context
 
@@ -56,6 +58,7 @@ def try_shutdown(*, context: Context | None = None) -> None:
     """Shut a context down unless that has been done; None: the default one."""
     if context is None:
         context = get_default_context()
+        # One that was never initialized stays the default: there is nothing to replace.
         if context.handle is not None:  # also after a signal, when it is no longer ok
             get_default_context(shutting_down=True)
     context.try_shutdown()

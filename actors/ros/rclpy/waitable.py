@@ -61,13 +61,15 @@ class WaitSet:
 
     def add_guard_condition(self, guard_condition: GuardCondition) -> int:
         """Wait for a guard condition that is not the node's; return its index."""
+        # A trigger then queues the waitable, and not the guard condition, which has no callback group of
+        # its own here.
         guard_condition.watcher = self._waitable
         self._guards.append(guard_condition)
         return len(self._guards) - 1
 
     def collect(self) -> None:
-        """Take the triggers: until then `is_ready` is false."""
-        self._triggered = [each.take_trigger() for each in self._guards]
+        """Consume the triggers: until then `is_ready` is false."""
+        self._triggered = [each.consume_trigger() for each in self._guards]
 
     def has_trigger(self) -> bool:
         """Return whether a guard condition was triggered since `collect`."""
@@ -117,10 +119,13 @@ class Waitable(Entity, Generic[T]):
 
     def has_work(self) -> bool:
         """Return whether the executor should call `take`."""
+        # Once at the start: it may be ready before any trigger.
         return self._wait_set is None or self._wait_set.has_trigger()
 
     def take(self) -> Callable[[], Any] | None:
         """Return the next call of `execute`, if it is ready."""
+        # A new one each time, as rclpy's executors make one for each wait; programs may add other
+        # conditions each time.
         wait_set = self._wait_set = WaitSet(self)
         self.add_to_wait_set(wait_set)
         wait_set.collect()
@@ -128,6 +133,7 @@ class Waitable(Entity, Generic[T]):
 
     async def _execute(self, taken_data: T) -> None:
         await self.execute(taken_data)
+        # It may be ready again without a trigger, for example if it handles one item of several.
         self.notify()
 
     def detach(self) -> None:

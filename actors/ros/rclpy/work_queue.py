@@ -39,6 +39,8 @@ class WakeUp:
     """Wakes one waiting thread. `set` may be called anywhere, in signal handlers, too: it never waits."""
 
     def __init__(self) -> None:
+        # A lock as a flag: locked means that nobody has called `set`. An Event or a Condition takes a lock
+        # of its own to be set, and a signal handler that interrupts that code would wait for it for ever.
         self._lock = threading.Lock()
         self._lock.acquire()
 
@@ -128,10 +130,12 @@ class WorkQueue:
         self._timers_changed = True
 
     def add(self, entity: Entity) -> None:
-        """Take work of an entity soon; in any thread."""
+        """Run work of an entity soon; in any thread."""
+        # Before it is appended: the executor may reach it at once, and clears this when it does.
         entity.queued_in = self
         self._ready.append(entity)
         self._wake_up.set()
+        # Nearly always false: one thread spins, and then each message costs one `set`.
         if self._others:
             self.wake()
 
@@ -148,6 +152,7 @@ class WorkQueue:
             self._next_poll_sec = min(self._next_poll_sec, time.monotonic() + POLL_SEC)
             self.wake()
         else:
+            # First: the future may be done already, and then `when_done` queues the task at once.
             self._suspended.add(task)
             awaited.when_done(lambda: self.add_task(task))
             if task.done():  # cancelled just now
@@ -193,6 +198,8 @@ class WorkQueue:
                 now = time.monotonic()
                 if now >= deadline:
                     raise TimeoutException
+                # Only a thread that finds nothing claims one. With work in the queue none of this is
+                # touched.
                 if wake_up is None:
                     wake_up, is_current = self._claim_wake_up()
                     if not is_current:
@@ -205,16 +212,20 @@ class WorkQueue:
 
     def _next_work(self) -> Work | None:
         executor = self._executor
+        # Before any work: after a shutdown no further callback begins, even if there is some in the queue.
         if executor.is_shut_down or not executor.context.ok():
             raise ShutdownException if executor.is_shut_down else executor.context.end_error()
         if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
             self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
             _move_all(self._polled, self._ready)
+        # Every time: a callback that has ended wakes this queue, and their groups may accept them now.
         if self._blocked:
             _move_all(self._blocked, self._ready)
         if self._timers_changed or time.monotonic() >= self._next_timer_sec:
             self._add_timers()
-        return self._take() if executor.has_capacity() else None
+        # Without a free thread the work stays where it is, so that a message waits in its subscription,
+        # whose depth limits how many do.
+        return self._pop() if executor.has_capacity() else None
 
     def _claim_wake_up(self) -> tuple[WakeUp, bool]:
         """Return what `wake` sets for this thread from now on, and whether it can wait on it at once.
@@ -249,24 +260,28 @@ class WorkQueue:
                     soonest = min(soonest, rest)
         self._next_timer_sec = time.monotonic() + soonest
 
-    def _take(self) -> Work | None:
-        """Take work of the first entity that may run."""
+    def _pop(self) -> Work | None:
+        """Remove and return work of the first entity that may run."""
         while self._ready:
             item = self._ready.popleft()
             if isinstance(item, Task):
                 return item
             if item.queued_in is self:
                 item.queued_in = None
+            # Its node has been removed, or has another executor. Whoever adds the node again looks at all
+            # its entities.
             if item.executor is not self._executor:
                 continue
             if not self._try_begin(item):
                 continue
             call = item.take()
+            # At the end, behind all others with work: each entity gets one callback a round.
             if item.has_work() and item.queued_in is None:
-                item.queued_in = self  # no wake-up: whoever takes this looks here again
+                item.queued_in = self  # no wake-up: the thread that gets this work looks here again
                 self._ready.append(item)
             if call is not None:
                 return call, item
+            # The callback group has been told that something begins.
             self.ended(item)
         return None
 
@@ -277,6 +292,8 @@ class WorkQueue:
             return True
         entity.queued_in = self
         self._blocked.append(entity)
+        # After it is in `_blocked`: the group wakes this queue as soon as it is registered, and must then
+        # be found here.
         group.refused_in.add(self)
         if group.can_execute(entity):  # another thread's callback has ended before the group knew of this
             self.wake()
@@ -285,6 +302,7 @@ class WorkQueue:
     def ended(self, entity: Entity) -> None:
         """Let the callback group of an entity run its other callbacks, in other executors, too."""
         group = entity.callback_group
+        # Before the wake-ups, or the threads that wake would be refused once more.
         group.ending_execution(entity)
         while group.refused_in:
             with suppress(KeyError):  # another thread has taken it
