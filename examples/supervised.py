@@ -34,7 +34,9 @@ async def main() -> None:
         listener = callboard.Node("listener", url=hub.url)
         listener.create_subscription(UInt32, "count", on_count)
         supervisor = callboard.Supervisor(
-            [callboard.Child("counter", node=lambda: Counter(hub.url))], max_restarts=2, max_seconds=60.0
+            [callboard.Child("counter", node=lambda: Counter(hub.url))],
+            max_restarts=2,
+            restart_window_sec=60.0,
         )
         events = supervisor.events()
         async with listener:

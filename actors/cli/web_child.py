@@ -37,7 +37,10 @@ async def web_beside(
     if domain is not None:
         command += ["--domain", str(domain)]
     supervisor = Supervisor(
-        [Child("web", command=command)], name="web", max_restarts=MAX_RESTARTS, max_seconds=RESTARTS_SEC
+        [Child("web", command=command)],
+        name="web",
+        max_restarts=MAX_RESTARTS,
+        restart_window_sec=RESTARTS_SEC,
     )
     # A task of its own: an error of the page must not cancel what it shows.
     task = asyncio.get_running_loop().create_task(supervisor.run(), name="web")

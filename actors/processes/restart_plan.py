@@ -50,8 +50,9 @@ class Policy:
 
     Attributes:
         strategy: Which children go with one that dies.
-        max_restarts: Restarts that may be due within `max_seconds`; one more, and the supervisor gives up.
-        max_seconds: Length of that window.
+        max_restarts: Restarts that may be due within `restart_window_sec`; one more, and the supervisor gives
+            up.
+        restart_window_sec: Length of that window, in seconds.
         first_backoff_sec: Pause before a child's first restart; it doubles with each further one.
         max_backoff_sec: The longest pause.
 
@@ -61,15 +62,15 @@ class Policy:
 
     strategy: Strategy = Strategy.ONE_FOR_ONE
     max_restarts: int = 3
-    max_seconds: float = 5.0
+    restart_window_sec: float = 5.0
     first_backoff_sec: float = 0.1
     max_backoff_sec: float = 5.0
 
     def __post_init__(self) -> None:
         if self.max_restarts < 0:
             raise ValueError("max_restarts must be 0 or more")
-        if not self.max_seconds > 0:
-            raise ValueError("max_seconds must be more than 0")
+        if not self.restart_window_sec > 0:
+            raise ValueError("restart_window_sec must be more than 0")
         if not 0 <= self.first_backoff_sec <= self.max_backoff_sec:
             raise ValueError("back-offs must be 0 or more, and the first one at most the longest")
 
@@ -202,7 +203,7 @@ class RestartPlan:
         self._restarts.append(now)
         slot = self._slots[child]
         full = len(self._restarts) > self._policy.max_restarts
-        if full and now - self._restarts[0] <= self._policy.max_seconds:
+        if full and now - self._restarts[0] <= self._policy.restart_window_sec:
             slot.state = ChildState.ENDED
             self._condemn_all()
             return GaveUp(child)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import random
 import time
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -86,9 +87,9 @@ class Supervisor:
     Args:
         children: The children, in start order.
         strategy: Which of them are restarted when one dies.
-        max_restarts: Restarts allowed within `max_seconds`. If one more is due, the supervisor stops all
-            children and ends with SupervisorGaveUp.
-        max_seconds: Length of that window.
+        max_restarts: Restarts allowed within `restart_window_sec`. If one more is due, the supervisor stops
+            all children and ends with SupervisorGaveUp.
+        restart_window_sec: Length of that window, in seconds.
         first_backoff_sec: Least time from a child's death to its restart. It doubles with each further death
             (and varies by up to a half, so that many do not come back at the same time), until the child has
             lived twice `max_backoff_sec`.
@@ -96,6 +97,7 @@ class Supervisor:
         name: For logs, errors and events.
         node: Publishes all events on `~/child_events`, latched, as `ChildEventMessage`. The caller runs it.
         jitter: Gives a random factor between 0 and 1 for the back-off.
+        max_seconds: The former name of `restart_window_sec`, for one version.
 
     Raises:
         ValueError: A number is out of range, or two children have the same name.
@@ -107,13 +109,18 @@ class Supervisor:
         *,
         strategy: Strategy = Strategy.ONE_FOR_ONE,
         max_restarts: int = 3,
-        max_seconds: float = 5.0,
+        restart_window_sec: float = 5.0,
         first_backoff_sec: float = 0.1,
         max_backoff_sec: float = 5.0,
         name: str = "supervisor",
         node: Node | None = None,
         jitter: Callable[[], float] = random.random,
+        max_seconds: float | None = None,
     ) -> None:
+        if max_seconds is not None:
+            text = "`max_seconds=` is called `restart_window_sec=`"
+            warnings.warn(text, DeprecationWarning, stacklevel=2)
+            restart_window_sec = max_seconds
         self.name = name
         self._members = [_Member(child) for child in children]
         self._index = {member.child.name: index for index, member in enumerate(self._members)}
@@ -124,7 +131,7 @@ class Supervisor:
         self._policy = Policy(
             strategy=strategy,
             max_restarts=max_restarts,
-            max_seconds=max_seconds,
+            restart_window_sec=restart_window_sec,
             first_backoff_sec=first_backoff_sec,
             max_backoff_sec=max_backoff_sec,
         )

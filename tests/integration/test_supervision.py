@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process
 
 SUPERVISE = """
 import actors
-actors.run(lambda: actors.Supervisor([{children}], max_seconds=60))
+actors.run(lambda: actors.Supervisor([{children}], restart_window_sec=60))
 """
 
 NEST = """
@@ -100,14 +100,14 @@ async def test_a_script_that_dies_at_once_is_given_up(
         else Child("c", script=script(tmp_path, "short", source))
     )
     with pytest.raises(actors.SupervisorGaveUp, match=f"'c' died too often, last: {reason}"):
-        await Supervisor([child], max_restarts=2, max_seconds=60).run()
+        await Supervisor([child], max_restarts=2, restart_window_sec=60).run()
 
 
 async def test_a_missing_folder_is_a_reason(tmp_path: Path) -> None:
     """A process that cannot be started counts as a child that failed."""
     child = Child("c", command=["true"], cwd=tmp_path / "none")
     with pytest.raises(actors.SupervisorGaveUp, match="FileNotFoundError"):
-        await Supervisor([child], max_restarts=1, max_seconds=60).run()
+        await Supervisor([child], max_restarts=1, restart_window_sec=60).run()
 
 
 async def test_arguments_environment_and_folder_reach_the_process(tmp_path: Path) -> None:

@@ -248,10 +248,10 @@ def test_zero_restarts_means_the_first_death_is_one_too_many() -> None:
     "wrong",
     [
         {"max_restarts": -1},
-        {"max_seconds": 0.0},
+        {"restart_window_sec": 0.0},
         {"first_backoff_sec": -0.1},
         {"first_backoff_sec": 6.0},
-        {"max_seconds": float("nan")},
+        {"restart_window_sec": float("nan")},
     ],
 )
 def test_numbers_out_of_range_are_refused(wrong: dict[str, float]) -> None:

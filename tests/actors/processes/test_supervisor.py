@@ -164,6 +164,16 @@ def test_too_many_deaths_end_everything() -> None:
     alone(scene)
 
 
+def test_the_former_name_of_the_window_warns() -> None:
+    """And its value counts."""
+    with (
+        pytest.warns(DeprecationWarning, match="`max_seconds=` is called `restart_window_sec=`") as caught,
+        pytest.raises(ValueError, match="restart_window_sec must be more than 0"),
+    ):
+        Supervisor([], max_seconds=0)
+    assert caught[0].filename == __file__
+
+
 def test_giving_up_ends_the_block() -> None:
     """Whoever is inside `async with` is interrupted, and gets the error at the end of the block."""
 
