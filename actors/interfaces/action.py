@@ -34,7 +34,7 @@ class ActionTypes:
 
 @dataclass(frozen=True)
 class ActionImpl:
-    """What carries an action, by the names that ROS's classes have for it.
+    """The services and messages that carry an action, by the names that ROS's classes have for them.
 
     Attributes:
         SendGoalService: Service: Request(goal_id, goal), Response(accepted, stamp).
@@ -115,7 +115,7 @@ def action_types(action: type[Action]) -> ActionTypes:
 
 @cache
 def action_impl(action: Any) -> ActionImpl:
-    """Return what carries an action, by ROS's names.
+    """Return the services and messages that carry an action, by ROS's names.
 
     Raises:
         TypeError: `action` is not an action class.

@@ -74,6 +74,7 @@ class NumericArray(_Base):
 
     def __new__(cls, values: Iterable[SupportsFloat] | Buffer = ()) -> Self:
         """Make an array of `values`."""
+        # The usual case, which `array` itself makes the fastest.
         if isinstance(values, list | tuple):
             return super().__new__(cls, cls.format, values)
         made = super().__new__(cls, cls.format)
@@ -85,6 +86,8 @@ class NumericArray(_Base):
         with view:
             if view.ndim != 1:
                 raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
+            # Bytes are copied only if the elements have the same type. Otherwise the numbers are converted
+            # one by one, with the range checks of `array`.
             if element_of(view) == cls.element:
                 made.frombytes(view.tobytes())
                 if _is_big_endian(view) != BIG_ENDIAN:
@@ -120,9 +123,11 @@ class NumericArray(_Base):
             return self.tolist() != list(cast("list[Any]", other))
         return super().__ne__(other)
 
+    # Mutable, and equal to lists, which have no hash either.
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def __copy__(self) -> Self:
+        # Written out, since the base class would return a plain `array.array`.
         return type(self)(self)
 
     def __deepcopy__(self, memo: dict[int, object]) -> Self:
@@ -219,12 +224,14 @@ def pack(value: object) -> tuple[int, memoryview] | memoryview | None:
     if view.ndim != 1:
         raise TypeError(f"Expected a one-dimensional sequence, got {view.ndim} dimensions")
     element = element_of(view)
+    # No extension: `uint8[]` travels as msgpack bin, which readers in every language have.
     if element == "uint8":
         return view if view.c_contiguous else memoryview(view.tobytes())
     found = ARRAY_BY_ELEMENT.get(element)
     if found is None:
         return None
     big_endian = _is_big_endian(view)
+    # A NumPy view of every second element, for example. Only these need a copy.
     if big_endian or not view.c_contiguous or not view.format.isalpha():
         packed = array.array(found.format, view.tobytes())
         if big_endian:

@@ -47,6 +47,7 @@ def known_packages() -> list[str]:
 
 def python_package(package: str, kind: str) -> str | None:
     """Return the name of the Python package with the interfaces of a kind, or None."""
+    # The standard packages first, so that a folder of the same name on the import path cannot replace them.
     if (_STANDARD / package / kind / "__init__.py").is_file():
         return f"{STANDARD_ROOT}.{package}.{kind}"
     if any((folder / kind / "__init__.py").is_file() for folder in _folders(package)):
@@ -85,6 +86,7 @@ def unknown_package(package: str) -> str:
 def _names(package: str, kind: str) -> list[str]:
     folders = [_STANDARD / package] if package in standard_packages() else _folders(package)
     for folder in folders:
+        # Generated packages list their names; only folders with texts alone are searched for files.
         exported = _exported(folder / kind / "__init__.py")
         if exported:
             return sorted(exported)
@@ -111,6 +113,7 @@ def _exported(module: Path) -> list[str]:
 def _folders(package: str) -> list[Path]:
     """Return the folders of a package on the import path, without importing it."""
     try:
+        # Checked first: `find_spec` of a name with a dot imports the packages above it.
         spec = find_spec(package) if _PACKAGE.fullmatch(package) else None
     except (ImportError, ValueError):
         return []

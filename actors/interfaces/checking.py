@@ -39,6 +39,8 @@ def check_assignments(*, enabled: bool = True) -> None:
         enabled: Whether to check from now on.
     """
     methods = ((Message, "__setattr__", _checked_setattr), (MessageType, "__call__", _checked_call))
+    # On the base classes, so that all message classes are affected, also those that do not exist yet; and
+    # nothing is left in the way of an assignment while the checks are off.
     for cls, name, method in methods:
         if enabled:
             setattr(cls, name, method)
@@ -89,11 +91,13 @@ def _fits(kind: FieldType, value: Any) -> bool:
 
 def _sequence_fits(kind: FieldType, value: Any) -> bool:
     try:
+        # A buffer first: an image is checked by its type and length, not byte by byte.
         with memoryview(value) as view:
             element = "uint8" if kind.base in BINARY else kind.base
             return view.ndim == 1 and element_of(view) == element and _length_fits(kind, len(view))
     except TypeError:
         pass  # not a buffer
+    # ROS 2's classes refuse a str here, too, although it is a sequence of str.
     if isinstance(value, str | UserString) or not isinstance(value, Sequence | AbstractSet):
         return False
     items = cast("Sequence[Any]", value)
@@ -110,7 +114,7 @@ def _element(kind: FieldType) -> FieldType:
 
 
 def _expected(kind: FieldType, value: object) -> str:
-    """Return what a field takes, in ROS 2's words."""
+    """Return the values that a field accepts, in ROS 2's words."""
     python = kind.message.__name__ if kind.message is not None else _PYTHON.get(kind.base, int).__name__
     limits = _limits(kind)
     if kind.is_array:

@@ -31,6 +31,7 @@ T = TypeVar("T", bound=Message)
 
 def _encode_hook(value: object) -> object:
     """Encode types that msgspec does not know: arrays, NumPy arrays and NumPy scalars."""
+    # The most frequent type goes first: this hook runs for each array in each message.
     if isinstance(value, NumericArray) and not BIG_ENDIAN:
         return msgspec.msgpack.Ext(value.code, memoryview(value))  # as `pack` does, without its checks
     # A NumPy scalar is a buffer without dimensions.
@@ -51,6 +52,7 @@ def _extension_hook(code: int, data: memoryview) -> object:
     """Return the array of a received extension; the field's hook refuses an invalid one."""
     array = ARRAY_BY_CODE.get(code)
     try:
+        # An unknown code is kept as it is: the field's own check then says what it expected.
         return array.from_packed(data) if array is not None else msgspec.msgpack.Ext(code, bytes(data))
     except ValueError:
         return msgspec.msgpack.Ext(code, bytes(data))
@@ -60,6 +62,7 @@ def _decode_hook(wire: type, value: Any) -> object:
     """Check a received numeric sequence, or convert a plain array of numbers."""
     assert isinstance(wire, SequenceWire)
     array = wire.array
+    # A plain list, which any sender may use instead of an extension (docs/protocol.md), or something wrong.
     if type(value) is not array:
         if not isinstance(value, list):
             shown = getattr(value, "element", type(value).__name__)
@@ -71,11 +74,13 @@ def _decode_hook(wire: type, value: Any) -> object:
     assert isinstance(value, array)
     if wire.is_bounded:
         wire.check_length(len(value))
+    # A field that its author has declared as `list[float]` gets a list, whatever travelled.
     return value.tolist() if wire.as_list else value
 
 
 def _measure_extension(code: int, data: memoryview) -> object:
     """Return the code and size of an array that was just encoded, without copying it."""
+    # Enough to check type and length. Making the array would copy it only to throw it away.
     return code, len(data)
 
 
@@ -93,6 +98,7 @@ def _verify_hook(wire: type, value: Any) -> object:
         )
     if wire.is_bounded:
         wire.check_length(size // array.item_size)
+    # msgspec does not look at the value any further, and the message that the verifier makes is dropped.
     return None
 
 
@@ -145,6 +151,8 @@ class Codec(Generic[T]):
                 ext_hook=_measure_extension if verify else _extension_hook,
             )
 
+        # Three decoders for a type: one message, a batch of them in one call, and the check of what was
+        # just encoded.
         one, batch, verifier = wired(
             msg_type,
             lambda: (
@@ -174,8 +182,12 @@ class Codec(Generic[T]):
             raise self._wrong_type(message)
         try:
             data = self._encode(message)
+            # msgspec's encoder trusts the annotations. Without this check a str in an int field would be
+            # sent, and the error would appear in every subscriber.
             self._verify(data)
         except _ENCODING_ERRORS as error:
+            # Only after a failure: most messages have no such list, and looking for one would take longer
+            # than encoding.
             data = self._encode_lists(message, error)
         return data
 
@@ -185,6 +197,7 @@ class Codec(Generic[T]):
             data = self._encode(_with_bytes(message))
             self._verify(data)
         except _ENCODING_ERRORS:
+            # The first error, which is about the message as the user gave it.
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
 

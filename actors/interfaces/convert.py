@@ -1,4 +1,4 @@
-"""Messages from and to plain values: dicts, YAML, CSV; for the command line and for people.
+"""Messages from and to plain values: dicts, YAML, CSV; for the command line and for human-readable output.
 
 The `message_to_` functions take a message, or the dict that `codec.decode_untyped` returns for an unknown
 type; then sequences are described by their received types.
@@ -54,6 +54,7 @@ def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
         ValueError: A value does not fit its field.
     """
     filled = _filled(type(message), message, values, type_name(type(message)))
+    # Encoded for its checks only. The message is changed after them, so that an error leaves it as it was.
     codec_for(type(message)).encode(filled)
     for name in message.__struct_fields__:
         setattr(message, name, getattr(filled, name))
@@ -91,6 +92,7 @@ def _filled(cls: type[Message], current: Message | None, values: Any, path: str)
             return cls(**converted)
         except TypeError as error:
             raise ValueError(f"{path}: {error}") from None
+    # Shallow: fields that are not given keep their values, which are not changed.
     filled = copy.copy(current)
     for name, value in converted.items():
         setattr(filled, name, value)
@@ -112,6 +114,7 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
         return _scalar(field_type, value, path)
     if isinstance(value, str) or not hasattr(value, "__iter__"):
         raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
+    # The codec converts these faster, and without a number in Python for each element.
     if isinstance(value, bytes | bytearray | memoryview | NumericArray) or hasattr(value, "dtype"):
         return cast("Any", value)
     converted = [_scalar(field_type, item, f"{path}[{index}]") for index, item in enumerate(value)]
@@ -160,6 +163,7 @@ class _Renderer:
         return OrderedDict((str(name), self.value(value, None)) for name, value in values.items())
 
     def value(self, value: Any, field_type: FieldType | None) -> Any:
+        # A message of unknown type is whatever its sender has encoded.
         if self._depth > _MAX_DEPTH:
             raise InvalidMessageError(f"Not a message: it is nested more than {_MAX_DEPTH} levels deep")
         self._depth += 1
@@ -197,6 +201,7 @@ class _Renderer:
         if self._no_arr:
             return _described(value, field_type)
         kept = islice(value, self._limit)
+        # Sequences of numbers need no look at each element.
         numbers = isinstance(value, _FLAT)
         items = list(kept) if numbers else [self.value(item, None) for item in kept]
         return items if len(items) == len(value) else [*items, "..."]
@@ -254,10 +259,11 @@ def message_to_yaml(
         no_str: See `message_to_ordereddict`.
         flow_style: One line in braces rather than one line per field.
     """
-    import yaml  # noqa: PLC0415 - slow to import, and only people need it
+    import yaml  # noqa: PLC0415 - slow to import, and only output to read needs it
 
     plain = message_to_ordereddict(message, truncate_length=truncate_length, no_arr=no_arr, no_str=no_str)
     numbers: list[list[float]] = []
+    # Random, so that no text of a message can be taken for a mark.
     mark = f"numbers_{token_hex(8)}_"
     text: str = yaml.dump(
         _dict(plain, mark, numbers),
@@ -302,6 +308,7 @@ def _dict(value: Any, mark: str, numbers: list[list[float]]) -> Any:
     if not isinstance(value, list):
         return value
     items: list[Any] = cast("Any", value)
+    # Types are compared exactly: a subclass may print in its own way.
     if len(items) >= _LONG and _NUMBERS.issuperset(map(type, items)):
         numbers.append(items)
         return [f"{mark}{len(numbers) - 1}"]
@@ -329,6 +336,7 @@ def _number(value: float) -> str:
         return str(value)
     if not math.isfinite(value):
         return ".nan" if value != value else ".inf" if value > 0 else "-.inf"  # noqa: PLR0124 - that is NaN
+    # YAML reads `1e10` as a string, and `1.0e10` as a number.
     text = repr(value)
     return text if "." in text else text.replace("e", ".0e", 1)
 

@@ -82,11 +82,13 @@ def _closure(*classes: MessageType) -> list[Description]:
 
 def _canonical(described: Description, referenced: list[Description]) -> bytes:
     by_name = {each["type_name"]: each for each in referenced}
+    # A type that contains itself is described once.
     by_name.pop(described["type_name"], None)
     whole = {
         "type_description": described,
         "referenced_type_descriptions": [by_name[name] for name in sorted(by_name)],
     }
+    # With the separators of Python's default and the keys in this order: REP 2011 hashes exactly this text.
     return json.dumps(whole).encode()
 
 

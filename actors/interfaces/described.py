@@ -1,4 +1,4 @@
-"""What a canonical definition says of types, without their classes: their fields, and their text."""
+"""Reads the types of a canonical definition, without their classes: their fields, and their text."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ def described_types(definition: bytes) -> dict[str, dict[str, FieldType]]:
         whole: Any = json.loads(definition)
         described = [whole["type_description"], *whole["referenced_type_descriptions"]]
         return {_name(each["type_name"]): _fields(each["fields"]) for each in described}
+    # A definition is bytes of another process. Whatever is wrong with it shows in one of these.
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InvalidMessageError(f"A definition that cannot be read: {error!r}") from None
 

@@ -83,6 +83,8 @@ def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str,
             children = [(f"[{index}]", item) for index, item in enumerate(cast("Any", value))]
         for step, child in children:
             try:
+                # msgspec does not say where encoding failed. Trying each part finds it; this is slow, and
+                # only done for an error.
                 encode(child)
             except Exception:  # noqa: BLE001 - any error identifies the value
                 path, value = path + step, child
@@ -118,6 +120,8 @@ def explain_encoding(message: Message, error: BaseException, encode: Callable[[A
         except (AttributeError, IndexError, KeyError, TypeError):
             return f"{name}{path}: {reason}"
         if kind is not None and (kind.base in BINARY or reason.endswith(", got ext")):
+            # The decoder has seen an extension, and its text would speak of "ext", which no user has
+            # written.
             reason = _sequence_reason(kind, value) or reason
         if ", got " in reason:
             return f"{name}{path}: {reason}"
@@ -126,5 +130,6 @@ def explain_encoding(message: Message, error: BaseException, encode: Callable[[A
         reason = _expected(owner, path, value, error)
         if ", got " in reason:
             return f"{name}{path}: {reason}"
+    # Python refuses to print integers of thousands of digits.
     shown = repr(value) if isinstance(value, int) and abs(value) < 2**256 else reprlib.repr(value)
     return f"{name}{path}: {reason}, got {shown}"

@@ -139,6 +139,7 @@ class SequenceWire(type):
 
 def sequence_wire(field_type: FieldType, array: type[NumericArray], *, as_list: bool) -> SequenceWire:
     """Return the decoder's type for a numeric sequence, read as `array` or as a plain list."""
+    # A class for each type, because msgspec tells its hook only the class: the bounds travel in it.
     wire = SequenceWire(str(field_type), (), {})
     wire.field_type, wire.array, wire.as_list = field_type, array, as_list
     wire.is_bounded = field_type.high is not None or field_type.low > 0
@@ -157,6 +158,7 @@ def _bounded(field_type: FieldType, extras: list[Any]) -> FieldType:
             low, high = extra.min_length or low, extra.max_length if extra.max_length is not None else high
     if field_type.is_array:
         return replace(field_type, low=low, high=high)
+    # ROS has no lower bound for strings.
     if field_type.base in {"string", "wstring"} and high is not None:
         return replace(field_type, string_bound=high)
     return field_type
@@ -180,6 +182,7 @@ def _list_type(item: Any, extras: list[Any]) -> tuple[FieldType, Any]:
     element, wire = _resolve(item)
     if element.is_array:
         raise TypeError("is a sequence of sequences, which ROS does not have")
+    # Such a list would be one object for each byte of an image; `bytes` is the same thing in one.
     if element.base in BINARY:
         raise TypeError(f"is a list of {element.base}; use bytes or types.UInt8Sequence")
     field_type = _bounded(replace(element, is_array=True), extras)
@@ -198,6 +201,7 @@ def _resolve(annotation: Any) -> tuple[FieldType, Any]:
     extras: list[Any] = []
     while get_origin(annotation) is Annotated:
         annotation, *metadata = get_args(annotation)
+        # In front: an outer annotation comes later in the list, and so wins over an alias's own.
         extras[:0] = metadata
     marker = next((extra.name for extra in extras if isinstance(extra, Ros)), "")
     if get_origin(annotation) is list:
@@ -221,6 +225,8 @@ def _resolve(annotation: Any) -> tuple[FieldType, Any]:
 
 def _check_options(cls: MessageType) -> None:
     config = cls.__struct_config__
+    # Each of these changes the bytes on the wire, for which the type hash, made of names and types, stays
+    # the same.
     if config.array_like or config.tag is not None or cls.__struct_encode_fields__ != cls.__struct_fields__:
         raise TypeError(
             f"Message class {cls.__qualname__} uses array_like, tag or rename; "
@@ -232,6 +238,8 @@ def _check_options(cls: MessageType) -> None:
 def _resolved(cls: MessageType) -> tuple[tuple[Field, ...], dict[str, Any]]:
     _check_options(cls)
     try:
+        # With the class's own name, so that a message of a local scope may refer to itself in its
+        # annotations.
         hints = get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     except NameError as error:
         raise TypeError(
@@ -274,6 +282,7 @@ def nested_classes(cls: MessageType) -> set[MessageType]:
     pending = [cls]
     while pending:
         this = pending.pop()
+        # Messages may contain one another in a circle (in lists); each is visited once.
         if this not in found:
             found.add(this)
             pending += [field.type.message for field in fields_of(this) if field.type.message is not None]
@@ -302,5 +311,6 @@ def wired(cls: MessageType, build: Callable[[], T]) -> T:
     msgspec reads a Struct's annotations once, when it first makes a decoder for it; before and after that the
     annotations are the author's.
     """
+    # A lock, as the annotations are visible to every thread while they are replaced.
     with _annotations_lock, _wired_annotations(nested_classes(cls)):
         return build()

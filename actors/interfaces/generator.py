@@ -53,6 +53,7 @@ def read_package(source_dir: Path) -> list[InterfaceSpec]:
 
 
 def _check_modules(source_dir: Path, specs: list[InterfaceSpec]) -> None:
+    # `UInt8` and `Uint8`, for example, would be written to one file.
     seen: dict[tuple[str, str], str] = {}
     for spec in specs:
         other = seen.setdefault((spec.kind, module_name(spec.name)), spec.name)
@@ -146,6 +147,7 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
         if "/" not in name and path.exists():
             continue  # the author may have written it
         path.parent.mkdir(parents=True, exist_ok=True)
+        # The same bytes on every system, so that generated packages can be compared and checked in.
         path.write_text(text, encoding="utf-8", newline="\n")
         written.append(path)
     return written

@@ -30,6 +30,8 @@ def _boolean(text: str) -> bool:
 def _integer(base: str, text: str) -> int:
     low, high = INTEGER_RANGE[base]
     try:
+        # Base 0 reads the prefixes, and refuses leading zeros, which are octal for some and decimal for
+        # others.
         value = int(text, 0)
     except ValueError:
         raise ValueError(f"'{text}' is not an integer (10, 0x0a, 0o12 and 0b1010 are)") from None
@@ -69,6 +71,7 @@ def _items(text: str) -> list[str]:
     inner = text[1:-1].strip()
     items: list[str] = []
     position = 0
+    # A pattern, not `split`: a quoted string may contain commas.
     while position < len(inner):
         found = _ITEM.match(inner, position)
         if found is None:

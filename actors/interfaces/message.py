@@ -87,6 +87,7 @@ class Message(msgspec.Struct, metaclass=MessageType):
 
     def __eq__(self, other: object) -> bool:
         cls = type(self)
+        # Without sequences msgspec's own comparison is right, and many times faster.
         if type(other) is not cls or not has_sequences(cls) or not cls.__struct_config__.eq:
             return super().__eq__(other)
         types = sequences_of(cls)
@@ -96,6 +97,7 @@ class Message(msgspec.Struct, metaclass=MessageType):
                 return False
         return True
 
+    # Defining `__eq__` would otherwise remove it.
     __hash__ = msgspec.Struct.__hash__
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -118,6 +120,7 @@ def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None
             raise TypeError(
                 f"Class {owner.__qualname__} needs a nested message class: class {part}(Message): ..."
             )
+        # A message that is defined elsewhere and only used as a part keeps its own name.
         if message.__qualname__ == f"{owner.__qualname__}.{part}" and message.__dict__[TYPE_NAME] is None:
             setattr(message, TYPE_NAME, f"{name}_{part}")
 
@@ -144,6 +147,7 @@ class Service:
         Event: The message class of service introspection; made on first use.
     """
 
+    # On first use: most programs never look at service events, and each class costs time to make.
     Event = _EventClass()
 
     def __init_subclass__(cls, *, type_name: str | None = None) -> None:
@@ -260,6 +264,8 @@ def type_name(cls: object) -> str:
 
 def _hashable(cls: object) -> Any:
     """Return a class; raise TypeError for anything else, which may have no hash."""
+    # The cached functions below need a hash, and an unhashable argument should give the same error as
+    # others.
     if not isinstance(cls, type):
         _check_type(cls)
     return cls

@@ -25,11 +25,13 @@ def package_of(module: str) -> str:
         main = sys.modules["__main__"]
         spec = getattr(main, "__spec__", None)
         file = getattr(main, "__file__", None)
+        # `python -m package.module`: the module has a name, and its file may be called `__main__.py`.
         if spec is not None:
             module = str(spec.name)
         elif file:
             module = PurePath(str(file)).stem
         else:
+            # An interactive session.
             module = "main"
     return module.partition(".")[0]
 
@@ -48,6 +50,7 @@ class MessageType(msgspec.StructMeta):
         **options: Any,
     ) -> MessageType:
         """Make the class; `type_name` is its ROS name, such as "std_msgs/msg/String"."""
+        # In the dict of each class, also as None: a subclass must not inherit the name of its base.
         namespace[TYPE_NAME] = type_name
         # `pose: Pose = Pose()` would be one Pose for all messages.
         for field, value in namespace.items():
@@ -63,6 +66,8 @@ def message_name(cls: type) -> str:
     """Return the ROS type name of a message class: "std_msgs/msg/String"."""
     name: str | None = cls.__dict__.get(TYPE_NAME)
     if name is None:
+        # Not when the class is made, since a service or an action gives its parts names of their own
+        # afterwards.
         name = f"{package_of(cls.__module__)}/msg/{cls.__name__}"
         setattr(cls, TYPE_NAME, name)
     return name

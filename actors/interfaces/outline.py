@@ -64,6 +64,7 @@ def _lines(name: str, text_of: Callable[[str], str | None], comments: Comments, 
     for raw in (text_of(name) or "").splitlines():
         code = without_comment(raw).strip()
         text = raw.rstrip() if with_comments else code
+        # Blank lines are kept with the comments, as they set groups of fields apart.
         if text or with_comments:
             yield "\t" * depth + text if text else ""
         nested = _nested(code, name.partition("/")[0])

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MAX_FILE_BYTES: Final = 1 << 20
-"""People write interface texts; a larger file is something else."""
+"""Interface texts are written by hand; a larger file is something else."""
 MAX_FIELDS: Final = 1000
 """Fields and constants in one part."""
 MAX_FIXED: Final = 1 << 20
@@ -115,6 +115,7 @@ class _Reader:
         fields: list[FieldSpec] = []
         constants: list[ConstantSpec] = []
         self._seen = {}
+        # The line is kept in the object, so that every error names it without being told.
         for self._line, raw in lines:
             line = without_comment(raw).strip()
             if not line:
@@ -124,6 +125,7 @@ class _Reader:
             rest = rest.strip()
             if not rest:
                 self.fail(f"'{line}' has a type but no name; write '<type> <name>'")
+            # By the `=`: a default is written without one, which is the only difference to a constant.
             constant = _CONSTANT.fullmatch(rest)
             if constant is not None:
                 constants.append(self.constant(field_type, constant["name"], constant["value"].strip()))
@@ -139,6 +141,7 @@ class _Reader:
                 f"'{name}' is not a field name: use lower case letters, digits and single underscores, "
                 "starting with a letter and not ending with an underscore"
             )
+        # The generated class could not be imported.
         if keyword.iskeyword(name):
             self.fail(f"Field '{name}' is a Python keyword; use another name")
         self._once(name)
@@ -183,11 +186,13 @@ class _Reader:
         if not match["size"] and not match["most"]:
             return FieldType(base, string_bound=bound, is_array=True)
         size = self._count(text, match["size"])
+        # A bound without elements costs nothing, but a fixed array is there in full in every new message.
         if not match["most"] and size > MAX_FIXED:
             self.fail(f"'{text}': a fixed size is at most {MAX_FIXED}; use [<={size}]")
         return FieldType(base, string_bound=bound, is_array=True, low=0 if match["most"] else size, high=size)
 
     def _count(self, text: str, digits: str) -> int:
+        # `isdigit` alone accepts digits of other scripts, and `int` of a long text takes quadratic time.
         if not (digits.isascii() and digits.isdigit() and 0 < int(digits[:12]) < 2**32):
             self.fail(f"'{text}': a size or bound is an integer from 1 to {2**32 - 1}")
         return int(digits)
@@ -198,6 +203,7 @@ class _Reader:
                 return name
             if name in {"time", "duration"}:
                 self.fail(f"'{name}' is ROS 1's; use builtin_interfaces/{name.capitalize()}")
+            # As in ROS 2, for texts from ROS 1.
             package = "std_msgs" if name == "Header" else self._package
         if not PACKAGE_NAME.fullmatch(package):
             self.fail(f"'{package}' is not a package name")
@@ -220,6 +226,7 @@ def without_comment(line: str) -> str:
             quote = character
         elif character == "#":
             return line[:index]
+    # An apostrophe without a partner, as in `# don't`, opens no string.
     return line.partition("#")[0] if quote else line
 
 
@@ -274,9 +281,11 @@ def read_source(path: Path) -> str:
         InterfaceSyntaxError: The file is too large or not UTF-8.
         OSError: The file cannot be read.
     """
+    # Before it is read: a wrong path may name anything.
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InterfaceSyntaxError(str(path), 0, f"The file is larger than {MAX_FILE_BYTES} bytes")
     try:
+        # Editors on Windows write a byte order mark.
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise InterfaceSyntaxError(str(path), 0, f"The file is not UTF-8: {error}") from error

@@ -44,6 +44,8 @@ def _defined(base: type[Any]) -> Iterator[type[Any]]:
 
 def _load(package: str, kind: str, name: str) -> type | None:
     full = f"{package}/{kind}/{name}"
+    # The program's own classes first. A second class for the same name would not match the one that the
+    # program uses.
     for cls in _defined(_BASES[kind]):
         if type_name(cls) == full:
             return cls
@@ -51,6 +53,8 @@ def _load(package: str, kind: str, name: str) -> type | None:
     if module is None:
         return None
     try:
+        # Only from packages with the layout of generated ones (`python_package`): the name may come from a
+        # graph, and an import runs code.
         found = getattr(import_module(module), name, None)
     except (ImportError, SyntaxError) as error:
         raise UnknownInterfaceError(f"Interface '{full}' cannot be imported: {error}") from error
@@ -131,6 +135,7 @@ def _search(name: str) -> type[Message | Service | Action] | None:
     if match is None:
         return _event_of(_search(name.removesuffix(_EVENT)), name) if name.endswith(_EVENT) else None
     package, kind, word = match.groups()
+    # Messages first: without a kind, nearly always a message is meant.
     for each in (kind,) if kind else PARTS:
         found = _load(package, each, word)
         if found is not None:
@@ -160,6 +165,7 @@ def _field_line(cls: type[Message], name: str, field_type: FieldType) -> str:
     if "/" in field_type.base:
         return line
     default = _default_of(cls, name)
+    # A zero default is what ROS assumes, so that writing it would change the text and nothing else.
     if default is None or _is_zero(default):
         return line
     return f"{line} {render_value(field_type, default)}"

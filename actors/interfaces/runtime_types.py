@@ -79,7 +79,7 @@ def runtime_action(send_goal: bytes, get_result: bytes, feedback_message: bytes)
     """Return the class of an action, whose server declares three types.
 
     Args:
-        send_goal: The definition of the service that takes goals.
+        send_goal: The definition of the service that accepts goals.
         get_result: That of the service for results.
         feedback_message: That of the message with feedback.
 
@@ -94,6 +94,7 @@ def runtime_action(send_goal: bytes, get_result: bytes, feedback_message: bytes)
         "Feedback": _Maker(feedback_message).message(f"{name}_Feedback"),
     }
     made = _namespace(Action, name, parts)
+    # An action is never declared as such, only what it is made of. If all three match, so does it.
     derived = action_types(made)
     _checked(derived.send_goal, send_goal)
     _checked(derived.get_result, get_result)
@@ -110,8 +111,9 @@ def _checked(made: T, described: bytes) -> T:
     """Return a class.
 
     Raises:
-        InvalidMessageError: It would not match those who have declared the definition.
+        InvalidMessageError: It would not match the endpoints that have declared the definition.
     """
+    # The proof that nothing was lost on the way from the definition to the class.
     if type_hash(made) != hash_of(described):
         raise InvalidMessageError(f"The definition of {type_name(made)} has parts that cannot be made again")
     return made
@@ -140,10 +142,14 @@ class _Maker:
             raise InvalidMessageError(f"The definition does not describe the type {name!r}")
         self._open.append(name)
         annotated = {field: self._field(name, field, kind) for field, kind in fields.items()}
+        # Counted while the classes are made, before any message exists: ten nested arrays of a thousand
+        # elements each are a short text, and no memory holds one message of them.
         self._elements[name] = 1 + sum(map(self._size, fields.values()))
         if self._elements[name] > MAX_ELEMENTS:
             raise InvalidMessageError(f"{name} has more than {MAX_ELEMENTS} elements; it must be installed")
         self._open.pop()
+        # An installed class is preferred: its messages are then instances of the class that the program
+        # knows.
         self._made[name] = self._installed(name) or message_class(Message, name, annotated)
         return self._made[name]
 
@@ -152,6 +158,7 @@ class _Maker:
         found = installed_interface(name)
         if found is None or not issubclass(found, Message):
             return None
+        # By fields at all levels, since the same name may have another definition in another installation.
         own = described_types(definition(found))
         same = bool(own) and all(self._described.get(each) == fields for each, fields in own.items())
         return found if same else None
@@ -162,6 +169,7 @@ class _Maker:
 
     def _field(self, owner: str, name: str, kind: FieldType) -> tuple[Any, Any]:
         """Return the annotation and the default of a field."""
+        # Or a field would replace a method of the class: the definition comes from another process.
         if keyword.iskeyword(name) or name.startswith("_") or hasattr(Message, name):
             raise InvalidMessageError(f"{owner} has a field named {name!r}, which no class can have")
         nested = self.message(kind.base) if "/" in kind.base else None

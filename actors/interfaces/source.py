@@ -74,6 +74,7 @@ class _Module:
     def _message_names(self) -> dict[str, str]:
         """Map each message type used to its name here: with its package's in front where two clash."""
         dependencies = sorted(self._spec.dependencies)
+        # Names that the module uses itself.
         taken = {*_BASES.values(), "Annotated", "ClassVar", "AtMost", "Length"}
         if self._spec.kind != "msg":
             taken |= {self._spec.name, *PARTS[self._spec.kind]}
@@ -152,6 +153,7 @@ class _Module:
             items = ", ".join(self._literal(each) for each in cast("list[object]", default))
             content = f"[{items}]"
         elif field_type.is_fixed and "/" in base:
+            # Made one by one: `[Pose()] * 3` would be one object three times.
             content = f"[{self._message(base)}() for _ in range({field_type.high})]"
         elif field_type.is_fixed:
             content = f"[{_ZERO.get(base, '0')}] * {field_type.high}"
@@ -183,6 +185,8 @@ class _Module:
 
     def body(self, message: MessageSpec) -> list[str]:
         """Return the lines of a message class's body, after its docstring."""
+        # Names that annotations and defaults of this class use. In a class body a field hides them for what
+        # follows.
         self._used = set()
         constants = [self._constant(constant) for constant in message.constants]
         fields = [

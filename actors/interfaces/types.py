@@ -124,6 +124,7 @@ char: TypeAlias = Annotated[int, msgspec.Meta(ge=0, le=2**8 - 1), Ros("char")]
 string: TypeAlias = Annotated[str, Ros("string")]
 wstring: TypeAlias = Annotated[str, Ros("wstring")]
 
+# Type checkers see what may be assigned; at run time `fields.py` needs to know what the decoder makes.
 if TYPE_CHECKING:
     Int8Sequence: TypeAlias = MutableSequence[int]
     Int16Sequence: TypeAlias = MutableSequence[int]

@@ -1,4 +1,4 @@
-"""What a sequence field may hold: how its values compare, and how they print.
+"""Values of sequence fields: how they compare, and how they print.
 
 A numeric sequence may be given as a list, a tuple, an `array.array`, a NumPy array or any other sequence. Two
 are equal if they are equal as arrays of the field's element type.
@@ -70,6 +70,7 @@ def _held(field_type: FieldType, value: Any) -> Any:
 
 def same(field_type: FieldType, left: Any, right: Any) -> bool:
     """Return whether two values of a sequence field are equal; as in ROS 2, NaN is equal to nothing."""
+    # NaN is not equal to itself, so that a list with one is not equal to itself either.
     if left is right and field_type.base not in _FLOATS:
         return True
     try:

@@ -27,7 +27,7 @@ MAX_MERGES: Final = 1000
 """Mappings merged with `<<`, in a document."""
 MAX_NUMBER_CHARS: Final = 100
 _INTEGERS: Final = range(-(2**63), 2**64)
-"""Those that a message or a parameter can hold."""
+"""Integers that a message or a parameter can hold."""
 _QUOTED_CHARS: Final = 60
 
 _CONSTRUCTION_ERRORS: Final = (
@@ -38,7 +38,7 @@ _CONSTRUCTION_ERRORS: Final = (
     TypeError,
     ValueError,
 )
-"""What PyYAML's constructors raise for a tag or a form that does not fit the value."""
+"""Exceptions of PyYAML's constructors for a tag or a form that does not fit the value."""
 
 
 class YamlError(CallboardError, ValueError):
@@ -94,6 +94,7 @@ def _load(source: str | bytes, max_bytes: int, max_depth: int, construct: Callab
         raise
     except yaml.YAMLError as error:
         raise yaml_error(error) from None
+    # A program must be able to report a bad file as such, whatever PyYAML raises for it.
     except _CONSTRUCTION_ERRORS as error:
         raise YamlError(escape(str(error))[:_QUOTED_CHARS]) from None
 
@@ -105,9 +106,11 @@ def _document(loader: Any, root: Any) -> object:
 def _sections(loader: Any, root: Any) -> list[object]:
     if root is None or root.id != "mapping":
         return [_document(loader, root)]
+    # Resolves `<<` first, which would otherwise be a key like others.
     loader.flatten_mapping(root)
     sections = list[object]()
     for pair in root.value:
+        # The loader makes a dict, which has each key once. One pair at a time keeps repeated keys apart.
         root.value = [pair]
         sections.append(_document(loader, root))
     return sections
@@ -125,6 +128,8 @@ def parse_yaml(source: str | bytes, *, max_depth: int = MAX_DEPTH) -> tuple[Any,
     loader_type = _loader_type()
     is_text = isinstance(source, str)
     marks: Any = "[{-?:" if is_text else (b"[", b"{", b"-", b"?", b":")
+    # Cheap, and enough to pass nearly every document: without that many marks it cannot be nested so
+    # deeply. Only the others are parsed once more, by events, which need no recursion.
     if sum(source.count(mark) for mark in marks) > max_depth:
         try:
             deep = deeper_than(max_depth, yaml.parse(source, Loader=loader_type))
@@ -181,6 +186,8 @@ class _Expansion:
 
     def __init__(self, max_depth: int) -> None:
         self._max_depth = max_depth
+        # By node: an alias refers to the same node, which is measured once. Measuring it each time would
+        # take the very time that this class is to save.
         self._known: dict[int, tuple[int, int]] = {}
         self._open: set[int] = set()
         self._aliased = 0
@@ -206,6 +213,7 @@ class _Expansion:
             measured = self._measure_children(node, level)
             self._open.discard(id(node))
             self._known[id(node)] = measured
+        # An alias may bring a value to a greater depth than that at which it is written.
         if level + measured[1] > self._max_depth:
             raise too_deep(self._max_depth, node)
         return measured
@@ -249,6 +257,7 @@ def _loader_type() -> Any:
 
 
 def _construct_number(construct: Any, loader: Any, node: Any) -> object:
+    # Before the conversion, which takes quadratic time for long numbers.
     if len(loader.construct_scalar(node)) > MAX_NUMBER_CHARS:
         raise _fail(node, f"a number of more than {MAX_NUMBER_CHARS} characters")
     value = construct(loader, node)
