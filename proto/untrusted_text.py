@@ -53,7 +53,7 @@ def peer_text(text: str) -> str:
 
 
 def peer_name(name: str) -> str:
-    """Return a name that a peer has sent, with `peer_text`'s escapes if it is none that a broker accepts."""
+    """Return a name that a peer has sent, with `peer_text`'s escapes if no broker would accept it."""
     return name if name.isprintable() else peer_text(name)
 
 

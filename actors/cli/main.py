@@ -45,6 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _report_clash(error)
     finally:
         if own_process:
+            # The process ends now: a second Ctrl-C or a closed pipe must not add a traceback.
             ignore_signals()
             _discard_output()
         else:
@@ -157,6 +158,7 @@ def _report_clash(error: ImportError) -> int:
     """Report that another package called `proto` hides callboard's; raise the error if none does."""
     from pathlib import Path
 
+    # proto-plus, a library of Google, uses the import name `proto`, too.
     home = Path(__file__).resolve().parent.parent.parent
     file = getattr(sys.modules.get("proto"), "__file__", None)
     if file is None or home in Path(file).resolve().parents:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 QUOTED_CHARS: Final = 500
-"""The characters that an error quotes of its input at most."""
+"""Limit on the characters of its input that an error quotes."""
 
 
 def shortened(text: str) -> str:

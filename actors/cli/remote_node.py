@@ -99,7 +99,7 @@ async def ask_all(
         ask: Asks one: the hidden node, and the node's full name. It ends within the options' timeout.
 
     Returns:
-        The answers by the names of the nodes, or why there is none.
+        By the names of the nodes, the answer, or why the node has not answered.
 
     Raises:
         CommandError: The graph was not received in time.

@@ -84,7 +84,7 @@ class BrokerTarget(NamedTuple):
         urls: The broker's URLs, in the order in which to try them.
         domain: The domain id.
         url_from: The source of the URL: "--url", "CALLBOARD_URL", "context 'robot'" or "default".
-        domain_from: The source of the domain, likewise.
+        domain_from: The source of the domain, in the same words.
         credentials: The credentials for the broker.
     """
 
@@ -96,7 +96,7 @@ class BrokerTarget(NamedTuple):
 
     @property
     def url(self) -> str:
-        """The URLs as one text."""
+        """The URLs in one string, separated by commas."""
         return ",".join(map(str, self.urls))
 
 
@@ -159,6 +159,7 @@ class Contexts:
             ContextError: It cannot be written.
         """
         file = contexts_file()
+        # Written beside and renamed, so that a reader, which takes no lock, finds the old or the new file.
         new = f"{file}.{os.getpid()}.new"
         try:
             os.makedirs(os.path.dirname(file), mode=0o700, exist_ok=True)
@@ -283,10 +284,11 @@ def find_broker_target(
         otherwise=DEFAULT_URL,
     )
     own = (chosen.domain if chosen else None, source)
+    # A context named by the caller goes before the environment, one that is only in use goes after it.
     general = (environment.domain_id(), "CALLBOARD_DOMAIN")
     further = (general, own) if context is None else (own, general)
     graph, domain_from = _first(((domain, "--domain"), *further), otherwise=0)
-    files = chosen if chosen is not None and url_from == source else Context()  # for its broker only
+    files = chosen if chosen is not None and url_from == source else Context()  # never to another broker
     credentials = find_credentials(files.token_file, files.tls, named=context is not None)
     return BrokerTarget(parse_urls(text), graph, url_from, domain_from, credentials)
 

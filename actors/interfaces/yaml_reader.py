@@ -163,7 +163,7 @@ def yaml_error(error: Exception) -> YamlError:
 
 
 def deeper_than(levels: int, events: Iterable[Any]) -> Any:
-    """Return the first event that is nested too deeply; None if there is none.
+    """Return the first event that is nested too deeply, or None.
 
     Args:
         levels: The levels that are allowed.

@@ -3,7 +3,7 @@
 CallboardError (proto.errors)
 └── LaunchError                 the description cannot be carried out; the text says why, in one line
     ├── LaunchFileError         a launch file cannot be read, fails, or describes nothing
-    │   └── NoLaunchFileError   there is none
+    │   └── NoLaunchFileError   the file or its package does not exist
     └── UnknownArgumentError    an argument was given that is not declared
 """
 

@@ -43,7 +43,7 @@ class DiscardingSink:
 # The tuples are replaced, never changed, so that loggers in all threads read them without a lock.
 _sinks: Final[dict[str, tuple[weakref.ref[LogSink], ...]]] = {}
 _lock = threading.RLock()
-"""For writers. A garbage collection inside may remove another sink, so it is reentrant."""
+"""Held by writers. A garbage collection inside may remove another sink, so it is reentrant."""
 
 
 def add_sink(name: str, sink: LogSink) -> Callable[[], object]:

@@ -664,7 +664,7 @@ class Node(NodeGraph, NodeParameters):
         return mine
 
     def destroy_rate(self, rate: Rate) -> bool:
-        """Take a rate out of service; whoever sleeps by it wakes.
+        """Take a rate out of service; its sleepers wake.
 
         Args:
             rate: The rate.

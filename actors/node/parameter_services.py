@@ -53,7 +53,7 @@ class ParameterServices:
         parameters.listeners.append(self._publish)
 
     def _publish(self, changes: ParameterChanges) -> None:
-        # Parameters of a node that has ended may still be set; nobody is told.
+        # Parameters of a node that has ended may still be set; that is not published.
         if self._events.destroyed:
             return
         stamp = self._context.clock.now().to_msg()

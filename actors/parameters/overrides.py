@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 MAX_FILE_SIZE: Final = 1 << 20
-"""In bytes; a larger file is a mistake."""
+"""Largest parameter file, in bytes; a larger one is a mistake."""
 MAX_FILE_PARAMETERS: Final = 100_000
 """YAML aliases let a small file contain any number of parameters."""
 

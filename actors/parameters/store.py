@@ -60,12 +60,12 @@ class ParameterStore:
         overrides: Values from the node's constructor, by name; they take precedence.
         argument_overrides: Values from the command line and its files.
         allow_undeclared: Reading an undeclared parameter returns one without a value; setting it declares it.
-        max_parameters: How many there may be when others set undeclared ones.
+        max_parameters: Limit on all parameters when others set undeclared ones.
 
     Attributes:
         callbacks: The callbacks around setting parameters. While one of them decides about values, nothing
             may be declared, set or removed.
-        listeners: Called with what has changed, before the post-set callbacks.
+        listeners: Called with the changes, before the post-set callbacks.
 
     Raises:
         InvalidParameterTypeError: An override of an always-declared parameter has another type.
@@ -344,6 +344,7 @@ class ParameterStore:
         # Only now, as the callbacks may have run code that takes time to think; nothing else runs from here
         # to the end.
         before = {parameter.name: self._parameters.get(parameter.name) for parameter in wanted}
+        # Other nodes can declare parameters by setting them, so their number needs a limit.
         if len(self._parameters) + list(before.values()).count(None) > self._max_parameters:
             reason = f"the node has {len(self._parameters)} parameters already"
             return SetParametersResult(successful=False, reason=reason)

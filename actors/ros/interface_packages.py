@@ -51,7 +51,7 @@ class InterfaceLoader(InspectLoader):
 
 
 def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | None:
-    """Return the spec of a module that is made of interface files; None if it is none.
+    """Return the spec of a module that is made of interface files; None for other modules.
 
     Args:
         fullname: "robot_interfaces.msg" or "robot_interfaces.msg._wheel"; also "robot_interfaces" itself, if

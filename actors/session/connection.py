@@ -171,7 +171,7 @@ class BrokerConnection:
             self._link.capabilities = frozenset(str(frame.options.get("capabilities", "")).split())
             user = frame.options.get("user")
             self._link.user = user if isinstance(user, str) else None
-            self._link.url = str(self.url)  # first: whoever waits for the session may read it
+            self._link.url = str(self.url)  # first: a task that waits for the session may read it
             largest = most if isinstance(most, int) else limits.MAX_MESSAGE_BYTES
             self._link.opened(self.channel, largest, frame.options)
 

@@ -64,7 +64,7 @@ LIMITS: Final = {
     ),
     "refused_definitions": ("type definitions not kept", "generate the classes again from one .msg or .srv"),
 }
-"""By counter: what has reached a limit, and what to do."""
+"""By counter, the limit that was reached, and the remedy."""
 MAX_PROFILES: Final = 32
 """Different QoS profiles that are compared on each side of a topic."""
 

@@ -20,7 +20,7 @@ PARAMETER_TYPES: Final = (
     "not set", "boolean", "integer", "double", "string", "byte array", "boolean array", "integer array",
     "double array", "string array",
 )  # fmt: skip
-"""By ROS 2's number of the type."""
+"""Names of types by ROS 2's numbers."""
 
 
 def parameter(found: Parameter) -> dict[str, Any]:

@@ -30,7 +30,7 @@ MATCH_SEC: Final = 5.0
 """Until a new client and a server in the graph have been matched; it takes milliseconds."""
 
 FLUSH_SEC: Final = 5.0
-"""For a published message to reach the broker."""
+"""Time for a published message to reach the broker."""
 
 MAX_REASON: Final = 500
 """Characters of a string about a value, which may be as long as the value."""

@@ -33,7 +33,7 @@ KEPT_FEEDBACK: Final = 20
 """Feedback messages of one goal that wait for its reader; then the oldest makes room."""
 
 CANCEL_SEC: Final = 5.0
-"""For the answer to a cancellation."""
+"""Time for the answer to a cancellation."""
 
 
 class FollowedGoal:

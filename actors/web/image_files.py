@@ -29,7 +29,7 @@ PNG: Final = "image/png"
 
 _JPEG_BEGIN: Final = b"\xff\xd8\xff"
 _JPEG_SEGMENTS: Final = 1000
-"""Before the one with the size; cameras and editors write about ten."""
+"""Segments before the one with the size; cameras and editors write about ten."""
 _JPEG_SIZES: Final = frozenset({*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC})
 _PNG_BEGIN: Final = b"\x89PNG\r\n\x1a\n"
 _GRAY: Final = 0

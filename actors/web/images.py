@@ -23,7 +23,7 @@ IMAGE_PERIOD_SEC: Final = 0.1
 """The least time between two images of a topic."""
 
 WAIT_SEC: Final = 10.0
-"""For a request to wait for an image; then it gets none, and may be repeated."""
+"""How long a request waits for an image. After that it gets none, and may be repeated."""
 
 LINGER_SEC: Final = 10.0
 """How long a topic is read on after a request, so that its reader misses nothing until the next one."""

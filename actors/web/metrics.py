@@ -34,7 +34,7 @@ OTHER: Final = "(other)"
 """The label of all further topics together; no topic's name, which begins with a slash."""
 
 ROUND_TRIP_BUCKETS: Final = (0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5)
-"""In seconds."""
+"""Metrics in seconds."""
 
 GAUGES: Final = {
     "callboard_uptime_seconds": ("uptime_sec", "Time since the broker began to listen"),
@@ -51,7 +51,7 @@ GAUGES: Final = {
     "callboard_loop_lag_seconds": ("lag_last_sec", "How late the event loop ran its last timer"),
     "callboard_loop_lag_longest_seconds": ("lag_longest_sec", "The longest such delay of the last minute"),
 }
-"""By name: the field of BrokerStats, and what it is."""
+"""By name of the metric, the field of BrokerStats and a description."""
 
 COUNTERS: Final = {
     "callboard_messages_routed": ("routed", "Messages that had at least one receiver"),
@@ -71,7 +71,7 @@ COUNTERS: Final = {
     "callboard_refused_declarations": ("refused_declarations", "Declarations that a limit has refused"),
     "callboard_tls_failures": ("tls_failures", "Connections that ended because TLS failed"),
 }
-"""By name, to which `_total` is added: the field of BrokerStats, and what it is."""
+"""By name of the metric, to which `_total` is added, the field of BrokerStats and a description."""
 
 REASONS: Final = {
     "callboard_lost_copies": (

@@ -35,7 +35,7 @@ POLL_PERIOD_SEC: Final = 2.0
 """Seconds between two requests for diagnostics."""
 
 NODE_ANSWER_SEC: Final = 2.0
-"""For the answer to each request."""
+"""Time for the answer to each request."""
 
 MAX_NODES: Final = 64
 """Nodes that are shown at the same time."""

@@ -31,7 +31,7 @@ MIN_RATE_SEC: Final = SAMPLE_PERIOD_SEC / 2
 """The shortest time over which rates are computed: programs may take samples in quick succession."""
 
 MAX_SAMPLE_GAP_SEC: Final = 10.0
-"""After a longer time without samples rates start again: they would be an average over that time."""
+"""Rates start again after a longer time without samples, as they would be averages over that time."""
 
 CHANGE_PERIOD_SEC: Final = 0.1
 """The shortest time between two reports of graph changes: a launch causes hundreds of changes."""
@@ -85,7 +85,7 @@ class Observer:
         self._sample_listeners: set[Callable[[], None]] = set()
         self._tasks: list[asyncio.Task[None]] = []
         self._sampled = asyncio.Event()
-        """Set while anybody reads samples."""
+        """Set while there are sample listeners. Without them the broker is not asked."""
 
     async def __aenter__(self) -> Self:
         """Connect the node and begin to watch."""
@@ -174,11 +174,14 @@ class Observer:
                 self.snapshot = self._without_own(watch.snapshot)
                 for listener in tuple(self._graph_listeners):
                     listener()
+                # `batches` combines the changes of this time, so that a busy graph costs ten updates a
+                # second.
                 await asyncio.sleep(CHANGE_PERIOD_SEC)
         finally:
             watch.destroy()
 
     def _without_own(self, snapshot: GraphSnapshot) -> GraphSnapshot:
+        # The page would show itself, once for each user.
         own = self.node.get_fully_qualified_name()
         entries = {
             key: entry for key, entry in snapshot.entries.items() if own not in {entry.node, entry.name}

@@ -24,7 +24,7 @@ CONTENT_TYPES: Final = {
     ".svg": "image/svg+xml",
     ".txt": "text/plain; charset=utf-8",
 }
-"""By suffix; the system's table may say something else."""
+"""Content types by suffix. Not the system's table, which differs between machines."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

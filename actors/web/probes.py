@@ -18,7 +18,7 @@ PROBE_SEC: Final = 5.0
 """Seconds between two probes of the round trip."""
 
 BROKER_ANSWER_SEC: Final = 1.0
-"""For the broker to answer; a broker that takes longer is not ready."""
+"""Time for the broker to answer; a broker that takes longer is not ready."""
 
 NO_TYPE: Final = f"RIHS01_{'0' * 64}"
 """The hash of no type: asking for it is the smallest question."""

@@ -30,7 +30,7 @@ HEADERS: Final = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-"""On every response."""
+"""Headers of every response."""
 
 SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 
@@ -77,14 +77,14 @@ class AccessPolicy:
             headers: Of the request; keys in any case.
         """
         host = headers.get("Host", "")
-        # A page of another site does not have the token, so its name may be anything.
+        # With the token the name may be anything: a page of another site does not have the token.
         if not self._knows(host) and not self.knows_token(bearer(headers)):
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
             return Refusal(status=421, reason=text)
         origin = headers.get("Origin")
         if origin is not None:
             own = origin.partition("://")[2] == host
-        else:  # a link may lead here: the page that has it cannot read what it leads to
+        else:  # a link on another site may open this page: the other site cannot read it
             own = headers.get("Sec-Fetch-Site", "none") in {"none", "same-origin"}
             own = own or headers.get("Sec-Fetch-Dest") == "document"
         return None if own else Refusal(status=403, reason="Pages of other sites may not ask this server")
@@ -122,7 +122,7 @@ class AccessPolicy:
         Args:
             token: As presented.
         """
-        # Headers have surrogates for bytes that are no UTF-8.
+        # Compared in constant time, so as bytes; aiohttp has surrogates for bytes that are not UTF-8.
         return hmac.compare_digest(token.encode(errors="surrogateescape"), self.token.encode())
 
     def _knows(self, host: str) -> bool:

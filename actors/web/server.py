@@ -55,10 +55,11 @@ ROUTES: Final = (
     *openapi.ROUTES,
     *operations.ROUTES,
 )
-"""In this order: `graph` takes the rest of a path for a name, so it is behind `echo`, `images` and so on."""
+"""The order matters: in `graph` the rest of a path is a name, so it comes after `echo`, `images` and so
+on."""
 
 KEEPALIVE_SEC: Final = 15.0
-"""For the next request, or the first one, to arrive with all its headers."""
+"""Time for the first or next request to arrive with all its headers."""
 STOP_SEC: Final = 1.0
 """Time for handlers to end when the server stops."""
 HANDSHAKE_SEC: Final = 10.0
@@ -117,6 +118,7 @@ class WebServer:
         )
         self._app[openapi.ALL_ROUTES] = ROUTES
         self._app.add_routes([each.definition() for each in ROUTES])
+        # Not below /api/: an unknown path there is an error for a program, and not the page.
         self._app.add_routes([web.get("/{path:(?!api/).*}", PageFiles().serve)])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
@@ -163,6 +165,7 @@ class WebServer:
     def _accept(self) -> asyncio.Protocol:
         server = self._runner.server
         assert server is not None
+        # Counted here, because aiohttp has no limit of its own.
         return server() if len(server.connections) < MAX_CONNECTIONS else _Refusal()
 
     async def __aexit__(
@@ -180,7 +183,7 @@ class _Refusal(asyncio.Protocol):
     """Answers a connection that is one too many."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Say why, and close."""
+        """Send the reason, and close."""
         assert isinstance(transport, asyncio.Transport)
         head = (
             "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nConnection: close\r\n\r\n"
@@ -204,6 +207,7 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     if not request.path.startswith(GUARDED_PATHS) or (request.method, request.path) in session.NEED_NO_TOKEN:
         return await handler(request)
     token = bearer(request.headers)
+    # A cookie only for reading: a browser sends it by itself, also when a page of another site asks.
     if safe and not token:
         token = request.cookies.get(session.cookie_name(request), "")
     known = state.policy.knows_token(token)

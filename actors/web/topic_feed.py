@@ -31,11 +31,11 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 
 
 class TooManyTopicsError(CallboardError):
-    """So many topics are read already. Close one."""
+    """The server reads `MAX_TOPICS` topics already. Close one."""
 
 
 class Received(NamedTuple):
-    """A message as it came.
+    """A message as it was received.
 
     Attributes:
         data: Its bytes.
@@ -47,7 +47,7 @@ class Received(NamedTuple):
 
 
 class NewestMessages:
-    """A queue that makes room by dropping the oldest.
+    """A queue that drops its oldest messages beyond its limits.
 
     Args:
         limit: Messages at most; `MAX_BYTES` is the other limit.
@@ -59,10 +59,11 @@ class NewestMessages:
         self._bytes = 0
 
     def add(self, received: Received) -> int:
-        """Add a message; return how many have made room."""
+        """Add a message; return how many were dropped for it."""
         messages, dropped = self._messages, 0
         messages.append(received)
         self._bytes += len(received.data)
+        # The newest is kept whatever its size: otherwise a topic of large images would show nothing.
         while len(messages) > self._limit or (self._bytes > MAX_BYTES and len(messages) > 1):
             self._bytes -= len(messages.popleft().data)
             dropped += 1
@@ -88,12 +89,12 @@ class TopicReader:
     Args:
         feed: The topic.
         kept: How many messages wait for the reader at most.
-        wake: Called when there is something to take.
+        wake: Called when there are messages to pop.
         kind: The type of the messages; empty for all types.
 
     Attributes:
         wake: As given.
-        skipped: Messages that made room, or were lost on their way, since it was last set to 0.
+        skipped: Messages dropped here, or lost on their way, since it was last set to 0.
     """
 
     def __init__(self, feed: TopicFeed, kept: int, wake: Callable[[], None], kind: str) -> None:
@@ -107,7 +108,7 @@ class TopicReader:
         """Queue a message, if it is of the reader's type."""
         if self._kind and not self._feed.may_publish(received.info.publisher_node, self._kind):
             return
-        if not self._waiting:
+        if not self._waiting:  # otherwise the reader has been woken, and has not come yet
             self.wake()
         self.skipped += self._waiting.add(received)
 
@@ -134,17 +135,17 @@ class TopicReader:
         """Return a message as an instance of its class, or as a dict.
 
         Raises:
-            InvalidMessageError: The bytes are no message.
+            InvalidMessageError: The bytes are not a message of the type.
         """
         return self._feed.decode(data)
 
     def close(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         self._feed.remove(self)
 
 
 class TopicFeed:
-    """One topic, its subscription, and who reads it.
+    """One topic, its subscription, and its readers.
 
     Args:
         observer: Has the node and the graph.
@@ -162,7 +163,8 @@ class TopicFeed:
         self._readers: list[TopicReader] = []
         self._decode: Callable[[bytes], Any] | None = None
         self._types: dict[str, set[str]] | None = None
-        """Those of the publishers of each node."""
+        """The types of the publishers of each node; None until they are needed after a change of the
+        graph."""
         self._end_watch = observer.on_graph(self._update_subscription)
         self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
         self.answer = SubscriptionAnswer(observer.node, lambda: self._subscription, self._wake)
@@ -189,7 +191,7 @@ class TopicFeed:
         return reader
 
     def remove(self, reader: TopicReader) -> None:
-        """Take a reader out; the last one ends the subscription."""
+        """Remove a reader; without any the subscription ends."""
         if reader not in self._readers:
             return
         self._readers.remove(reader)
@@ -206,7 +208,7 @@ class TopicFeed:
         return self._decode(data)
 
     def may_publish(self, node: str, kind: str) -> bool:
-        """Return whether a node has a publisher of a type, or is new; no message says of which type it is."""
+        """Return whether a node has a publisher of a type, or is new: messages do not name their type."""
         if self._types is None:
             self._types = {}
             for entry in self._observer.snapshot.of_kind(EntryKind.PUBLISHER):
@@ -236,7 +238,7 @@ class TopicFeed:
 
 
 class TopicFeeds:
-    """The topics that are read.
+    """The topics that the server reads.
 
     Args:
         observer: Has the node and the graph.
@@ -252,7 +254,7 @@ class TopicFeeds:
         Args:
             topic: Its full name; it need not exist yet.
             kept: How many messages wait for the reader at most; the oldest makes room.
-            wake: Called when there is something to take.
+            wake: Called when there are messages to pop.
             kind: The type whose messages are read, where a topic has several; those of nodes that publish
                 both are read, too. Empty for all.
 

@@ -13,7 +13,7 @@ from proto.errors import CallboardError
 
 
 def write_private(path: Path, text: str, *, keep_mode: bool = False) -> None:
-    """Replace a file atomically by one that only its owner may read; make its folder if there is none.
+    """Replace a file atomically by one that only its owner may read; make its folder if necessary.
 
     Args:
         path: The file.

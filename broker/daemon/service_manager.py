@@ -54,7 +54,7 @@ class ServiceManager:
         self._send("STOPPING=1", "STATUS=Stopping", f"EXTEND_TIMEOUT_USEC={round(timeout_sec * _USEC)}")
 
     async def keep_alive(self) -> None:
-        """Reset the watchdog twice within its time until cancelled; return at once if there is none.
+        """Reset the watchdog twice within its time until cancelled; return at once without a watchdog.
 
         A loop that hangs does not run this, so systemd kills and restarts the process.
         """

@@ -141,7 +141,7 @@ class Mesh:
         """Return this broker's endpoints.
 
         Args:
-            broker: The broker that asks; 0 for a program that is none.
+            broker: The broker that asks; 0 for another program.
             epoch: As in its request.
         """
         # An empty answer, not none: it need not ask again and again, and learns nothing.
@@ -198,8 +198,8 @@ class Mesh:
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
-        # Its presence has ended, so that it may begin again: whoever restarts a faulty broker need not
-        # restart others.
+        # Its presence has ended, so that it may begin again: the operator who restarts a faulty broker need
+        # not restart others.
         self._rejected.discard(broker)
         self._snapshot_sent_to.discard(broker)
         if self.sessions.remove(broker):

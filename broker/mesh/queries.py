@@ -110,7 +110,7 @@ class MeshQueries:
         request = self._requests.get(frame.type_hash)
         if request is None or request.broker != broker:
             return
-        # A definition is what has its hash, whoever sends it; a wrong one only costs the next question.
+        # The hash shows whether a definition is right, from any broker; a wrong one costs one more query.
         if frame.definition is not None and hash_of(frame.definition) == frame.type_hash:
             self._answer(frame, request)
         else:

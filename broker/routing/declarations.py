@@ -292,8 +292,8 @@ class Declarations:
         exports = self._exports_of(endpoint)
         if exports is not None:
             endpoint.private = not exports.allows(endpoint)
-        # First the graph, then the matches, then other brokers: whoever is told of a match finds both ends in
-        # the graph.
+        # First the graph, then the matches, then other brokers: a peer that learns of a match finds both ends
+        # in the graph.
         self._graph.add(endpoint)
         if isinstance(endpoint, NodeRecord):
             self._names.report_duplicates(endpoint)

@@ -150,7 +150,7 @@ class Dispatcher:
         self.note_progress()
 
     def identify(self, link: Link, token: object, now: float) -> bool:
-        """Identify the user of a link; refuse the link if there is none.
+        """Identify the user of a link; refuse a link without one.
 
         Args:
             link: The link, which has sent its HELLO.

@@ -199,7 +199,7 @@ async def listen_unix(
         NotASocketError: The file exists and is not a socket.
         OSError: It cannot; EADDRINUSE if another listens there.
     """
-    # The loop itself would remove the file, whoever listens there.
+    # Not the loop's own way to listen: it would remove the file even if another broker listens there.
     listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         async with _alone_in(path.parent, lock_tries):

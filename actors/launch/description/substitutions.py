@@ -32,7 +32,7 @@ class Scope:
         library: Finds files, packages and programs.
         configurations: The arguments and their values.
         environment: The environment of programs.
-        namespace: The namespace that has been pushed; None if there is none.
+        namespace: The namespace that has been pushed, or None.
         folder: The folder of the launch file.
         file: The launch file; None: the description comes from no file.
         parameters: Parameters of all nodes: values as YAML, by name.

@@ -40,7 +40,7 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
         _abandoned.set(flag)
         try:
             set_result = partial(future.set_result, call())
-        except BaseException as error:  # noqa: BLE001 - it is raised to whoever awaits the future
+        except BaseException as error:  # noqa: BLE001 - the task that awaits the future gets it
             if isinstance(error, StopIteration):  # a future cannot hold it
                 error = RuntimeError(f"StopIteration: {error}").with_traceback(error.__traceback__)
             set_result = partial(future.set_exception, error)

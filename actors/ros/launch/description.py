@@ -81,7 +81,7 @@ LaunchDescriptionEntity = (CallboardAction, LaunchDescription)
 
 
 class LaunchIntrospector:
-    """Describes descriptions for people; the text is callboard's."""
+    """Describes descriptions in words; the words are callboard's."""
 
     def format_launch_description(self, launch_description: CallboardDescription) -> str:
         """Return a description as text, an action a line."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.web.images import Image
 
 SEND_SEC: Final = 60.0
-"""For an image to be read; then the connection is closed, since its bytes wait in memory."""
+"""Time for a client to read an image. Then the connection is closed, because the bytes wait in memory."""
 
 
 async def image(request: web.Request) -> web.Response:

@@ -1,4 +1,4 @@
-"""For operators: metrics, and probes of the server and the broker."""
+"""Metrics, and probes of the server and the broker, for operators."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ class Shutdown(CallboardShutdown):
     """End the launch.
 
     Args:
-        reason: A text for people.
+        reason: Why, in words.
         condition: When to carry it out; None: always.
     """
 

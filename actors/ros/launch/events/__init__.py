@@ -22,7 +22,7 @@ class Shutdown(ShutdownAction):
     """The end of the launch, for `EmitEvent`.
 
     Args:
-        reason: A text for people.
+        reason: Why, in words.
         due_to_sigint: Ignored.
     """
 

@@ -122,13 +122,13 @@ def test_show_reads_the_type_from_a_pipe(
 
 
 def test_show_without_stdin(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """One line says that there is nothing to read: the shell has closed it, or it is no text."""
+    """One line says that there is nothing to read: the shell has closed it, or it is not text."""
     monkeypatch.setattr(sys, "stdin", None)
     assert main(["interface", "show", "-"]) == 1
     assert capsys.readouterr().err == "There is nothing to read from: stdin is closed\n"
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\n"), encoding="utf-8"))
     assert main(["interface", "show", "-"]) == 1
-    assert capsys.readouterr().err.startswith("What comes on stdin is no text")
+    assert capsys.readouterr().err.startswith("stdin is not text")
 
 
 def test_show_reads_no_endless_line(
