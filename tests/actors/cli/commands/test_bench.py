@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -62,6 +63,17 @@ def test_a_failed_trial_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> No
     document: dict[str, Any] = json.loads(streams.out)
     assert document["failures"][0]["reason"] == "server ended with 1"
     assert document["medians"][0]["figures"]["rate"] == {"median": 2000.0, "least": 2000.0, "most": 2000.0}
+
+
+@pytest.mark.usefixtures("trials")
+def test_a_terminal_shows_which_trial_runs(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In one line, which is cleared in the end."""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main(["bench", "W4", "--repetitions", "2"]) == 0
+    shown = capsys.readouterr().err.split("\r\x1b[K")
+    assert shown == ["", *(f"{done} of 2 trials done: W4 100 in flight" for done in range(2)), ""]
 
 
 def test_workloads_of_a_checkout_are_named(capsys: pytest.CaptureFixture[str]) -> None:
