@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
+from proto.renaming import former_name
 from proto.wire.stats import increase
 
 if TYPE_CHECKING:
@@ -260,7 +261,7 @@ class NodeRates:
     Entities with the same name in the node are added up; entities destroyed in between are not included.
 
     Attributes:
-        seconds: The time between the snapshots.
+        interval_sec: Seconds between the snapshots.
         busy: The fraction of it for which callbacks held the event loop, 0 to 1.
         callback_errors: Callbacks that raised, per second.
         publishers: By topic, the rate of each total.
@@ -270,7 +271,7 @@ class NodeRates:
         timers: By callback, the rate of each total.
     """
 
-    seconds: float
+    interval_sec: float
     busy: float
     callback_errors: float
     publishers: dict[str, dict[str, float]]
@@ -278,10 +279,11 @@ class NodeRates:
     services: dict[str, dict[str, float]]
     clients: dict[str, dict[str, float]]
     timers: dict[str, dict[str, float]]
+    seconds = former_name("seconds", "interval_sec")
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the rates as dicts and numbers."""
-        return asdict(self)
+        """Return dicts and numbers; `seconds`, the former `interval_sec`, stays for one version."""
+        return {**asdict(self), "seconds": self.interval_sec}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -357,7 +359,7 @@ class NodeDiagnostics:
         if seconds <= 0 or self.node != earlier.node:
             raise ValueError("Rates need an earlier snapshot of the same node")
         return NodeRates(
-            seconds=seconds,
+            interval_sec=seconds,
             busy=max(0.0, _busy(self) - _busy(earlier)) / seconds,
             callback_errors=increase(("callback_errors",), earlier, self)["callback_errors"] / seconds,
             publishers=_rates(PUBLISHER_TOTALS, earlier.publishers, self.publishers, seconds),

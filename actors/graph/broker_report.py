@@ -99,8 +99,8 @@ class BrokerReport:
         totals = self.totals.rates_since(earlier.totals)
         return BrokerReportRates(
             totals=totals,
-            topics=_rates(TOPIC_TOTALS, earlier.topics, self.topics, totals.seconds),
-            links=_rates(LINK_TOTALS, earlier.links, self.links, totals.seconds),
+            topics=_rates(TOPIC_TOTALS, earlier.topics, self.topics, totals.interval_sec),
+            links=_rates(LINK_TOTALS, earlier.links, self.links, totals.interval_sec),
         )
 
 

@@ -20,6 +20,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.tools.broker_names import BrokerNames
+from proto.renaming import former_name
 from proto.wire.codes import EntryKind
 from proto.wire.names import is_hidden
 
@@ -180,21 +181,22 @@ class Overview:
     """A graph at work, with rates over the last few samples.
 
     Attributes:
-        seconds: The time over which rates are taken; 0.0 while there are none.
+        interval_sec: The seconds over which rates are taken; 0.0 while there are none.
         totals: The whole broker.
         topics, nodes, services: Sorted by name.
     """
 
-    seconds: float
+    interval_sec: float
     totals: Totals
     topics: tuple[TopicRow, ...]
     nodes: tuple[NodeRow, ...]
     services: tuple[ServiceRow, ...]
+    seconds = former_name("seconds", "interval_sec")
 
     def without_hidden(self) -> Overview:
         """Return the overview without hidden names: those with a token that begins with `_`."""
         return Overview(
-            seconds=self.seconds,
+            interval_sec=self.interval_sec,
             totals=self.totals,
             topics=tuple(row for row in self.topics if not is_hidden(row.name)),
             nodes=tuple(row for row in self.nodes if not is_hidden(row.name)),
@@ -202,8 +204,11 @@ class Overview:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the overview as dicts, tuples, strings and numbers."""
-        return asdict(self)
+        """Return the overview as dicts, tuples, strings and numbers.
+
+        `seconds`, the former `interval_sec`, stays for one version.
+        """
+        return {**asdict(self), "seconds": self.interval_sec}
 
 
 class Samples:
@@ -258,7 +263,7 @@ def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
         for name in link.nodes:  # the first few
             links.setdefault(name, {})[session] = link
     return Overview(
-        seconds=0.0 if rates is None else rates.totals.seconds,
+        interval_sec=0.0 if rates is None else rates.totals.interval_sec,
         totals=_totals(report, rates),
         topics=tuple(_topics(snapshot, report.topics, None if rates is None else rates.topics)),
         nodes=tuple(_nodes(sample, links, None if rates is None else rates.links)),

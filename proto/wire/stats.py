@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from proto.renaming import former_name
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -36,9 +38,9 @@ def increase(totals: Sequence[str], earlier: object | None, later: object) -> di
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BrokerRates:
-    """Events per second between two snapshots of a broker; `seconds` is the time between them."""
+    """Events per second between two snapshots of a broker; `interval_sec` is the time between them."""
 
-    seconds: float
+    interval_sec: float
     routed: float
     copies: float
     delivered: float
@@ -56,13 +58,14 @@ class BrokerRates:
     frames_received: float
     bytes_received: float
     bytes_sent: float
+    seconds = former_name("seconds", "interval_sec")
 
     def as_dict(self) -> dict[str, float]:
-        """Return the values by name."""
-        return asdict(self)
+        """Return the values by name; `seconds`, the former `interval_sec`, stays for one version."""
+        return {**asdict(self), "seconds": self.interval_sec}
 
 
-TOTALS: Final = tuple(rate.name for rate in fields(BrokerRates) if rate.name != "seconds")
+TOTALS: Final = tuple(rate.name for rate in fields(BrokerRates) if rate.name != "interval_sec")
 """The fields of BrokerStats that are totals, from which rates are computed."""
 
 
@@ -194,7 +197,7 @@ class BrokerStats:
         if seconds <= 0 or self.broker != earlier.broker:
             raise ValueError("Rates need an earlier snapshot of the same broker")
         rise = increase(("uptime_sec", *TOTALS), earlier, self)
-        return BrokerRates(seconds=seconds, **{name: rise[name] / seconds for name in TOTALS})
+        return BrokerRates(interval_sec=seconds, **{name: rise[name] / seconds for name in TOTALS})
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values by name, ready for `json.dumps`."""

@@ -247,7 +247,7 @@ def test_rates_are_differences_per_second() -> None:
     earlier = replace(earlier, publishers=(publisher(1, "/a", 100), publisher(2, "/b", 50)))
     later = replace(later, publishers=(publisher(1, "/a", 110), publisher(3, "/a", 4), publisher(4, "/c", 2)))
     rates = later.rates_since(earlier)
-    assert rates.seconds == 2.0
+    assert rates.interval_sec == 2.0
     assert rates.callback_errors == 2.0
     assert {topic: of["published"] for topic, of in rates.publishers.items()} == {"/a": 7.0, "/c": 1.0}
 

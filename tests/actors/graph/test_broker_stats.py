@@ -147,7 +147,7 @@ async def test_two_reports_give_rates(meeting: Meeting) -> None:
     await meeting.settled(node)
     after = await node.get_broker_stats()
     rates = after.rates_since(before)
-    seconds = rates.totals.seconds
+    seconds = rates.totals.interval_sec
     assert rates.topics["/old"]["messages"] * seconds == pytest.approx(10)
     assert rates.topics["/new"]["messages"] * seconds == pytest.approx(10)
     assert rates.totals.unmatched * seconds == pytest.approx(20)

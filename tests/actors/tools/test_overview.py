@@ -57,7 +57,11 @@ def names(seen: Overview) -> list[list[str]]:
 def test_one_sample_has_no_rates() -> None:
     """But it has everything else."""
     seen = Samples().add(at_second(4))
-    assert (seen.seconds, seen.totals.routed_per_sec, seen.topics[0].messages_per_sec) == (0.0, None, None)
+    assert (seen.interval_sec, seen.totals.routed_per_sec, seen.topics[0].messages_per_sec) == (
+        0.0,
+        None,
+        None,
+    )
     assert (seen.nodes[0].sent_bytes_per_sec, seen.nodes[0].queued) == (None, 3)
     assert (seen.topics[0].queued, seen.topics[0].dropped, seen.totals.longest_lag_sec) == (3, 8, 0.25)
 
@@ -67,7 +71,7 @@ def test_two_samples_give_rates() -> None:
     samples = Samples()
     samples.add(at_second(1))
     seen = samples.add(at_second(3))
-    assert seen.seconds == 2.0
+    assert seen.interval_sec == 2.0
     assert (seen.totals.routed_per_sec, seen.totals.delivered_per_sec, seen.totals.drops_per_sec) == (
         10,
         20,
@@ -89,7 +93,7 @@ def test_rates_are_those_of_the_last_few_samples() -> None:
     samples = Samples(window=2)
     for second in (0, 50, 51):
         samples.add(at_second(second))
-    assert samples.add(at_second(52)).seconds == 2.0
+    assert samples.add(at_second(52)).interval_sec == 2.0
 
 
 def test_samples_that_come_too_soon_do_not_decide_the_rates() -> None:
@@ -97,7 +101,7 @@ def test_samples_that_come_too_soon_do_not_decide_the_rates() -> None:
     samples = Samples(window=2, least_sec=0.5)
     for second in range(1, 5):
         seen = samples.add(at_second(second))
-        assert seen.seconds == min(second - 1, 2)
+        assert seen.interval_sec == min(second - 1, 2)
         rest = topic("/chatter", messages=10 * second + 5, bytes=50 * second, dropped=2 * second)
         close = samples.add(sample(second + 0.01, PAIR, topics=(rest,)))
         assert close.topics[0].messages_per_sec == (None if second == 1 else pytest.approx(14.9, abs=0.1))
@@ -108,9 +112,9 @@ def test_a_broker_that_began_anew_has_no_rates() -> None:
     samples = Samples()
     samples.add(at_second(5))
     again = samples.add(sample(9.0, PAIR, broker="b2"))
-    assert (again.seconds, again.totals.broker) == (0.0, "b2")
-    assert samples.add(sample(9.0, PAIR, broker="b2")).seconds == 0.0
-    assert samples.add(sample(10.0, PAIR, broker="b2")).seconds == 1.0
+    assert (again.interval_sec, again.totals.broker) == (0.0, "b2")
+    assert samples.add(sample(9.0, PAIR, broker="b2")).interval_sec == 0.0
+    assert samples.add(sample(10.0, PAIR, broker="b2")).interval_sec == 1.0
 
 
 def test_graph_and_numbers_may_differ() -> None:
@@ -190,7 +194,7 @@ def test_an_overview_is_json() -> None:
     samples = Samples()
     samples.add(at_second(1))
     document = json.loads(json.dumps(samples.add(at_second(2)).as_dict()))
-    assert set(document) == {"seconds", "totals", "topics", "nodes", "services"}
+    assert set(document) == {"interval_sec", "seconds", "totals", "topics", "nodes", "services"}
     assert document["topics"][0]["messages_per_sec"] == 10.0
 
 
@@ -218,4 +222,4 @@ async def test_a_real_broker_is_seen_as_it_is(meeting: Meeting) -> None:
     rate, routed = seen.topics[0].messages_per_sec, seen.totals.routed_per_sec
     assert rate is not None
     assert routed is not None
-    assert (round(rate * seen.seconds), round(routed * seen.seconds)) == (50, 50)
+    assert (round(rate * seen.interval_sec), round(routed * seen.interval_sec)) == (50, 50)

@@ -76,7 +76,7 @@ async def test_rates_after_a_pause_are_not_those_of_the_pause(
     monkeypatch.setattr(observer, "MIN_RATE_SEC", 0.0)
     node = await meeting.node("talker")
     node.create_publisher(String, "chatter", 1)
-    await site.json_until("/api/overview", lambda found: found["topics"] and found["seconds"])
+    await site.json_until("/api/overview", lambda found: found["topics"] and found["interval_sec"])
     await page.open(1, "overview")
     found = await page.until(lambda body: "/chatter" in body["patch"].get("topics", {}))
     assert found["patch"]["topics"]["/chatter"]["messages_per_sec"] is None

@@ -17,9 +17,22 @@ def test_rates_are_differences_over_time() -> None:
     """The increase of every total is divided by the time between the snapshots."""
     earlier = BrokerStats(broker="aa", stamp_sec=10.0, routed=100, bytes_sent=7, queued=3)
     rates = replace(earlier, stamp_sec=14.0, routed=300, bytes_sent=9, queued=900).rates_since(earlier)
-    assert (rates.seconds, rates.routed, rates.bytes_sent) == (4.0, 50.0, 0.5)
+    assert (rates.interval_sec, rates.routed, rates.bytes_sent) == (4.0, 50.0, 0.5)
     others = {name: rate for name, rate in rates.as_dict().items() if rate}
-    assert set(others) == {"seconds", "routed", "bytes_sent"}
+    assert set(others) == {"interval_sec", "seconds", "routed", "bytes_sent"}
+
+
+def test_the_former_name_of_the_interval_warns() -> None:
+    """As an attribute; documents have both, for programs that read them."""
+    earlier = BrokerStats(broker="aa", stamp_sec=10.0)
+    rates = replace(earlier, stamp_sec=14.0).rates_since(earlier)
+    with pytest.warns(
+        DeprecationWarning, match="BrokerRates.seconds is called BrokerRates.interval_sec"
+    ) as c:
+        assert rates.seconds == rates.interval_sec
+    assert c[0].filename == __file__
+    document = rates.as_dict()
+    assert document["seconds"] == document["interval_sec"] == 4.0
 
 
 @pytest.mark.parametrize("smaller", [{"routed": 40}, {"uptime_sec": 1.0, "routed": 400}])
@@ -42,7 +55,7 @@ def test_a_total_that_may_decrease_is_no_restart() -> None:
 
 def test_rates_have_the_totals_names() -> None:
     """Each total has a rate."""
-    assert tuple(field.name for field in fields(BrokerRates)) == ("seconds", *TOTALS)
+    assert tuple(field.name for field in fields(BrokerRates)) == ("interval_sec", *TOTALS)
 
 
 @pytest.mark.parametrize("change", [{"stamp_sec": 10.0}, {"stamp_sec": 9.0}, {"broker": "bb"}])

@@ -39,7 +39,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_flag("--include-hidden", help="also names with a leading _")
     add_json_option(
         parser,
-        "one document per sample, or a single one with --once: seconds, totals, topics, nodes, services",
+        "one document per sample, or a single one with --once: interval_sec, totals, topics, nodes, services",
     )
     add_broker_options(parser)
 
@@ -87,7 +87,7 @@ def _overviews(options: Options) -> Generator[Overview]:
     while True:
         with open_inspector(options) as inspector:
             seen = samples.add(Sample(inspector.graph(), inspector.report()))
-        if seen.seconds:
+        if seen.interval_sec:
             yield _wanted(seen, options)
         time.sleep(options.interval)
 

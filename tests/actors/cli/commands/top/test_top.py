@@ -67,8 +67,8 @@ async def test_once_as_json(desk: Desk) -> None:
     """One document; a filter and hidden names work here, too."""
     async with some_work(desk):
         seen = (await desk.callboard("top", "--once", "--json", *SHORT)).json
-        assert set(seen) == {"seconds", "totals", "topics", "nodes", "services"}
-        assert seen["seconds"] > 0
+        assert set(seen) == {"interval_sec", "seconds", "totals", "topics", "nodes", "services"}
+        assert seen["interval_sec"] == seen["seconds"] > 0
         assert [row["name"] for row in seen["topics"]] == ["/chatter", "/zoo"]
         assert seen["topics"][0]["types"] == ["std_msgs/msg/String"]
         wanted = ["top", "--once", "--json", *SHORT, "--include-hidden", "--filter", "SECRET"]
