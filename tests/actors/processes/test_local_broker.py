@@ -21,9 +21,11 @@ from actors.processes import local_broker
 from actors.processes.local_broker import (
     BrokerStartError,
     LocalBroker,
+    can_start_at,
     ensure_local_broker,
     keep_local_broker,
 )
+from proto.wire.url import parse_url
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,6 +88,15 @@ def test_of_several_starters_one_starts_it(target: BrokerTarget, started: list[L
 def test_none_is_started_for_other_machines_or_tls(url: str) -> None:
     """Nothing is asked there: a node that connects gets the error, or the broker."""
     assert ensure_local_broker(find_broker_target(url), start_timeout_sec=0) is None
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["callboard://127.0.0.2:1", "callboard://localhost:1", "callboard://[::1]:1", "callboard+unix:///s"],
+)
+def test_one_can_be_started_at_every_loopback_address_and_socket(url: str) -> None:
+    """Also by a launch: both ask this."""
+    assert can_start_at(parse_url(url))
 
 
 def test_none_is_started_where_another_program_listens(target: BrokerTarget) -> None:
