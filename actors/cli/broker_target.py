@@ -61,6 +61,7 @@ def set_environment(options: argparse.Namespace) -> None:
     if options.domain is not None or options.context is not None:
         os.environ["CALLBOARD_DOMAIN"] = str(target.domain)
     if options.context is not None:
+        # Only with --context: the program itself finds a context that the environment or the file selects.
         os.environ.update(target.credentials.variables())
 
 
@@ -75,6 +76,7 @@ def open_inspector(options: argparse.Namespace) -> Generator[Inspector]:
     from actors.graph.inspector import inspector_for  # noqa: PLC0415 - `--help` needs none
 
     target = target_of(options)
+    # An inspector blocks, so there is no loop in which a recorded signal would be seen.
     raise_at_once()
     inspector = inspector_for(target, CONNECT_TIMEOUT_SEC)
     try:

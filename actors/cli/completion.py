@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 BROKER_TIMEOUT_SEC: Final = 0.3
 """A missing broker must not delay the user who presses Tab."""
 PARAMETERS_TIMEOUT_SEC: Final = 0.6
-"""Nor may a node that does not answer; this includes connecting."""
+"""The same for a node that does not answer; the time to connect included."""
 
 TOPIC_KINDS: Final = (EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION)
 SERVICE_KINDS: Final = (EntryKind.SERVICE, EntryKind.CLIENT)
@@ -43,7 +43,7 @@ class Offer(NamedTuple):
 
 
 FILES: Final = Offer(":files:")
-"""Stands for files, which the shell completes."""
+"""Asks the shell to complete names of files."""
 
 
 def run(options: argparse.Namespace) -> int:

@@ -62,7 +62,8 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
             slow_callback_sec=None,  # a terminal may be slow
         )
     log = node.get_logger()
-    log.set_level(LoggingSeverity.FATAL)  # the error below has all details
+    # The node would log each failed attempt; the error below has all details.
+    log.set_level(LoggingSeverity.FATAL)
     try:
         async with asyncio.timeout(CONNECT_TIMEOUT_SEC):
             await node.__aenter__()

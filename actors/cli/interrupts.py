@@ -43,6 +43,7 @@ def record_signals() -> dict[int, object]:
 
 def _record(number: int, frame: object) -> None:
     del frame
+    # The second one raises even where that is unsafe: the user must always be able to end the command.
     _recorded.append(number)
     if _at_once or len(_recorded) > 1:
         raise Interrupted(number)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from actors.tools.message_filter import MessageFilter
 
 MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Matches every publisher, and keeps a burst."""
+"""Best effort, so that it matches every publisher; deep, so that it keeps a burst."""
 
 
 class Meter:
@@ -123,8 +123,8 @@ class RateMeter(Meter):
         """Count a message.
 
         Raises:
-            InvalidFilterError: The filter failed for it, and for all messages before.
-            InvalidMessageError: It is no message, or the filter failed for it alone.
+            InvalidFilterError: The filter has failed for every message so far.
+            InvalidMessageError: The bytes are not a message, or the filter failed for this message only.
         """
         if self._counts(data):
             self.rate.add(info.received_timestamp / 1e9)
@@ -179,8 +179,8 @@ class DelayMeter(Meter):
         """Count a message.
 
         Raises:
-            CommandError: It has no header, like all messages before.
-            InvalidMessageError: It is no message, or it alone has no header.
+            CommandError: No message so far has a header.
+            InvalidMessageError: The bytes are not a message, or this message only has no header.
         """
         sent_ns = stamp_of(self._decode(data))
         if sent_ns is None:

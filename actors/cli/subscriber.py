@@ -31,7 +31,7 @@ REPORT_EVERY_SEC: Final = 1.0
 """The shortest time between reports: a terminal that is too slow for the messages must not get more lines."""
 
 SLOW_SEC: Final = 0.02
-"""After a message that takes longer, other tasks run, so that the link stays alive."""
+"""Other tasks run after each message whose output takes longer, so that the link stays alive."""
 
 
 class _Losses:
@@ -114,7 +114,7 @@ class Listener:
         """
 
         def receive(message: Any, info: MessageInfo) -> Coroutine[Any, Any, None] | None:
-            if self._done.done():
+            if self._done.done():  # messages of the same batch, behind the last one that was wanted
                 return None
             self._received_at = self._loop.time()
             try:
@@ -194,7 +194,7 @@ class Listener:
             raise CommandError(f"The broker has refused the subscription to {topic}")
 
     def enough(self) -> None:
-        """End the wait, and take no more messages."""
+        """End the wait, and handle no more messages."""
         if not self._done.done():
             self._done.set_result(None)
 

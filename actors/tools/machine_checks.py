@@ -26,7 +26,7 @@ OLDEST_PYTHON: Final = (3, 11)
 PACKAGES: Final = ("proto", "broker", "actors", "callboard")
 """Callboard's import names."""
 FEW_FILES: Final = 1024
-"""A broker needs an open file for each connection."""
+"""Below this limit a warning: a broker needs an open file for each connection."""
 
 
 def all_checks() -> list[Check]:

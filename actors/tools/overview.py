@@ -238,6 +238,7 @@ class Samples:
             last = self._samples[-1].report.totals
             if last.broker != newest.broker or last.stamp_sec >= newest.stamp_sec:
                 self._samples.clear()  # the counters of a restarted broker begin at 0
+        # A sample that came too soon after the one before is replaced: two of them would give wild rates.
         if len(self._samples) > 1 and self._is_soon(self._samples[-2], self._samples[-1]):
             self._samples.pop()
         self._samples.append(sample)
@@ -260,7 +261,7 @@ def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
     snapshot, report = sample
     links: dict[str, dict[int, LinkStats]] = {}
     for session, link in report.links.items():
-        for name in link.nodes:  # the first few
+        for name in link.nodes:  # the broker names the first few only (MAX_NODE_NAMES)
             links.setdefault(name, {})[session] = link
     return Overview(
         interval_sec=0.0 if rates is None else rates.totals.interval_sec,
@@ -325,6 +326,7 @@ def _nodes(
     snapshot, names = sample.snapshot, BrokerNames(sample.report)
     endpoints = Counter(entry.node for entry in snapshot.entries.values() if entry.kind != EntryKind.NODE)
     brokers = snapshot.node_brokers() if names.several else {}
+    # Suspended nodes are not in the graph, but somebody who looks for a missing node should see them.
     silent = {name for name, found in links.items() if any(link.suspended for link in found.values())}
     rows = [
         (name, link)

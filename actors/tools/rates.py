@@ -5,7 +5,7 @@
         rate.add(stamp)
     rate.summary().per_sec  # 2.0
 
-`Rate`, `Bandwidth` and `Delay` take each received message. `CounterRate` takes readings of a counter, such as
+`Rate`, `Bandwidth` and `Delay` get each received message. `CounterRate` gets readings of a counter, such as
 `TopicStats.messages` of the broker's report, and needs no message. A window holds the last `window` messages;
 if these span less than `least_sec`, it holds the messages of the last `least_sec`, so that one burst does not
 decide the rate of a fast topic.
@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 
 RATE_WINDOW: Final = 10_000
 BANDWIDTH_WINDOW: Final = 100
-"""Messages; ROS 2's defaults."""
+"""Messages in a window; ROS 2's defaults."""
 LEAST_SEC: Final = 1.0
 
 
@@ -47,6 +47,7 @@ class _Window:
         self.count += 1
         while self.count > self._messages:
             second = arrivals[1 if len(arrivals) > 1 else 0][0]
+            # Without its oldest arrival the window would be too short: keep more messages than asked for.
             if time_sec - second < self._least_sec:
                 break
             sizes = arrivals[0][1]
@@ -101,6 +102,7 @@ class Rate:
         times = [time_sec for time_sec, _ in arrivals]
         steps = [later - earlier for earlier, later in pairwise(times)]
         gaps = count - len(arrivals[0][1])  # the gap before the first arrival is unknown
+        # Messages of one batch arrive at one time: the gaps between them are 0, and not among the steps.
         together = gaps - len(steps)
         mean = (times[-1] - times[0]) / gaps
         squares = sum((step - mean) ** 2 for step in steps) + together * mean**2

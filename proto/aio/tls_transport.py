@@ -34,8 +34,8 @@ _HANDSHAKE_READ_BYTES: Final = 16 * 1024
 """The same during the handshake: an unknown peer gets no more memory."""
 
 SHARE_RECORDS: Final = 500
-"""Records that one connection may have decrypted in one loop turn. They may be of one byte, and each costs
-microseconds."""
+"""Records of one connection that are decrypted in one loop turn. A record may have one byte only, and each
+costs microseconds."""
 
 _PLAIN_REFUSED: Final = encode(
     frames.Error(ErrorCode.TLS_REQUIRED, "this port speaks TLS: use callboards:// instead of callboard://")
@@ -102,7 +102,7 @@ class Cipher:
         )
         self._read = cast("Callable[[int, memoryview], int]", self.tls.read)  # with a buffer: a number
         self._partial = True
-        """Whether what is left of the input is less than a record."""
+        """Whether the rest of the input is less than a record."""
         self.ended = False
         self.share = SHARE_RECORDS
 
@@ -117,12 +117,12 @@ class Cipher:
         return self._largest_input + self._largest_output
 
     def release(self) -> None:
-        """Note that the connection has ended, and with it its buffers."""
+        """Stop counting the buffers, because the connection has ended."""
         self._total.bytes -= self.held_bytes
         self._largest_input = self._largest_output = 0
 
     def receive(self, data: memoryview) -> None:
-        """Take encrypted bytes."""
+        """Add encrypted bytes that have been received."""
         self._incoming.write(data)
         self._partial = False
         size = self._incoming.pending
@@ -156,7 +156,7 @@ class Cipher:
             view = view[self.tls.write(view) :]
 
     def decrypt(self, buffer: memoryview) -> int:
-        """Decrypt what there is, fits into a buffer and is within the share; return the number of bytes."""
+        """Decrypt until the buffer is full or the share is used up; return the number of bytes."""
         began = self._clock()
         filled = 0
         try:
@@ -236,7 +236,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         self._waiting = False
         """Whether received bytes wait for the budget."""
         self._unsent: list[bytes] = []
-        """Written during the handshake."""
+        """Bytes that the channel has written during the handshake."""
         self._error: OSError | None = None
 
     # The protocol of the socket's transport
@@ -267,6 +267,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         received = _scratch.view[:nbytes]
         if not self._started:
             self._started = True
+            # A client that speaks callboard without TLS reads a frame, so it gets the reason as one.
             if self._cipher.tls.server_side and received[0] == BIN_32 and self._raw is not None:
                 self._raw.write(_PLAIN_REFUSED)
                 self._end(ssl.SSLError(ssl.SSL_ERROR_SSL, "a client without TLS"))
@@ -297,7 +298,7 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
     # TLS
 
     def _process(self) -> None:
-        """Go on with the handshake; then give what has been received to the channel, until it pauses."""
+        """Continue the handshake; then pass decrypted bytes to the channel until it pauses."""
         cipher, budget, raw = self._cipher, self._budget, self._raw
         cipher.share = 0 if budget is not None and budget.exhausted else SHARE_RECORDS
         try:

@@ -181,7 +181,7 @@ _LISTS: Final = frozenset({"u32s", "u64s", "requests", "replies", "graph", "topi
 
 
 class _Plan(NamedTuple):
-    """How to decode one kind of frame."""
+    """How to decode one kind of frame. Made once from `SPECS`, because decoding is the hot path."""
 
     name: str
     width: int
@@ -214,13 +214,15 @@ _BATCH_SHAPES: Final = frozenset(
 """The field types of nearly every BATCH: such a header needs a check of ranges only."""
 
 _WINDOWS: Final = (1024, limits.MAX_HEADER_BYTES)
-"""Parts of a frame with a payload to feed to the unpacker, which copies what it gets."""
+"""Prefixes of a frame with a payload that are tried as its header. The unpacker copies its input, and the
+payload must not be copied."""
 
 _MAX_FED_BYTES: Final = limits.MAX_FRAME_BYTES
 """Larger headers, which came in fragments, are unpacked in place."""
 
 _SMALL_BYTES: Final = 128
-"""A frame up to this size is unpacked at once: whatever lengths it announces, that takes at most 45 KiB."""
+"""A frame up to this size is unpacked without a check first: whatever lengths it announces, that takes at
+most 45 KiB of memory."""
 
 
 class Decoder:
@@ -265,6 +267,7 @@ class Decoder:
         payload = content[size:]
         fields = _checked(plan, header)
         if op in _BATCHES:
+            # The payload stays encoded; its head must agree with the header, by which brokers cut batches.
             length = fields[-3]
             if bytes(payload[:ARRAY_HEAD_BYTES]) != array_head(length):
                 text = f"{plan.name}: the payload does not start with an array 32 of {length} messages"
@@ -285,7 +288,8 @@ class Decoder:
         unpacker = self._unpackers.get(limit) or self._new_unpacker(limit)
         before = unpacker.tell()
         unpacker.feed(content)
-        # To skip allocates nothing, and fails unless every announced element is there.
+        # `skip` first: it allocates nothing, and fails unless every announced element is there. `unpack`
+        # would allocate what a few bytes announce.
         header: Any = unpacker.unpack() if small else unpacker.skip()
         if unpacker.tell() - before != len(content):
             raise ValueError("bytes follow the header array")
@@ -310,6 +314,7 @@ class Decoder:
                     raise
                 continue
             size = unpacker.tell() - before
+            # Out with the payload's first bytes, so that the unpacker is empty, and then the header again.
             unpacker.read_bytes(fed - size)
             unpacker.feed(content[:size])
             header: tuple[Any, ...] = unpacker.unpack()
@@ -350,9 +355,10 @@ def _checked(plan: _Plan, header: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(header) <= width:
         header = _with_defaults(plan, header)
     fields = header[1 : 1 + width]
+    # The shortest check for the most frequent frame; all others are checked field by field.
     if plan.make is Batch and tuple(map(type, fields)) in _BATCH_SHAPES and _in_range(fields):
         return fields
-    if not all(map(_call, plan.checks, fields)):
+    if not all(map(_call, plan.checks, fields)):  # checked once more, to name the field
         valid = list(map(_call, plan.checks, fields))
         position = valid.index(False)
         kind = SPECS[Op[plan.name]].kinds[position]

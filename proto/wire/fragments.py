@@ -74,7 +74,7 @@ class Transfer:
         payload: Buffer = self._raw[start:stop]
         if head:
             payload, self._head = b"".join((head, payload)), b""
-        elif self._shared:
+        elif self._shared:  # its slot may be used again before the transport has sent it
             payload = bytes(payload)
         self._offset = stop
         return encode_head(Fragment(self.id, total, stop < end, payload)), payload, stop == end
@@ -110,6 +110,7 @@ class Transfers:
             return None
         self._bytes += size
         self._next_id = (self._next_id + 1) & limits.MAX_U32
+        # After 2^32 transfers an id comes again; one that is still open must not be taken twice.
         while self._next_id in self._open:
             self._next_id = (self._next_id + 1) & limits.MAX_U32
         self._open.add(self._next_id)
@@ -259,6 +260,7 @@ class Reassembler:
             raise ProtocolError(ErrorCode.MALFORMED, "FRAGMENT: exactly the first one has the total size")
         if partial is None:
             assert fragment.total is not None
+            # Before anything is allocated for it.
             self._check_start(fragment.total)
             if (
                 self._total.refusing
@@ -292,6 +294,7 @@ class Reassembler:
         if total > self._max_bytes:
             text = f"a message of {total} bytes is over the limit of {self._max_bytes}"
             raise ProtocolError(ErrorCode.TOO_LARGE, text)
+        # Refused transfers count, too: otherwise a peer could make the set of their ids grow.
         if len(self._open) + len(self._refused) >= limits.MAX_TRANSFERS:
             text = f"more than {limits.MAX_TRANSFERS} fragmented frames at a time"
             raise ProtocolError(ErrorCode.LIMIT, text)

@@ -195,6 +195,7 @@ def expand_topic_name(
 def expand_for_node(topic: str, node_name: str, namespace: str, *, is_service: bool, validate: bool) -> str:
     """Return what `expand_topic_name` returns, without checking the node's own names."""
     _require_str("service name" if is_service else "topic name", topic)
+    # Nearly all names match this one expression; only others are checked rule by rule.
     usual = _USUAL_TOPIC_NAME.fullmatch(topic)
     if not usual:
         validate_topic_name(topic, is_service=is_service)

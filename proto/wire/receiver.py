@@ -179,6 +179,7 @@ class Receiver:
         raw = self._next_raw()
         if raw is None:
             return None
+        # Acknowledgements come in thousands when a program starts; most are equal to an earlier one.
         if len(raw) in _TINY and raw[limits.PREFIX_BYTES + 1] in _REPEATED:
             frame = _decode_repeated(bytes(raw))
         else:
@@ -197,12 +198,14 @@ class Receiver:
             return self._finish_own(self._own)
         start, end, source = self._start, self._end, self._source
         if source[start] != BIN_32:
+            # A client with callboards:// at a port without TLS is the usual mistake, so it gets a hint.
             is_tls = source[start] == _TLS_HANDSHAKE
             hint = ", as TLS does; a broker needs --tls-cert for that" if is_tls else ""
             raise ProtocolError(ErrorCode.MALFORMED, f"not a frame: starts with {source[start]:#04x}{hint}")
         stop = start + limits.PREFIX_BYTES
         if stop <= end:
             size = int.from_bytes(source[start + 1 : stop], "big")
+            # Before its bytes are waited for: a stranger must not make the broker wait for 256 KiB.
             if size > limits.MAX_HELLO_BYTES:
                 self._check_size(size)
             stop += size
@@ -241,6 +244,7 @@ class Receiver:
         self._start = self._end = 0
         self.has_unprocessed = False
         size, here = stop - start, end - start
+        # Copied, because the scratch buffer belongs to the next connection that reads.
         if size < _OWN_BYTES or here < size // _CLAIM_RATIO:
             self._rest = bytes(source[start:end])
             self._hold(here)
@@ -260,6 +264,7 @@ class Receiver:
         if raw is None:
             return frame
         whole = self._decoder.decode(memoryview(raw).toreadonly())
+        # Control frames must be small: they overtake messages, and a large one would delay other links.
         if not isinstance(whole, _FRAGMENTABLE):
             name = type(whole).__name__.upper()
             raise ProtocolError(ErrorCode.UNEXPECTED, f"{name} must not travel in fragments")

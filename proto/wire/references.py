@@ -200,6 +200,8 @@ class References:
         """Return whether the peer can read the slot's arena; announce the arena if it is new."""
         usable = self._usable.get(slot.arena.id)
         if usable is None:
+            # False until the peer has answered: until then it gets bytes, so that nothing waits for the
+            # answer.
             usable = self._usable[slot.arena.id] = False
             self._announce(slot.arena)
         return usable

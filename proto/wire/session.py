@@ -120,6 +120,7 @@ class Session:
         Raises:
             ProtocolError: The state does not allow it.
         """
+        # One lookup for each frame of an open session: the table of the current state is kept in `_moves`.
         state = self._moves.get(type(frame))
         if state is not self.state:
             if state is None:
@@ -131,6 +132,7 @@ class Session:
 
     def sent(self, frame: Frame) -> None:
         """Apply a session frame (HELLO, WELCOME, GOODBYE, ERROR) sent to the peer to the state."""
+        # Not checked against the state: an end's own mistake is a bug, and the peer's table finds it.
         if type(frame) is frames.Error:
             self._enter(State.CLOSED)
         elif type(frame) in _SENT_KINDS:

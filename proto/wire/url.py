@@ -56,6 +56,7 @@ def parse_url(text: str) -> BrokerUrl:
     Raises:
         InvalidUrlError: The URL is invalid; the text says why and gives an example.
     """
+    # Errors are logged, and some users write a password into a URL although callboard has none there.
     safe = _USERINFO.sub("//***@", text)
     try:
         parts = urlsplit(text)
