@@ -15,7 +15,7 @@ from actors.interfaces.message import Message
 from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncGenerator, Callable
 
     from actors.interfaces.action_msgs.srv import CancelGoal
     from actors.interfaces.builtin_interfaces.msg import Time
@@ -232,7 +232,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
             raise GoalRejected(f"{self._receiver.what} was rejected")
         return await self._client.cancel(self.goal_id, timeout_sec)
 
-    async def __aiter__(self) -> AsyncIterator[FeedbackT]:
+    async def __aiter__(self) -> AsyncGenerator[FeedbackT, None]:
         """Iterate over the feedback, until the goal has ended.
 
         At most 100 messages wait; then the oldest are dropped, and counted in `dropped`.

@@ -18,7 +18,7 @@ from proto.wire import frames
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncGenerator
 
     from actors.endpoints.context import NodeContext
     from proto.wire.frames import GraphEntry
@@ -63,7 +63,7 @@ class GraphWatch(Handle["_WatchEndpoint"]):
         """The graph as the broker has reported it so far in this session."""
         return self._endpoint.snapshot
 
-    async def __aiter__(self) -> AsyncIterator[GraphChange]:
+    async def __aiter__(self) -> AsyncGenerator[GraphChange, None]:
         """Iterate over the changes, one by one.
 
         Returns:
@@ -76,7 +76,7 @@ class GraphWatch(Handle["_WatchEndpoint"]):
             for change in changes:
                 yield change
 
-    async def batches(self) -> AsyncIterator[list[GraphChange]]:
+    async def batches(self) -> AsyncGenerator[list[GraphChange], None]:
         """Iterate over the changes, at each step those that have arrived together.
 
         When it yields, `snapshot` is complete, and the sum of all changes.

@@ -9,7 +9,7 @@ from actors.endpoints.endpoint import Handle
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import AsyncGenerator, Callable
 
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import SubscriptionEventCallbacks
@@ -116,7 +116,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         """
         return self._endpoint.peers
 
-    def __aiter__(self) -> AsyncIterator[M]:
+    def __aiter__(self) -> AsyncGenerator[M, None]:
         """Iterate over messages as they arrive; ends when the subscription or its node is destroyed.
 
         Returns:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+from contextlib import aclosing
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -587,3 +588,19 @@ async def test_a_concurrent_callback_that_never_began_is_closed(node: actors.Nod
         attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
         attachments.batch_received(batch_of(1, range(2)))
     gc.collect()
+
+
+async def test_iterations_are_closed_by_aclosing(meeting: Meeting) -> None:
+    """At the end of the block, not when they are collected; the subscription and the watch go on."""
+    node = await meeting.node("node")
+    publisher = node.create_publisher(Int64, "number")
+    subscription, watch = node.create_subscription(Int64, "number"), node.watch_graph()
+    await matched(publisher)
+    for number in range(2):
+        publisher.publish(Int64(data=number))
+        async with aclosing(aiter(subscription)) as messages, aclosing(watch.batches()) as batches:
+            assert (await anext(messages)).data == number
+            if number == 0:
+                assert await anext(batches)
+        assert [item async for item in messages] == []
+        assert [item async for item in batches] == []
