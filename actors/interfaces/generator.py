@@ -53,7 +53,7 @@ def read_package(source_dir: Path) -> list[InterfaceSpec]:
 
 
 def _check_modules(source_dir: Path, specs: list[InterfaceSpec]) -> None:
-    # `UInt8` and `Uint8`, for example, would be written to one file.
+    # `HTTPServer` and `HttpServer`, for example, would be written to one file.
     seen: dict[tuple[str, str], str] = {}
     for spec in specs:
         other = seen.setdefault((spec.kind, module_name(spec.name)), spec.name)

@@ -70,7 +70,7 @@ def _held(field_type: FieldType, value: Any) -> Any:
 
 def same(field_type: FieldType, left: Any, right: Any) -> bool:
     """Return whether two values of a sequence field are equal; as in ROS 2, NaN is equal to nothing."""
-    # NaN is not equal to itself, so that a list with one is not equal to itself either.
+    # A sequence with a NaN is not equal to itself, and only floats can be NaN.
     if left is right and field_type.base not in _FLOATS:
         return True
     try:
