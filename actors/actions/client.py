@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 class ActionClientEndpoint(Endpoint):
-    """What the runtime calls on an action client.
+    """The runtime's side of an action client.
 
     The broker does not know it: its parts, two subscriptions and three clients, are declared.
 

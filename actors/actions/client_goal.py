@@ -30,7 +30,7 @@ FEEDBACK_DEPTH: Final = 100
 
 
 class GoalResult(NamedTuple, Generic[ResultT]):
-    """How a goal has ended."""
+    """The terminal state of a goal, and its result."""
 
     status: GoalState
     """SUCCEEDED, CANCELED or ABORTED."""
@@ -39,7 +39,7 @@ class GoalResult(NamedTuple, Generic[ResultT]):
 
 
 class GoalSender(Protocol):
-    """What a goal needs of its client."""
+    """The part of an action client that its goals use."""
 
     def limit_sec(self, timeout_sec: Timeout) -> float:
         """Return a time limit in seconds."""
@@ -51,7 +51,7 @@ class GoalSender(Protocol):
 
 
 class GoalReceiver:
-    """What the runtime calls on a goal.
+    """The runtime's side of a goal that was sent.
 
     Attributes:
         goal_id: The goal's id.
@@ -61,7 +61,7 @@ class GoalReceiver:
         stamp: When the server accepted or rejected it, by the server's clock; None before its answer.
         outcome: The result.
         error: Why there will be no result.
-        feedback: What waits for `async for`.
+        feedback: Feedback that waits for `async for`.
         dropped: Feedback dropped because more than `FEEDBACK_DEPTH` waited.
         iterating: Whether a task waits for feedback.
         callback: Gets the feedback instead of `async for`.
@@ -149,7 +149,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
     raises what `result` raises if the goal ends without a result.
 
     Args:
-        receiver: What the runtime knows of the goal.
+        receiver: The runtime's side of the goal.
         client: The client that has sent it.
     """
 
@@ -169,7 +169,7 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
 
     @property
     def stamp(self) -> Time | None:
-        """When the server accepted the goal, by its clock."""
+        """The time at which the server accepted the goal, by its clock."""
         return self._receiver.stamp
 
     @property

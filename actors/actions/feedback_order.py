@@ -24,7 +24,7 @@ SEQUENCE: Final = "after_sequence"
 
 
 class FeedbackEnd(NamedTuple):
-    """How far the feedback of a server had come when it replied."""
+    """The last feedback that a server had published when it replied."""
 
     gid: bytes
     """Identifies the publisher of the feedback."""

@@ -71,7 +71,7 @@ class KeptResults:
 
     @property
     def next_expiry(self) -> float:
-        """When the oldest result expires; infinity if none does."""
+        """The loop time at which the oldest result expires; infinity if none does."""
         return next((each.expires_at for each in self), math.inf)
 
     def expire(self, now: float) -> None:

@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 class GoalResponse(IntEnum):
-    """What a goal callback answers."""
+    """The answers of a goal callback."""
 
     REJECT = 1
     ACCEPT = 2
 
 
 class CancelResponse(IntEnum):
-    """What a cancel callback answers."""
+    """The answers of a cancel callback."""
 
     REJECT = 1
     ACCEPT = 2

@@ -47,13 +47,13 @@ NO_ID: Final = bytes(16)
 
 
 class ActionServerEndpoint(Endpoint):
-    """What the runtime calls on an action server.
+    """The runtime's side of an action server.
 
     The broker does not know it: its parts, two publishers and three services, are declared.
 
     Attributes:
-        goals: Those that have not finished, by id.
-        results: Those of finished goals.
+        goals: Goals that have not finished, by id.
+        results: Results of finished goals.
         refused_goals: Goals rejected because of `MAX_GOALS`.
     """
 

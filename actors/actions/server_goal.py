@@ -21,7 +21,7 @@ FeedbackT = TypeVar("FeedbackT", bound=Message)
 
 
 class GoalOwner(Protocol):
-    """What a goal needs of its server."""
+    """The part of an action server that its goals use."""
 
     def execute(self, goal: GoalProgress, callback: Callable[..., Any] | None) -> None:
         """Start the execute callback."""
@@ -45,17 +45,17 @@ class GoalOwner(Protocol):
 
 
 class GoalProgress:
-    """What the runtime knows of a goal.
+    """The runtime's side of a goal that was accepted.
 
     Attributes:
         key: The goal's id as bytes.
         info: Its id, and when it was accepted.
         state: Its state.
-        handle: What the callbacks hold.
+        handle: The object that callbacks get.
         task: The running execute callback.
         started: Whether the execute callback has been started.
         finished: Whether its result is known, kept and sent.
-        waiters: Those who wait for the result.
+        waiters: Futures of the requests that wait for the result.
     """
 
     __slots__ = ("finished", "handle", "info", "key", "server", "started", "state", "task", "waiters")
@@ -112,7 +112,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """A goal that a client has sent. The callbacks of an action server get it.
 
     Args:
-        goal: What the runtime knows of it.
+        goal: The runtime's side of it.
         request: The goal message.
 
     Attributes:

@@ -30,7 +30,7 @@ TERMINAL_STATES: Final = frozenset(state for state in GoalState if state.is_term
 
 
 class GoalEvent(Enum):
-    """What can happen to a goal."""
+    """The events that change the state of a goal."""
 
     EXECUTE = auto()
     CANCEL_GOAL = auto()

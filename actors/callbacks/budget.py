@@ -29,7 +29,7 @@ class CallbackBudget:
         clock: Steady seconds, read before and after callbacks.
 
     Attributes:
-        clock: The same.
+        clock: The clock, for callers that measure by it.
         exhausted: Whether callbacks must wait for the next loop turn.
         step_sec: An estimate of what a step of a coroutine callback takes: the longest of the last few.
     """

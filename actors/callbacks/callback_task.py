@@ -25,7 +25,7 @@ Step: TypeAlias = "tuple[Callable[[Any], Any], Any]"
 
 
 class CallbackRunner(Protocol):
-    """What a callback task needs of the mailbox that runs it: its turn among the node's callbacks.
+    """The part of a mailbox that callback tasks use, to get their turn among the node's callbacks.
 
     Attributes:
         budget: How long callbacks may run in this loop turn.

@@ -81,7 +81,7 @@ class Mailbox:
         self._not_begun: dict[CallbackTask, None] = {}
         """Concurrent callback tasks that have not begun yet, oldest first."""
         self._to_start: deque[CallbackTask] | None = None
-        """Those of them that have no asyncio task yet."""
+        """The tasks of `_not_begun` that have no asyncio task yet."""
         self._start_deferred = False
         """Whether they wait for the callback budget."""
         # Starting an asyncio task takes longer than waking one, so workers wait here for the next callback

@@ -18,9 +18,9 @@ class CallbackSource(Protocol):
     posted: bool
     """Whether it is in the mailbox's queue; set by the mailbox."""
     timing: CallbackTiming
-    """How long its callback takes; updated by the mailbox and by callback tasks."""
+    """The durations of its callback; updated by the mailbox and by callback tasks."""
     calls: int
-    """How often its callback has been called so far."""
+    """Number of calls of its callback so far."""
 
     @property
     def concurrent(self) -> bool:
@@ -44,7 +44,7 @@ class CallbackSource(Protocol):
 
 
 class Share:
-    """What a source may do in one dispatch.
+    """The time and the context that a source has in one dispatch.
 
     Attributes:
         clock: The budget's.

@@ -28,7 +28,7 @@ LINK_TOTALS: Final = ("dropped", "bytes_received", "bytes_sent")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BrokerReportRates:
-    """What happened per second between two reports.
+    """Rates: counts per second between two reports.
 
     Attributes:
         totals: In the whole broker.
@@ -55,11 +55,11 @@ class BrokerReport:
 
     Attributes:
         totals: The whole broker, all domains together.
-        topics: Those of the asking node's domain, by name.
-        links: Those of the asking node's domain, by session.
-        brokers: Those of the mesh in the asking node's domain, by number; the first is the asked one. Empty
+        topics: The topics of the asking node's domain, by name.
+        links: The links of the asking node's domain, by session.
+        brokers: The mesh's brokers in the asking node's domain, by number; the first is the asked one. Empty
             without a mesh.
-        mesh: What the broker has exchanged with the others.
+        mesh: Counts of what the broker has exchanged with the others.
     """
 
     totals: BrokerStats

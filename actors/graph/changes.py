@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class GraphChangeKind(Enum):
-    """What has happened to a node or an endpoint."""
+    """Kinds of changes of a node or an endpoint."""
 
     APPEARED = "appeared"
     DISAPPEARED = "disappeared"
@@ -98,7 +98,7 @@ class GraphWatch(Handle["_WatchEndpoint"]):
 
 
 class _WatchEndpoint(Endpoint):
-    """What the runtime calls on a graph watch.
+    """The runtime's side of a graph watch.
 
     Attributes:
         snapshot: The graph as the broker has reported it so far.

@@ -63,7 +63,7 @@ class Inspector:
     Args:
         url: The broker: one URL, or several separated by commas, tried in order.
         domain: Which of the broker's graphs, 0 to 232.
-        credentials: What to present to the broker; None for what the environment names.
+        credentials: Credentials for the broker; None for those that the environment names.
         timeout_sec: How long connecting may take, and each complete answer, in seconds. Each URL has an equal
             share of the time that is left for connecting.
 

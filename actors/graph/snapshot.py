@@ -102,6 +102,7 @@ class GraphSnapshot:
         for key in frame.removed:
             entry = self.entries.pop(key, None)
             self.suspended.pop(key, None)
+            # An endpoint that this snapshot never had cannot return to it.
             if entry is not None and key in silent:
                 self.suspended[key] = entry
         for added in frame.added:
@@ -125,6 +126,7 @@ class GraphSnapshot:
         Returns:
             By name, the numbers of their brokers, one for each node, sorted.
         """
+        # Names that some node holds for itself. If all that have a name share it, that is no mistake.
         unique = {entry.node for entry in self.of_kind(EntryKind.NODE) if entry.qos.get("shared") is not True}
         return {
             name: brokers

@@ -28,7 +28,7 @@ async def connected(context: NodeContext, timeout_sec: float) -> float:
     """Wait until there is a session; return how much of `timeout_sec` is left for the answer.
 
     Raises:
-        BrokerUnreachable: There is none within `timeout_sec`.
+        BrokerUnreachable: There was no session within `timeout_sec`.
     """
     link = context.link
     # One deadline for both waits: connecting must not double the time that the caller has given.

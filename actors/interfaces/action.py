@@ -59,6 +59,8 @@ def _service(
         "Request": message_class(owner, f"{name}_Request", request),
         "Response": message_class(owner, f"{name}_Response", response),
     }
+    # The class is made by its metaclass, as a `class` statement would: `__init_subclass__` gives names to
+    # the parts.
     make: Any = type(Service)
     made: type[Service] = make(name.rpartition("/")[2], (Service,), namespace, type_name=name)
     return made

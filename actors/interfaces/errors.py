@@ -29,7 +29,7 @@ class InterfaceSyntaxError(CallboardError, ValueError):
     """
 
     def __init__(self, source: str, line: int, reason: str) -> None:
-        # With these arguments, and not a text, so that the error can be copied and pickled.
+        # With these arguments, and not one string, so that the error can be copied and pickled.
         super().__init__(source, line, reason)
         self.source = source
         self.line = line

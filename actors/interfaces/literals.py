@@ -105,6 +105,7 @@ def render_value(field_type: FieldType, value: Any) -> str:
         if isinstance(value, bytes) and field_type.base == "byte":
             return "[" + ", ".join(str(item) for item in value) + "]"
         return "[" + ", ".join(render_value(element, item) for item in value) + "]"
+    # First, since a bool is an int in Python, and `repr` would write `True`.
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, bytes):

@@ -31,9 +31,9 @@ class Comments(Enum):
 
     NONE = 0
     OWN = 1
-    """Those of the interface itself."""
+    """Comments of the interface itself."""
     ALL = 2
-    """Those of the messages it contains, too."""
+    """Comments of the messages that it contains, too."""
 
 
 def outline(name: str, text_of: Callable[[str], str | None], comments: Comments = Comments.OWN) -> list[str]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         """Type of an event class for type checkers."""
 
         info: ServiceEventInfo = msgspec.field(default_factory=ServiceEventInfo)
-        """What happened, when, and in which call."""
+        """The kind of event, its time, and its call."""
         request: list[RequestT] = msgspec.field(default_factory=list[RequestT])
         """The request, in events about one with contents."""
         response: list[ResponseT] = msgspec.field(default_factory=list[ResponseT])

@@ -94,6 +94,7 @@ def value_repr(field_type: FieldType | None, value: Any) -> str:
             held = _held(field_type, value)
         except (TypeError, ValueError, OverflowError):
             return repr(value)
+        # ROS 2's classes hold a NumPy array in such a field, and print it as one.
         if field_type.is_fixed:
             return _fixed(held, "uint8" if base == "char" else base)
         if isinstance(held, NumericArray):

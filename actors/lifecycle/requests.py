@@ -46,6 +46,7 @@ class StateRequests:
         self, request: srv.GetAvailableTransitions.Request
     ) -> srv.GetAvailableTransitions.Response:
         del request
+        # Includes the outcomes of a running transition, as ROS 2's does; they cannot be requested.
         return _response(self._machine.available())
 
     def _get_transition_graph(

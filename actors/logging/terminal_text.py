@@ -19,6 +19,7 @@ def escape_controls(text: str) -> str:
     For log lines, which may have any printed text of their program: other unprintable characters, such as
     no-break spaces and joined emoji, stay. `proto.untrusted_text.sanitize` escapes these, too.
     """
+    # Nearly every line: one test in C instead of a search.
     if text.isprintable():
         return text
     return _CONTROLS.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

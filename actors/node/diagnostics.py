@@ -33,6 +33,7 @@ class Holder(Protocol):
 def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
     """Return a node's state and counts, given its context and the parts that the context does not have."""
     link = context.link
+    # Without a session there is no outbox; what waits then is in the queues of the publishers.
     outbox = None if link.channel is None else link.channel.outbox
     now = 0.0 if link.loop is None else link.loop.time()
     endpoints = sorted(context.endpoints, key=lambda each: each.id)  # as they were made
@@ -87,5 +88,6 @@ def _own(context: NodeContext) -> Iterator[Size]:
     yield Size(name="entities", size=len(context.endpoints))
     yield Size(name="timers", size=len(context.timers))
     yield Size(name="departing publishers", size=len(context.departing))
+    # Everything that grows is listed with its size, so that a leak shows up as a number that rises.
     yield Size(name="idle workers", size=context.mailbox.idle_workers, limit=IDLE_WORKERS)
     yield Size(name="log filters", size=context.log.filters, limit=MAX_FILTERS)

@@ -156,6 +156,7 @@ class NodeParameters:
         """
         try:
             return self._parameters.get(name).type_
+        # Declared with a type only: there is no value yet whose type could be returned.
         except ParameterUninitializedError:
             return ParameterType.NOT_SET
 

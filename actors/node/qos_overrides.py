@@ -88,6 +88,8 @@ def overridden(
         # Declared already by another endpoint of this node on the same topic and with the same id: they
         # share it.
         if not parameters.has(name):
+            # Read-only: the QoS of an endpoint is declared once, and a value that is set later would have
+            # no effect.
             fixed = ParameterDescriptor(read_only=True)
             parameters.declare(name, _plain(getattr(qos, field)), fixed)
         value = parameters.get(name).value

@@ -87,6 +87,7 @@ class ClockSubscription(SubscriptionEndpoint):
             consumer.calls += 1
             if stamp.sec >= 0:
                 self.context.ros_time.set(stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec)
+            # Limited: a broken `/clock` comes a thousand times a second.
             elif self.context.may_log("negative times"):
                 self.context.log.warning(f"Ignored a negative time of {CLOCK_TOPIC}: {stamp.sec} s")
 

@@ -89,7 +89,7 @@ class ParameterEventHandler:
         """Undo `add_parameter_callback`.
 
         Args:
-            handle: What it has returned.
+            handle: The handle that it returned.
 
         Raises:
             ValueError: It has been removed already.
@@ -113,7 +113,7 @@ class ParameterEventHandler:
         """Undo `add_parameter_event_callback`.
 
         Args:
-            handle: What it has returned.
+            handle: The handle that it returned.
 
         Raises:
             ValueError: It has been removed already.

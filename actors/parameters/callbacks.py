@@ -68,6 +68,8 @@ class ParameterCallbacks:
 
     def rewrite(self, parameters: list[Parameter]) -> list[Parameter] | None:
         """Return the parameters that the pre-set callbacks want set; None if one refuses them all."""
+        # Otherwise a callback could set parameters, and the outer operation would overwrite them with its own
+        # values.
         self._deciding = True
         try:
             # A copy, since a callback may add or remove callbacks.
@@ -85,6 +87,7 @@ class ParameterCallbacks:
         try:
             for callback in tuple(self.on_set):
                 outcome = callback([*parameters])
+                # The first refusal decides; later callbacks are not asked.
                 if not outcome.successful:
                     return outcome.reason or "an on-set callback refused it"
             return ""

@@ -29,6 +29,7 @@ ParameterValue = (
 )
 """A Python value that a parameter can hold; None is a parameter without a value."""
 
+# A range, for `in`: checking an int against it needs no comparison of two bounds, and works for huge ints.
 _INT64: Final = range(-(1 << 63), 1 << 63)
 
 
@@ -65,6 +66,8 @@ class ParameterType(IntEnum):
             return cls.BYTE_ARRAY
         if isinstance(value, list | tuple | array.array):
             items = cast("Sequence[object]", value)
+            # An empty list fits all of them. Byte arrays come first in the table, and rclpy makes it one of
+            # those.
             for kind in _ARRAYS:
                 if kind.check(items):
                     return kind
@@ -101,9 +104,12 @@ _ARRAYS: Final[dict[ParameterType, ParameterType | None]] = {
 
 
 def _scalar_type(value: object) -> ParameterType | None:
+    # First, since a bool is an int in Python.
     if isinstance(value, bool):
         return ParameterType.BOOL
     if isinstance(value, int):
+        # A larger int has no place in ROS 2's message; it must fail here, and not when another node asks
+        # for it.
         return ParameterType.INTEGER if value in _INT64 else None
     if isinstance(value, float):
         return ParameterType.DOUBLE
@@ -163,6 +169,7 @@ class Parameter:
         if isinstance(value, bytes | bytearray):
             value = bytes(value)
         elif self._type is ParameterType.BYTE_ARRAY:
+            # `byte[]` travels as bytes, while rclpy's parameters hold a list of single bytes.
             value = b"".join(cast("Sequence[bytes]", value))
         elif self._type in _ARRAYS:
             value = [*cast("Sequence[object]", value)]
@@ -218,6 +225,7 @@ class FloatingPointRange:
         Returns:
             The reason.
         """
+        # The bounds are allowed even if no step leads to the upper one, as in rclpy.
         if _close(value, self.from_value) or _close(value, self.to_value):
             return ""
         if not self.from_value <= value <= self.to_value:
@@ -260,8 +268,8 @@ class ParameterDescriptor:
     Attributes:
         name: Its name; filled in by the declaration.
         type: Its type; filled in by the declaration.
-        description: For people.
-        additional_constraints: For people: constraints that callbacks check.
+        description: Human-readable text.
+        additional_constraints: Human-readable text: constraints that callbacks check.
         read_only: Whether it can only be declared, not set.
         dynamic_typing: Whether its type may change; None then removes the value.
         floating_point_range: At most one; for doubles only.
@@ -393,6 +401,7 @@ def parameter_value_from_string(text: str) -> ParameterValue:
         ParameterType.from_parameter_value(value)
     except TypeError:
         return text
+    # An empty text and `null` are strings: a parameter cannot be given no value on a command line.
     return text if value is None else cast("ParameterValue", value)
 
 

@@ -77,7 +77,7 @@ class HeldContext:
         context: The context.
 
     Attributes:
-        context: The same.
+        context: The context, which `leave` looks for.
         value: Its value, once entered.
         entered: Done once it is entered.
         task: The task.

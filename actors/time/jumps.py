@@ -102,6 +102,8 @@ class JumpHandle:
         self.pre_callback = pre_callback
         self.post_callback = post_callback
         self._registered = _registered
+        # The dict belongs to the clock's `RosTime`; the handle is its own key, so that removing it needs no
+        # search.
         _registered[self] = None
 
     def unregister(self) -> None:

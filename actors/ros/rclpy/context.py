@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 
 class ContextNode(Protocol):
-    """What a context needs of its nodes, which import this module."""
+    """The part of a node that its context uses. A protocol, because nodes import this module."""
 
     def destroy_node(self) -> object:
         """Take the node out of service."""
@@ -43,7 +43,7 @@ class ContextNode(Protocol):
 
 
 class ContextExecutor(Protocol):
-    """What a context needs of its executors."""
+    """The part of an executor that its context uses."""
 
     def wake(self) -> None:
         """Look whether the context has ended."""
@@ -303,7 +303,7 @@ class Context:
 _HANDLE: Final = Handle()
 _lock: Final = threading.RLock()
 _contexts: tuple[weakref.ref[Context], ...] = ()
-"""Those that have been initialized. Replaced, never changed, so that every thread may read it."""
+"""Contexts that have been initialized. Replaced, never changed, so that every thread may read it."""
 _watched: NodeThread | None = None
 """The thread whose end ends contexts."""
 _exiting = False

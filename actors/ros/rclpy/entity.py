@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class EntityQueue(TaskQueue, Protocol):
-    """What an entity needs of the queue of its executor's work."""
+    """The part of an executor's work queue that entities use."""
 
     def add(self, entity: Entity, /) -> None:
         """Run work of an entity soon; in any thread."""
@@ -27,7 +27,7 @@ class EntityQueue(TaskQueue, Protocol):
 
 
 class EntityExecutor(TaskExecutor, Protocol):
-    """What an entity needs of the executor of its node."""
+    """The part of an executor that entities use."""
 
     @property
     def work(self) -> EntityQueue:
@@ -36,7 +36,7 @@ class EntityExecutor(TaskExecutor, Protocol):
 
 
 class EntityNode(Protocol):
-    """What an entity needs of its node, which imports this module."""
+    """The part of a node that its entities use. A protocol, because nodes import this module."""
 
     @property
     def executor(self) -> EntityExecutor | None:

@@ -79,6 +79,7 @@ class EventCalls(QueuedCalls):
     def queued(self, callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks) -> Any:
         """Return callboard's callbacks of the same events, which let the executor make the calls."""
         given = {field.name: getattr(callbacks, field.name) for field in fields(callbacks)}
+        # Values that are no callbacks, such as `use_default_callbacks`, pass through.
         made: dict[str, Any] = {
             name: partial(self._happened, name, value) if callable(value) else value
             for name, value in given.items()

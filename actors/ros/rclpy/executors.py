@@ -359,7 +359,7 @@ class MultiThreadedExecutor(Executor):
         # threads, since a pool has an endless queue of its own.
         self._running = 0
         self._shutting_down = 0
-        """Those of the running callbacks that wait in `shutdown`."""
+        """Number of running callbacks that wait in `shutdown`."""
         self._idle = threading.Condition()
         self._failures: deque[BaseException] = deque()
         self._spinning_ended = False

@@ -16,7 +16,7 @@ from actors.logging.logger import get_logger as get_logger
 RcutilsLogger: TypeAlias = Logger
 
 _root_logger = RcutilsLogger()
-"""The logger above all others. Programs use it in spite of its name."""
+"""The logger above all others. Programs use it, although its name is private."""
 
 
 def initialize() -> None:

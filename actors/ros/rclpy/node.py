@@ -264,7 +264,7 @@ class Node(NodeParameters, NodeGraph):
             callback_group: When its event callbacks may run; None for the node's default group.
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: Which policies parameters may override.
-            publisher_class: What to make.
+            publisher_class: The class to instantiate.
 
         Returns:
             The publisher.

@@ -29,6 +29,7 @@ class NodeGraph:
 
     def get_node_names_and_namespaces_with_enclaves(self) -> list[tuple[str, str, str]]:
         """Return names, namespaces and enclaves, which are all "/"."""
+        # Enclaves belong to ROS 2's security (SROS 2), which callboard does not have.
         return [(name, namespace, "/") for name, namespace in self.get_node_names_and_namespaces()]
 
     def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:

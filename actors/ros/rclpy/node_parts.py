@@ -51,12 +51,12 @@ class NodeParts:
         options: Further arguments of callboard's node.
 
     Attributes:
-        context: As given.
+        context: The context.
         thread: The thread in which callboard's node lives.
         native: callboard's node.
         clock: The clock.
         jumps: Makes the calls of its jump callbacks; the node adds it to its entities.
-        allow_undeclared: As given.
+        allow_undeclared: Whether reading and setting undeclared parameters is no error.
         store: The parameters.
         parameters_lock: Held while they change.
         executor: Runs the callbacks; None without one.

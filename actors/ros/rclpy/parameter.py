@@ -55,7 +55,7 @@ def parameter_dict_from_yaml_file(
         parameter_file: Its path.
         use_wildcard: Also take what it has for all nodes, `/**`; what it has for one node wins.
         target_nodes: Only take what it has for these nodes; None for those of all nodes.
-        namespace: What to put before the names.
+        namespace: Prefix of the names; "" for none.
 
     Returns:
         The messages by name.

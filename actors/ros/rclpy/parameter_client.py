@@ -43,7 +43,7 @@ class AsyncParameterClient:
 
     Attributes:
         node: The node that asks.
-        remote_node_name: As given.
+        remote_node_name: The other node's name, as given.
     """
 
     def __init__(
@@ -153,6 +153,8 @@ class AsyncParameterClient:
         callback: Callable[[Any], object] | None = None,
     ) -> Future[Any]:
         """Set the parameters of a file, those of all its nodes, one by one."""
+        # rclpy does not look for the other node's name in the file either: what a file has for any node is
+        # set.
         parameters = parameter_dict_from_yaml_file(parameter_file, use_wildcard)
         return self.set_parameters([*parameters.values()], callback)
 

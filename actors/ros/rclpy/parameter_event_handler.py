@@ -105,6 +105,7 @@ class ParameterEventHandler:
 
     def _on_event(self, event: ParameterEvent) -> None:
         values = {each.name: each for each in self.get_parameters_from_event(event)}
+        # A copy, since a callback may add or remove callbacks.
         for handle in tuple(self._parameter_callbacks):
             if handle.node_name == event.node and handle.parameter_name in values:
                 handle.callback(values[handle.parameter_name])  # type: ignore[arg-type]  # rclpy's gets messages

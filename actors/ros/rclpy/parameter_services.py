@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ServingNode(Protocol):
-    """What serves the parameters: a node, which imports this module."""
+    """The part of a node that serves its parameters. A protocol, because nodes import this module."""
 
     def create_publisher(self, msg_type: type[Any], topic: str, qos_profile: QoSProfile, /) -> Publisher[Any]:
         """Create a publisher."""
@@ -49,6 +49,8 @@ def publish_changes(node: ServingNode, store: ParameterStore) -> None:
         events.publish(event_message(changes, stamp, node.get_fully_qualified_name()))
         for each in (*changes.new, *changes.changed):
             if each.name == "use_sim_time":
+                # callboard's node reads the time, and so must know; the other parameters are in this store
+                # alone.
                 parts_of(node).set_native_parameter(each)
 
     store.listeners.append(publish)
@@ -62,12 +64,15 @@ def serve_parameters(node: ServingNode, store: ParameterStore, lock: threading.R
 
     def locked(handler: Callable[[Any], Any]) -> Callable[[Any, Any], Any]:
         def handle(request: Any, _response: Any) -> Any:
+            # The same lock as for the node's own methods: a program may set parameters in a thread that
+            # does not spin.
             with lock:
                 return handler(request)
 
         return handle
 
     for name, srv_type, handler in ParameterRequests(store, _fits).handlers():
+        # Services of this face, so that requests are handled where the executor spins, like every callback.
         node.create_service(srv_type, f"~/{name}", locked(handler))
 
 

@@ -50,6 +50,7 @@ class Publisher(Destroyable, Generic[MsgT]):
         self._context = context
         self._thread = thread
         self._native = native
+        # The only way into the loop that is cheap enough for each message.
         self._publisher = thread.publisher(native)
         convert_assignments(native.msg_type)
 

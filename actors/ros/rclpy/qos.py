@@ -151,6 +151,8 @@ def profile_of(qos: QoSProfile | int) -> QoSProfile:
         TypeError: It is neither.
     """
     if isinstance(qos, QoSProfile):
+        # A copy, because profiles may be changed: an endpoint keeps the values of the moment in which it
+        # was made.
         return QoSProfile.from_native(qos.native())
     return QoSProfile.from_native(native.qos_from(qos))
 

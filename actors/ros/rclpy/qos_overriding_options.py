@@ -42,6 +42,7 @@ class QoSOverridingOptions:
         callback: QosCallbackType | None = None,
         entity_id: str | None = None,
     ) -> None:
+        # A tuple: the argument may be a generator, and is read for each endpoint that shares these options.
         self._policy_kinds = tuple(policy_kinds)
         self._callback = callback
         self._entity_id = entity_id
@@ -92,8 +93,8 @@ def overridden(
 
     Args:
         profile: The profile in the code.
-        options: What may be overridden.
-        parameters: Those of the node.
+        options: The policies that may be overridden.
+        parameters: The node's parameters.
         topic: The full name of the topic.
         kind: Which endpoint.
 

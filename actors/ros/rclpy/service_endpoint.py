@@ -24,7 +24,7 @@ class ServiceEndpoint(QueuedCalls, Generic[NativeT]):
 
     Attributes:
         srv_type: The service class.
-        qos_profile: As given.
+        qos_profile: Its QoS.
     """
 
     _native: NativeT

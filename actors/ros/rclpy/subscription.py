@@ -29,7 +29,7 @@ __getattr__ = imported_names(__name__, "CallbackGroup QoSProfile SubscriptionEve
 
 
 class MessageInfo(TypedDict):
-    """When a message was sent and received, in ns since 1970, and its numbers."""
+    """The times at which a message was sent and received, in ns since 1970, and its numbers."""
 
     source_timestamp: int
     received_timestamp: int
@@ -116,6 +116,8 @@ class Subscription(Entity, Generic[MsgT]):
     def take(self) -> Callable[[], Any] | None:
         """Return a call of the callback with the next message."""
         try:
+            # callboard's `take` may be called in any thread, so that no call into the loop is needed for
+            # each message.
             taken = self._native.take()
         except NodeDestroyed:
             return None

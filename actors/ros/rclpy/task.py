@@ -20,7 +20,7 @@ _awaited: Final = threading.local()
 
 
 class TaskQueue(Protocol):
-    """What a task needs of the queue of its executor's work."""
+    """The part of an executor's work queue that tasks use."""
 
     def resume_later(self, task: Task[Any], awaited: Future[Any] | None, /) -> None:
         """Resume a task when the future that it awaits is done; None: it awaits something else."""
@@ -32,7 +32,7 @@ class TaskQueue(Protocol):
 
 
 class TaskExecutor(Protocol):
-    """What futures and tasks need of an executor, which imports this module."""
+    """The part of an executor that futures and tasks use. A protocol: executors import this module."""
 
     @property
     def work(self) -> TaskQueue:

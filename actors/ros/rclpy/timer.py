@@ -29,7 +29,7 @@ __getattr__ = imported_names(__name__, "CallbackGroup Clock Context get_default_
 
 
 class TimerInfo:
-    """When a call of a timer was due, and when it was made.
+    """The time at which a call of a timer was due, and the time at which it was made.
 
     Args:
         expected_call_time: In nanoseconds.
@@ -143,7 +143,7 @@ class Timer(Entity):
         self.rearm()
 
     def _apply_jump(self) -> None:
-        """After a jump back in time, make the next call due within one period."""
+        """Make the next call due within one period, if time has jumped back."""
         if not self._has_jumped:
             return
         with self._lock:

@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 @dataclass(init=False, slots=True)
 class NumberOfEntities:
-    """How many entities of each kind a waitable has."""
+    """Numbers of the entities that a waitable has, by kind."""
 
     num_subscriptions: int
     num_guard_conditions: int

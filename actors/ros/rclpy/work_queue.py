@@ -57,7 +57,7 @@ class WakeUp:
 
 
 class DueTimer(Protocol):
-    """What the queue needs of a timer."""
+    """The part of a timer that the queue uses."""
 
     def remaining_sec(self) -> float:
         """Return the seconds until it is due."""
@@ -69,7 +69,7 @@ class DueTimer(Protocol):
 
 
 class TimersNode(Protocol):
-    """What the queue needs of a node."""
+    """The part of a node that the queue uses."""
 
     @property
     def timers(self) -> Iterable[DueTimer]:
@@ -78,7 +78,7 @@ class TimersNode(Protocol):
 
 
 class WorkOwner(EntityExecutor, Protocol):
-    """What the queue needs of its executor."""
+    """The part of an executor that its queue uses."""
 
     @property
     def context(self) -> Context:
@@ -114,7 +114,7 @@ class WorkQueue:
         self._polled: deque[Task[Any]] = deque()
         """Tasks that await something other than a `Future`."""
         self._next_poll_sec = inf
-        """When they are resumed, by the steady clock."""
+        """The time at which `_polled` tasks are resumed, by the steady clock."""
         self._suspended: set[Task[Any]] = set()
         """Tasks that await a `Future`. The queue keeps them alive: there may be no other reference."""
         self._wake_up = WakeUp()
@@ -123,10 +123,10 @@ class WorkQueue:
         self._last_claimant = 0
         """The thread that held it last."""
         self._others: tuple[WakeUp, ...] = ()
-        """One for each of the other threads that wait. Replaced, never changed: a signal handler reads it."""
+        """Wake-ups of the other threads that wait. Replaced, never changed: a signal handler reads it."""
         self._others_lock = threading.RLock()
         self._next_timer_sec = inf
-        """When the next timer is due, by the steady clock."""
+        """The time at which the next timer is due, by the steady clock."""
         self._timers_changed = True
 
     def add(self, entity: Entity) -> None:
