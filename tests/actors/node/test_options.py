@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import actors
+import callboard
 from actors.interfaces.std_msgs.msg import Int64
 from actors.node.options import NodeKeywords
 
@@ -30,6 +32,15 @@ def test_the_reference_has_each_field_with_its_default() -> None:
     """In the order of the class."""
     rows = re.findall(r"^\| `(\w+)` \| `(.+?)` \|", DOCUMENT.read_text(encoding="utf-8"), re.MULTILINE)
     assert rows == [(field.name, repr(field.default)) for field in dataclasses.fields(actors.NodeOptions)]
+
+
+def test_the_program_in_the_reference_runs() -> None:
+    """Nodes can be made without a broker."""
+    program = re.search(r"^    options = (?:.+\n)+", DOCUMENT.read_text(encoding="utf-8"), re.MULTILINE)
+    assert program is not None
+    names: dict[str, Any] = {"callboard": callboard}
+    exec(textwrap.dedent(program[0]), names)
+    assert names["lidar"].get_name() == "lidar"
 
 
 async def test_a_keyword_wins_over_the_options(meeting: Meeting) -> None:
