@@ -127,7 +127,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "auth": Group(
-        "say who may connect to a broker, and explain what they may do",
+        "define who may connect to a broker, and explain what they may do",
         {
             "list": Verb("list the users"),
             "add": Verb("add a user, and print a new token"),
@@ -146,7 +146,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
     "graph": Verb("draw the graph of nodes, topics and services"),
     "doctor": Verb("check this machine, the broker and the graph"),
     "top": Verb("show topics, nodes and services, live"),
-    "web": Verb("show and steer the graph in a browser", stays=True),
+    "web": Verb("show and control the graph in a browser", stays=True),
     "completion": Verb("print a shell script that completes verbs, options and names"),
     "bench": Verb("measure the performance of callboard on this machine"),
 }

@@ -256,7 +256,9 @@ class Launch:
                     raise
                 await asyncio.sleep(FIND_PAUSE_SEC)
             else:
-                self.notify(Message(Level.INFO, f"no broker at {target.url}: this launch brings its own"))
+                self.notify(
+                    Message(Level.INFO, f"no broker at {target.url}: this launch starts one of its own")
+                )
                 return
 
 

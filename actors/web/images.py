@@ -26,7 +26,7 @@ WAIT_SEC: Final = 10.0
 """How long a request waits for an image. After that it gets none, and may be repeated."""
 
 LINGER_SEC: Final = 10.0
-"""How long a topic is read on after a request, so that its reader misses nothing until the next one."""
+"""How long a topic stays subscribed after a request, so that the next request finds its newest message."""
 
 OTHER_FIELDS_BYTES: Final = 64 * 1024
 """The size that a message may have besides the data of its image."""
@@ -74,7 +74,7 @@ class TopicImages:
         self._unused = unused
         self._newest: Image | None = None
         self._next: asyncio.Task[None] | None = None
-        """Waits for the next image while anybody does."""
+        """Reads the next image; all requests for it wait for this one task."""
         self._next_at = 0.0
         self._timer = self._loop.call_later(LINGER_SEC, self._expire)
 
@@ -84,13 +84,14 @@ class TopicImages:
             if self._next is None or self._next.done():
                 self._next = self._loop.create_task(self._read())
             self._restart_timer()
+            # Shielded: a browser that disconnects must not end the wait of the others.
             await asyncio.shield(self._next)
         self._restart_timer()
         newest = self._newest
         return newest if newest is not None and newest.number != after else None
 
     async def close(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         self._timer.cancel()
         if self._next is not None:
             await cancel_and_wait(self._next)
@@ -146,7 +147,7 @@ class Images:
         self._feeds = feeds
         self._topics: dict[str, TopicImages] = {}
         self._converting = asyncio.Lock()
-        """So that all topics of a user together keep one thread busy at most."""
+        """Held while an image is converted: all topics of a user together keep one thread busy at most."""
 
     async def newest(self, topic: str, after: int) -> Image | None:
         """Return the newest image of a topic as soon as there is another one than the caller has.
@@ -170,7 +171,7 @@ class Images:
         return await found.newest(after)
 
     async def close(self) -> None:
-        """Read no more."""
+        """Stop reading."""
         for each in self._topics.values():
             await each.close()
         self._topics.clear()

@@ -28,13 +28,14 @@ if TYPE_CHECKING:
     from proto.wire.stats import TopicStats
 
 MAX_TOPICS: Final = 100
-"""Topics with a label of their own."""
+"""Topics with a label of their own. Prometheus keeps a series for each label forever, and peers choose the
+names."""
 
 OTHER: Final = "(other)"
 """The label of all further topics together; no topic's name, which begins with a slash."""
 
 ROUND_TRIP_BUCKETS: Final = (0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5)
-"""Metrics in seconds."""
+"""Upper bounds of the histogram's buckets, in seconds."""
 
 GAUGES: Final = {
     "callboard_uptime_seconds": ("uptime_sec", "Time since the broker began to listen"),
@@ -162,6 +163,7 @@ class _BrokerCollector(Collector):
         if report.totals.broker != self._broker:  # another broker counts from 0
             self._broker, self._lost = report.totals.broker, 0
             self._topics = TopicCounts()
+        # It may fall, when a message arrives that was counted as lost; a counter must not.
         self._lost = max(self._lost, report.totals.lost_on_break)
         self._topics.update(report.topics)
 

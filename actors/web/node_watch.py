@@ -59,16 +59,16 @@ _SERVICES: Final = {
 
 
 class TooManyNodesError(CallboardError):
-    """So many nodes are shown already. Close one."""
+    """The server shows `MAX_NODES` nodes already. Close one."""
 
 
 async def lifecycle_of(node: Node, name: str, timeout_sec: float) -> dict[str, Any]:
     """Return the state of a node, and the transitions from it.
 
     Args:
-        node: Asks.
+        node: The node that asks.
         name: The full name of the node with states.
-        timeout_sec: Of each request.
+        timeout_sec: Time limit of each request.
 
     Returns:
         `state`: label, id; `transitions`: a list of id, label, start_state, goal_state.
@@ -94,9 +94,9 @@ async def parameters_of(node: Node, name: str, timeout_sec: float) -> tuple[list
     """Return the parameters of a node, `MAX_PARAMETERS` at most, and how many more it has.
 
     Args:
-        node: Asks.
+        node: The node that asks.
         name: The full name of the other node.
-        timeout_sec: Of each request.
+        timeout_sec: Time limit of each request.
 
     Raises:
         CallFailed: There is no reply.
@@ -137,9 +137,10 @@ class NodeWatch:
         self._listeners: set[Callable[[], None]] = set()
         self._served: frozenset[str] = frozenset()
         self._entries: frozenset[int] = frozenset()
-        """The node's numbers in the graph: others after it was started again."""
+        """The node's keys in the graph. They differ after a restart, and then all parts are asked for
+        again."""
         self._stale: set[str] = set()
-        """Parts to ask for."""
+        """Parts that the next round asks for."""
         self._news = asyncio.Event()
         self._feeds = feeds
         self._events = feeds.read(EVENTS_TOPIC, MAX_WAITING_EVENTS, self._news.set)
@@ -197,12 +198,14 @@ class NodeWatch:
             PARAMETERS: self._parameters,
         }
         while True:
+            # Cleared before the readers are popped: news from now on starts another round.
             self._news.clear()
             polled = {DIAGNOSTICS}
             if not self._follow_transitions():
                 polled.add(LIFECYCLE)
             if not self._follow_events():
                 polled.add(PARAMETERS)
+            # Swapped before the requests, so that a change during them is asked for in the next round.
             stale, self._stale = self._stale, set()
             await asyncio.gather(*(self._refresh(part, asks[part]) for part in stale))
             if stale:

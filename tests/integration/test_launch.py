@@ -76,7 +76,9 @@ async def test_the_courses_file_runs(system: System, tmp_path: Path) -> None:
     program = await system.program(
         sys.executable, "-m", "actors", "launch", "py_pubsub", "pubsub.launch.py", environ=environ
     )
-    await program.wait_for_line(f"[INFO] [launch]: no broker at {system.url}: this launch brings its own")
+    await program.wait_for_line(
+        f"[INFO] [launch]: no broker at {system.url}: this launch starts one of its own"
+    )
     await program.wait_for_line("[my_subscriber_node-2] ")
     received = await program.wait_for_line('[ns1.my_subscriber_node]: I heard: "Hi Automatic Addison: ')
     assert received.startswith("[my_subscriber_node-2] [INFO] [")
@@ -98,7 +100,7 @@ async def test_a_running_broker_is_used(system: System, tmp_path: Path) -> None:
     program = await start_launch(system, launch_file(tmp_path, "Node(script='tell.py')", tell=tell))
     assert await program.wait_for_exit() == 0
     assert f"[tell-1] url {system.url}" in program.lines
-    assert "brings its own" not in program.output
+    assert "starts one of its own" not in program.output
 
 
 @pytest.mark.parametrize("very", [False, True])
