@@ -122,8 +122,8 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def _begin(self, request: RequestT, future: Future[ResponseT], call: _Call) -> None:
         if call.given_up:
             return
-        # Without a task in the usual case. A call without a server waits for one, as in ROS 2; callboard's
-        # own would fail at once.
+        # Without a task in the usual case. A call without a server waits for one; callboard's own would fail
+        # at once, which programs written for ROS 2 do not expect.
         if self._native.service_is_ready():
             reply = self._call_now(request)
         else:

@@ -37,7 +37,7 @@ __getattr__ = imported_names(
 
 
 class GetResultResponse(NamedTuple):
-    """How a goal has ended."""
+    """The terminal state of a goal, and its result."""
 
     status: int
     result: Any
@@ -56,7 +56,7 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
 
     @property
     def stamp(self) -> Any:
-        """When the server accepted the goal."""
+        """The time at which the server accepted the goal, by its clock."""
         return self._native.stamp
 
     @property
@@ -81,6 +81,7 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
         return self._client.wait_for(self._result)
 
     async def _result(self) -> GetResultResponse:
+        # rclpy asks the server, which answers so for a goal that it does not know.
         if not self.accepted:
             return GetResultResponse(int(GoalState.UNKNOWN), self._client.action_type.Result())
         outcome = await self._native.result(None)
@@ -110,6 +111,7 @@ class ActionClient(QueuedCalls):
         callback_group: CallbackGroup | None = None,
         **qos: Any,
     ) -> None:
+        # callboard's actions always have ROS 2's default profiles, so that both sides agree.
         del qos
         self._context = node.context
         super().__init__(self._context.thread, callback_group or node.default_callback_group)
@@ -144,6 +146,7 @@ class ActionClient(QueuedCalls):
             InvalidMessageError: A field has a wrong type or is out of range.
         """
         self._check(goal)
+        # The loop encodes it later, and the program may change it in the meantime.
         goal = copied(goal)
         return self.start(lambda: self._send(goal, feedback_callback, goal_uuid))
 
@@ -172,6 +175,8 @@ class ActionClient(QueuedCalls):
     async def _send(
         self, goal: Any, callback: Callable[[Any], Any] | None, goal_uuid: Any
     ) -> ClientGoalHandle:
+        # A goal that is sent early waits for a server; callboard's own client would fail at once, which
+        # programs written for ROS 2 do not expect.
         await self._native.wait_for_server(None)
         feedback = None if callback is None else partial(self._received, callback)
         return ClientGoalHandle(
@@ -179,6 +184,7 @@ class ActionClient(QueuedCalls):
         )
 
     def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
+        # Bounded: a program that does not spin must not collect feedback without end.
         self._feedback.add(lambda: callback(rosidl_values(message)))
 
     def server_is_ready(self) -> bool:

@@ -24,6 +24,7 @@ class GoalHandle(Generic[NativeT]):
         self._native = native
 
     def __eq__(self, other: object) -> bool:
+        # Each query of a goal may make a new handle, so that identity means nothing.
         return isinstance(other, type(self)) and self.goal_id == other.goal_id
 
     @property

@@ -122,13 +122,14 @@ class ActionServer(QueuedCalls):
     ) -> None:
         del qos
         super().__init__(node.context.thread, callback_group or node.default_callback_group)
+        # Before the server is declared: the first goal may arrive at once.
         self.register_goal_callback(goal_callback)
         self.register_handle_accepted_callback(handle_accepted_callback)
         self.register_cancel_callback(cancel_callback)
         self.register_execute_callback(execute_callback)
         self.action_type = action_type
         self._handles: dict[bytes, ServerGoalHandle] = {}
-        """Those of the goals that have not ended; in the loop."""
+        """Handles of the goals that have not ended. Only the loop changes it."""
         prepare(action_type.Goal)
         self._native = self._thread.call(
             lambda: parts_of(node).native.create_action_server(
@@ -161,6 +162,8 @@ class ActionServer(QueuedCalls):
         key = bytes(native.goal_id.uuid)
         handle = self._handles.get(key)
         if handle is None:
+            # Ended ones are removed here, when another goal begins, and not when they end: a program may
+            # still hold and use them in the callback that ends them.
             active = {key: each for key, each in self._handles.items() if each.is_active}
             handle = ServerGoalHandle(self, native)
             self._handles = {**active, key: handle}
@@ -168,6 +171,7 @@ class ActionServer(QueuedCalls):
 
     async def _decide(self, request: Any) -> GoalResponse:
         answer = await self.run(lambda: self._goal_callback(rosidl_values(request)))
+        # As in rclpy: a callback that forgets to return rejects.
         return answer if isinstance(answer, GoalResponse) else GoalResponse.REJECT
 
     async def _cancel(self, native: NativeHandle[Any, Any, Any]) -> CancelResponse:
@@ -179,10 +183,12 @@ class ActionServer(QueuedCalls):
             await self.run(self._handle_accepted_callback, self._handle_of(native))
 
     def executing(self, callback: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
-        """Return what callboard calls to execute a goal; None: the callback that is registered then."""
+        """Return the execute callback for callboard; None: call the one that is registered then."""
 
         async def execute(native: NativeHandle[Any, Any, Any]) -> Any:
             try:
+                # As a task of the executor, outside the callback group: an execution takes long, and would
+                # otherwise keep out the cancel callback, which is in the group.
                 return await self.run_task(callback or self._execute_callback, self._handle_of(native))
             except CancelledError:  # the node is being left
                 if native.is_active:

@@ -62,6 +62,8 @@ class LifecycleNodeMixin(ManagedEntity):
             raise RuntimeError("LifecycleNodeMixin needs a Node: derive the class from rclpy.node.Node, too")  # noqa: TRY004 - rclpy's
         _require(enable_communication_interface, bool)
         self._state_machine = RclpyStateMachine()
+        # The names have two underscores, which Python makes unique to this class: programs derive from it
+        # and name their own attributes.
         self.__state_lock = threading.Lock()
         self._managed_entities: list[ManagedEntity] = []
         self.__transition_events: Publisher[TransitionEvent] | None = None
@@ -116,6 +118,7 @@ class LifecycleNodeMixin(ManagedEntity):
     # Callbacks
 
     def __call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
+        # A copy: a callback may add publishers.
         for entity in tuple(self._managed_entities):
             result = _checked(getattr(entity, name)(state), f"{type(entity).__name__}.{name}")
             if result is not TransitionCallbackReturn.SUCCESS:
@@ -171,6 +174,8 @@ class LifecycleNodeMixin(ManagedEntity):
     def __change_state(self, wanted: int | str) -> TransitionCallbackReturn:
         start = self._state_machine.current
         try:
+            # Only for the first step, into a transition state, where every other request is refused. The
+            # callback runs without it, since it may ask for the state.
             with self.__state_lock:
                 transition = self._state_machine.request(wanted)
         except InvalidTransitionError as error:
@@ -181,6 +186,7 @@ class LifecycleNodeMixin(ManagedEntity):
         result = self.__call_back(start)
         self.__publish_transition(self._state_machine.finish(result))
         if result is TransitionCallbackReturn.ERROR:
+            # `on_error` runs once, whatever it returns: there is no error of an error.
             self.__publish_transition(self._state_machine.finish(self.__call_back(start)))
         return result
 
