@@ -93,7 +93,7 @@ def test_a_prefix_starts_the_program(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("prefix", "code", "text"),
     [
-        ("gdb 'run", 2, "--prefix 'gdb 'run' is no command: No closing quotation\n"),
+        ("gdb 'run", 2, "--prefix 'gdb 'run' is not a command: No closing quotation\n"),
         ("no-such-debugger", 1, "No command 'no-such-debugger'\n"),
     ],
 )
