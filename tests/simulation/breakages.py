@@ -517,7 +517,7 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
     "breaks are counted": (miscounts_a_break, False),
     "links that end are accounted for": (loses_in_silence, False),
     "a reader that stalls is not waited for": (waits_for_ever, True),
-    "credit comes": (does_nothing(SubscriptionCredit, "taken"), True),
+    "credit comes": (does_nothing(SubscriptionCredit, "consumed"), True),
     "replies go to their caller": (answers_somebody_else, True),
     "requests come once": (answers_twice, True),
     "deadlines end calls": (does_nothing(Deadlines, "_expire_due"), True),

@@ -178,8 +178,8 @@ async def test_two_snapshots_give_rates(broker: Broker) -> None:
         await a.synchronise()
         after = broker.stats()
         rates = after.rates_since(before)
-        assert rates.unmatched * rates.seconds == pytest.approx(50)
-        assert after.uptime_sec - before.uptime_sec == pytest.approx(rates.seconds)
+        assert rates.unmatched * rates.interval_sec == pytest.approx(50)
+        assert after.uptime_sec - before.uptime_sec == pytest.approx(rates.interval_sec)
         assert before.broker == broker.instance.hex()
 
 
