@@ -16,6 +16,7 @@ from actors.processes.guard import Guard
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from typing import BinaryIO
 
     from actors.cli.bench.setup import Setup
 
@@ -161,30 +162,31 @@ class _Program:
         self._name = name
         self._guard = guard
         self._log = folder / f"{name}.log"
-        self._reading, writing = os.pipe()
+        reading, writing = os.pipe()
+        # Owned here until `line` gives it to a transport: a trial may end before it reads any line.
+        self._output: BinaryIO | None = os.fdopen(reading, "rb", 0)
         try:
             with self._log.open("wb") as log:
                 self._process = guard.start(
                     command, cwd=None, env=environment_for(variables), output=writing, errors=log.fileno()
                 )
         except OSError:
-            os.close(self._reading)
+            self._output.close()
             raise
         finally:
             os.close(writing)
         self.pid = self._process.pid
 
     async def line(self, timeout_sec: float) -> str:
-        """Return the line that it writes.
+        """Return the line that it writes; to be called once.
 
         Raises:
             CommandError: It wrote none in time, or ended without one.
         """
+        output, self._output = self._output, None
         reader = asyncio.StreamReader()
         loop = asyncio.get_running_loop()
-        transport, _ = await loop.connect_read_pipe(
-            lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(self._reading, "rb", 0)
-        )
+        transport, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), output)
         try:
             async with asyncio.timeout(timeout_sec):
                 line = await reader.readline()
@@ -198,6 +200,8 @@ class _Program:
 
     def kill(self) -> None:
         """Kill its group and wait for its end."""
+        if self._output is not None:
+            self._output.close()
         self._process.reap()
         self._guard.forget(self.pid)
 

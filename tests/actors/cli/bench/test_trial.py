@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -80,3 +82,26 @@ def test_a_module_runs_without_uvloop() -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=30)
     assert done.returncode == 0, done.stderr
     assert "1 loop" in done.stdout
+
+
+class WithoutPublisher(Programs):
+    """The publisher's program cannot be started."""
+
+    def command(self, module: str, *arguments: str) -> list[str]:
+        if module != "broker" and json.loads(arguments[-1])["role"] == "publisher":
+            raise FileNotFoundError("no program")
+        return super().command(module, *arguments)
+
+
+def _descriptors() -> int:
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc")
+async def test_a_role_that_does_not_start_leaves_no_descriptor() -> None:
+    """Nobody reads from the subscriber then, whose pipe is closed all the same."""
+    await run_trial(_reports(), STREAM, 1.0)  # what is opened once is open now
+    before = _descriptors()
+    with pytest.raises(FileNotFoundError):
+        await run_trial(WithoutPublisher(role=REPORT.format({"subscriber": RECEIVED})), STREAM, 1.0)
+    assert _descriptors() == before
