@@ -19,9 +19,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Final
 
-from proto.untrusted_text import escape as escape
-from proto.untrusted_text import peer_name as peer_name
-from proto.untrusted_text import peer_text as peer_text
+from proto.untrusted_text import escape
 
 _QUOTED_NAME_LENGTH: Final = 512
 """Longest invalid name that an error text quotes completely; a hostile one may have megabytes."""

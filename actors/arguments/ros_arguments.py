@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.arguments.remapping import RemapRule
 from actors.logging.severity import LoggingSeverity, severity_from_name
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -120,7 +120,7 @@ def _run_without_verb(arguments: list[str]) -> int:
 def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:
     from actors.cli.errors import USAGE, CommandError
     from actors.tools.suggestions import did_you_mean
-    from proto.errors import escape
+    from proto.untrusted_text import escape
 
     what = "option" if word.startswith("-") else "verb"
     hint = did_you_mean(word, known) or f"; see {command} --help"

@@ -12,7 +12,7 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
 from actors.tools.field_paths import InvalidFieldError, require_path, value_at
 from actors.tools.message_filter import InvalidFilterError, MessageFilter
-from proto.errors import peer_text
+from proto.untrusted_text import peer_text
 
 if TYPE_CHECKING:
     import argparse

@@ -7,7 +7,8 @@ CallboardError (proto.errors)
 
 from __future__ import annotations
 
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 
 class ContextError(CallboardError, ValueError):

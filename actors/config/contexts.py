@@ -26,8 +26,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 from actors.config import environment
 from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.credentials import Credentials, find_credentials
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
 from proto.limits import MAX_DOMAIN
+from proto.untrusted_text import escape
 from proto.wire.tls import TlsFiles
 from proto.wire.url import DEFAULT_URL, parse_urls
 

@@ -9,8 +9,8 @@ from typing import Final
 
 from actors.config import environment
 from actors.errors import NotAuthorized
-from proto.errors import escape
 from proto.limits import MAX_TOKEN_CHARACTERS
+from proto.untrusted_text import escape
 from proto.wire.tls import NO_FILES, TlsFiles
 
 _FILE_VARIABLES: Final = ("CALLBOARD_TOKEN_FILE", "CALLBOARD_CA", "CALLBOARD_CERT", "CALLBOARD_KEY")

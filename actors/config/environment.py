@@ -30,8 +30,9 @@ import re
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
 from proto.limits import MAX_DOMAIN
+from proto.untrusted_text import escape
 from proto.wire.tls import TlsFiles
 
 if TYPE_CHECKING:

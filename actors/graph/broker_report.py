@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.graph.snapshot import require_few
-from proto.errors import peer_name, peer_text
+from proto.untrusted_text import peer_name, peer_text
 from proto.wire import frames
 from proto.wire.stats import (
     BrokerRates,

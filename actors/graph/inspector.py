@@ -25,7 +25,8 @@ from proto import limits
 from proto.aio.arena import host_identity
 from proto.aio.tls import client_context, is_tls_error
 from proto.checks import require_domain
-from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.errors import ErrorCode, ProtocolError
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.codec import Decoder, encode
 from proto.wire.fragments import Reassembler

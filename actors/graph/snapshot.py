@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.qos.profile import UNLIMITED, HistoryPolicy, QoSProfile
 from actors.time.types import INFINITE
-from proto.errors import ErrorCode, ProtocolError, peer_name
+from proto.errors import ErrorCode, ProtocolError
+from proto.untrusted_text import peer_name
 from proto.wire.codes import EntryKind
 from proto.wire.frames import GraphEntry
 from proto.wire.names import split_node_name

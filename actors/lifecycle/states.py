@@ -11,7 +11,7 @@ import enum
 from typing import Final, NamedTuple
 
 from actors.lifecycle.errors import InvalidTransitionError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 
 class TransitionCallbackReturn(enum.IntEnum):

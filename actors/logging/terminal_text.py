@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 LEVEL_COLORS: Final = {"DEBUG": "\x1b[32m", "WARN": "\x1b[33m", "ERROR": "\x1b[31m", "FATAL": "\x1b[31m"}
 RESET: Final = "\x1b[0m"

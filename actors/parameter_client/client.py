@@ -20,7 +20,7 @@ from actors.parameters.types import (
     parameter_value_to_python,
 )
 from actors.time.timeout import DEFAULT_TIMEOUT
-from proto.errors import peer_text
+from proto.untrusted_text import peer_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -15,7 +15,8 @@ CallboardError
 
 from __future__ import annotations
 
-from proto.errors import CallboardError, peer_text
+from proto.errors import CallboardError
+from proto.untrusted_text import peer_text
 
 
 class ParameterError(CallboardError):

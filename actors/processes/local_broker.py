@@ -28,7 +28,8 @@ from typing import IO, TYPE_CHECKING, Final, NamedTuple
 from actors.config import environment
 from actors.errors import BrokerUnreachable
 from actors.graph.inspector import inspector_for
-from proto.errors import CallboardError, ProtocolError, escape
+from proto.errors import CallboardError, ProtocolError
+from proto.untrusted_text import escape
 from proto.wire.addresses import is_loopback
 from proto.wire.url import LOOPBACK_HOSTS
 

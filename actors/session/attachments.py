@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from proto.errors import peer_name
+from proto.untrusted_text import peer_name
 from proto.wire.codes import DetachReason
 from proto.wire.qos import KEEP_ALL, MANUAL_BY_TOPIC
 

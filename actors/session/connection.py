@@ -19,8 +19,9 @@ from proto.aio.channel import Channel
 from proto.aio.connecting import connect
 from proto.aio.forks import drop_in_children
 from proto.aio.tls import is_tls_error
-from proto.errors import ErrorCode, ProtocolError, TlsFileError, peer_text
+from proto.errors import ErrorCode, ProtocolError, TlsFileError
 from proto.liveness import PeerState
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.session import Role
 

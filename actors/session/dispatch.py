@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.session.endpoint import LinkEndpoint
-from proto.errors import ErrorCode, peer_text
+from proto.errors import ErrorCode
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 
 if TYPE_CHECKING:

@@ -21,8 +21,9 @@ from proto.aio.arena import (
     reader,
 )
 from proto.aio.session_proof import connection_ends, session_proof
-from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.errors import ErrorCode, ProtocolError
 from proto.queues.extents import PAGE_BYTES
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.codes import Capability
 from proto.wire.frames import Batch

@@ -29,7 +29,8 @@ from typing import TYPE_CHECKING, Final
 from actors.interfaces.catalog import standard_packages
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from pathlib import Path

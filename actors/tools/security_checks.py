@@ -17,7 +17,8 @@ from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
 from actors.tools.certificates import expiries
 from actors.tools.check import Check
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 from proto.wire.addresses import is_loopback
 from proto.wire.tls import TlsFault, TlsFiles
 from proto.wire.url import LOOPBACK_HOSTS

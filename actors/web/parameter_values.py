@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.parameters.types import Parameter, ParameterType
 from actors.tools.node_documents import PARAMETER_TYPES
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable

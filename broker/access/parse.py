@@ -31,7 +31,7 @@ from broker.access.credentials import is_token_hash
 from broker.access.errors import AccessFileError
 from broker.access.patterns import PatternSet, pattern_fault
 from broker.access.rules import AccessRules, Action, Rights, Role, User
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

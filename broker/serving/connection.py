@@ -12,7 +12,8 @@ from broker.serving.shared_memory import LinkMemory
 from proto import limits
 from proto.aio.budgeted_channel import BudgetedChannel
 from proto.aio.tls import is_tls_error
-from proto.errors import ErrorCode, ProtocolError, escape, peer_text
+from proto.errors import ErrorCode, ProtocolError
+from proto.untrusted_text import escape, peer_text
 from proto.wire import frames
 from proto.wire.codes import Capability
 from proto.wire.fragments import Reassembler

@@ -7,7 +7,8 @@ import secrets
 from typing import TYPE_CHECKING, Final
 
 from proto import limits
-from proto.errors import ErrorCode, ProtocolError, escape
+from proto.errors import ErrorCode, ProtocolError
+from proto.untrusted_text import escape
 from proto.wire import frames
 from proto.wire.codec import decode, encode
 from proto.wire.identity import agent

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Final
 
 from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena
 from proto.aio.session_proof import connection_ends, session_proof
-from proto.errors import ErrorCode, ProtocolError, peer_text
+from proto.errors import ErrorCode, ProtocolError
 from proto.queues.extents import PAGE_BYTES
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.references import (
     AHEAD_BYTES,

@@ -11,7 +11,7 @@ from broker.access.origin import LOCAL, Origin
 from broker.access.parse import parse_rules
 from broker.access.patterns import PatternSet, pattern_fault
 from broker.access.rules import Action
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 NAMES: Final = ("/a", "/a/b", "/a/b/c", "/b/a", "/secret", "/a/a/a/a/b")
 ORIGINS: Final = (LOCAL, Origin(address=ip_address("10.1.2.3")))

@@ -15,8 +15,9 @@ from actors.interfaces.std_msgs.msg import String
 from actors.session.dispatch import DISPATCH
 from broker import Broker, BrokerOptions
 from proto import limits
-from proto.errors import ErrorCode, peer_text
+from proto.errors import ErrorCode
 from proto.limited_log import MAX_LINES
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.codes import NoticeKind
 from proto.wire.type_hash import hash_of

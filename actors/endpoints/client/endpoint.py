@@ -26,7 +26,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from proto import limits
-from proto.errors import peer_text
+from proto.untrusted_text import peer_text
 from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.codes import Status

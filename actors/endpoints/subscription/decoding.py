@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.errors import InvalidMessageError
-from proto.errors import peer_text
 from proto.queues.batches import split_messages
+from proto.untrusted_text import peer_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

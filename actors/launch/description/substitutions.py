@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 from actors.launch.description.validation import MAX_DEPTH, Part, excerpt
 from actors.launch.errors import LaunchError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Final, cast
 
 from actors.launch.description.options import REQUIRED, default_of, document_options
 from actors.launch.errors import LaunchError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 MAX_DEPTH: Final = 50
 """Limit of nested lists, so that a list that contains itself is refused."""

@@ -64,7 +64,7 @@ from actors.launch.documents.kinds import (
 )
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
 from actors.tools.suggestions import did_you_mean
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

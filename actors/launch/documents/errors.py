@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable

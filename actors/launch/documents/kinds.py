@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 from actors.launch.documents.templates import template, words
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -11,7 +11,7 @@ from typing import Any, Final, cast
 
 from actors.interfaces.yaml_reader import YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Spot
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 MAX_DEPTH: Final = 50
 """Levels of lists and mappings."""

@@ -46,7 +46,7 @@ from actors.launch.description.substitutions import (
 )
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -22,7 +22,7 @@ from actors.launch.documents.errors import DocumentError, Spot
 from actors.launch.documents.kinds import SWITCH
 from actors.launch.documents.parameters import ParameterKind
 from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 _ROOT_ATTRIBUTES: Final = {"version", "deprecated"}
 """Of ROS 2's files; they say nothing that is needed here."""

@@ -22,7 +22,7 @@ from actors.launch.engine.lines import LineSplitter
 from actors.launch.planning.events import Level, Message, Stream
 from actors.logging.output import RosFormatter
 from actors.logging.severity import ROOT_NAME
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Sequence

@@ -23,7 +23,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.planning.steps import Start
 from actors.logging.severity import ROOT_NAME
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Collection, Generator, Iterable, Sequence

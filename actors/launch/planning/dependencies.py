@@ -10,7 +10,7 @@ from actors.launch.description.summaries import action_label
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.presence import Presence, PresenceKind
-from proto.errors import escape
+from proto.untrusted_text import escape
 from proto.wire.names import normalize_namespace, validate_full_service_name, validate_full_topic_name
 
 if TYPE_CHECKING:

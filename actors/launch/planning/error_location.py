@@ -9,7 +9,8 @@ from actors.errors import error_text
 from actors.launch.description.actions import DeclareLaunchArgument
 from actors.launch.description.summaries import action_label, function_name
 from actors.launch.errors import LaunchError, LaunchFileError
-from proto.errors import CallboardError, InvalidNameError, escape
+from proto.errors import CallboardError, InvalidNameError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,7 +14,7 @@ from actors.launch.planning.presence import PresenceKind
 from actors.launch.planning.steps import ChangeStates
 from actors.lifecycle.states import REQUESTS, STATES, TRANSITIONS
 from actors.tools.suggestions import did_you_mean
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

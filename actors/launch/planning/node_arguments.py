@@ -13,7 +13,7 @@ from actors.launch.description.process_actions import ParameterValue
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
-from proto.errors import escape
+from proto.untrusted_text import escape
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from actors.launch.description.conditions import to_bool
 from actors.launch.description.options import options_of
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -42,7 +42,8 @@ from actors.launch.planning.reactions import call_function, call_reaction, trigg
 from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import AddHandler, Call, End, LogText, Start, all_steps
 from actors.tools.suggestions import did_you_mean
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

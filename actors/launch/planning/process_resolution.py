@@ -19,7 +19,7 @@ from actors.launch.planning.node_arguments import full_name, ros_arguments
 from actors.launch.planning.option_values import option_value, option_values
 from actors.launch.planning.process_spec import LEAST_RESPAWN_DELAY_SEC, LifecycleSpec, ProcessSpec
 from actors.launch.planning.settings import variables
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -27,7 +27,7 @@ from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.node_arguments import parameter_texts
-from proto.errors import escape
+from proto.untrusted_text import escape
 from proto.wire.names import normalize_namespace, validate_namespace
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 from actors.launch.engine.worker import abandoned
 from actors.launch.errors import LaunchError
 from actors.processes.guard import SHELL
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence

@@ -22,7 +22,7 @@ from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
 from actors.tools.executables import find_package
 from actors.tools.prefixes import is_python_program
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

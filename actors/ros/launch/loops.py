@@ -9,7 +9,7 @@ from actors.launch.description.substitutions import resolve
 from actors.launch.documents.errors import DocumentError
 from actors.launch.documents.parsing import yaml_data
 from actors.ros.launch.description import Action
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from actors.tools.graph_drawing.model import Kind, Relation
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import Edge, GraphModel

@@ -13,7 +13,7 @@ from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
 from actors.tools.graph_drawing.model import Kind, Relation
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.layout import Segment

@@ -10,7 +10,7 @@ from enum import IntFlag
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.tools.graph_drawing.model import Edge, Kind, Relation, Vertex
-from proto.errors import escape
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from actors.tools.graph_drawing.model import GraphModel

@@ -12,7 +12,7 @@ from broker.mesh.engine.channel import MeshChannel
 from broker.mesh.engine.engine import Traffic
 from broker.mesh.mesh import Mesh
 from proto.aio.tasks import cancel_and_wait, keep_running
-from proto.errors import escape
+from proto.untrusted_text import escape
 from proto.wire.identity import VERSION
 from proto.wire.mesh_keys import broker_id, zenoh_id
 from proto.wire.stats import MeshBrokerStats, MeshStats

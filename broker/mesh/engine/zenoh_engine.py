@@ -19,8 +19,9 @@ from broker.mesh.engine.sending_thread import SendingThread
 from broker.mesh.engine.zenoh_config import connect_endpoints, plain_text
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from proto.aio.tasks import cancel_and_wait, keep_running
-from proto.errors import ProtocolError, escape
+from proto.errors import ProtocolError
 from proto.limits import MAX_DOMAIN
+from proto.untrusted_text import escape
 from proto.wire.mesh_keys import broker_id, broker_of_key, zenoh_id
 
 if TYPE_CHECKING:

@@ -34,7 +34,8 @@ from actors.launch.planning.steps import AddHandler, Call, ChangeStates, End, Lo
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
-from proto.errors import CallboardError, escape
+from proto.errors import CallboardError
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     import argparse
