@@ -135,7 +135,11 @@ def _first_of_broker(route: Route, broker: int) -> SubscriptionRecord | None:
 
 
 def close_without_readers(publisher: PublisherRecord) -> bool:
-    """Return whether a publisher's broker stops sending here, as its last reader here has left."""
+    """Close a mirrored publisher whose last reader here has left, as its broker stops sending then.
+
+    Returns:
+        Whether it was closed.
+    """
     if not publisher.mirrored or publisher.matched:
         return False
     publisher.opened = False

@@ -1,6 +1,6 @@
 """Large messages in shared memory, and what a link sends of them by reference (docs/protocol.md §6.10).
 
-A publisher writes the messages of a batch into a slot of its arena. Whoever holds a `Slot` may read them;
+A publisher writes the messages of a batch into a slot of its arena. The holder of a `Slot` may read them;
 when the last holder lets go of it, the slot's owner may use it again. Holders are the batches in queues and,
 for slots that a peer reads, the link's `References`. CPython frees an object with its last reference, so a
 slot that leaves its last queue, by whatever way, is released at that moment.

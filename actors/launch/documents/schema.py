@@ -47,7 +47,7 @@ def schema() -> Schema:
 
 
 def schema_text() -> str:
-    """Return the schema as JSON, with lines for people."""
+    """Return the schema as indented JSON."""
     return _pretty(schema(), "") + "\n"
 
 

@@ -268,8 +268,8 @@ class WorkQueue:
                 return item
             if item.queued_in is self:
                 item.queued_in = None
-            # Its node has been removed, or has another executor. Whoever adds the node again looks at all
-            # its entities.
+            # Its node has been removed, or has another executor. The executor that adds the node again looks
+            # at all its entities.
             if item.executor is not self._executor:
                 continue
             if not self._try_begin(item):
