@@ -65,11 +65,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Load the profile; remove variables, contexts and logs of the developer, here and in child processes.
 
-    SIGINT works as in a terminal. A shell starts a job in the background with SIGINT ignored, and programs
-    that tests start would inherit that.
+    SIGINT and SIGHUP work as in a terminal. A shell starts a job in the background with SIGINT ignored, nohup
+    a program with SIGHUP ignored, and programs that tests start would inherit that.
     """
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, handler)
     hypothesis.settings.load_profile("nightly" if config.getoption("--nightly") else "short")
     for name in environment.VARIABLES:
         os.environ.pop(name, None)
