@@ -25,12 +25,15 @@ QUERY_TIMEOUT_SEC: Final = 5.0
 
 
 async def connected(context: NodeContext, timeout_sec: float) -> float:
-    """Wait until there is a session; return how much of `timeout_sec` is left for the answer.
+    """Wait until there is a first session; return how much of `timeout_sec` is left for the answer.
 
     Raises:
-        BrokerUnreachable: There was no session within `timeout_sec`.
+        BrokerUnreachable: There was no session within `timeout_sec`, or the last one was lost.
     """
     link = context.link
+    # As for calls: scripts may start before their broker, but a session that was lost is an error at once.
+    if link.connections and not link.connected:
+        raise BrokerUnreachable(f"No broker at {link.broker_urls}")
     # One deadline for both waits: connecting must not double the time that the caller has given.
     deadline = context.require_loop().time() + timeout_sec
     try:

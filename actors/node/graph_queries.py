@@ -39,7 +39,7 @@ class NodeGraph:
             A snapshot of the node's domain, including everything that this node has declared.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._broker.snapshot()
@@ -52,7 +52,7 @@ class NodeGraph:
             A report. Two reports give rates: `later.rates_since(earlier)`.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._broker.report()
@@ -70,7 +70,7 @@ class NodeGraph:
             The canonical definition: JSON, UTF-8. None if the broker does not know it.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._broker.describe(type_hash)
@@ -83,7 +83,7 @@ class NodeGraph:
             The names, sorted by full name: each as often as nodes share it or have it in other namespaces.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return [name for name, _ in await self.get_node_names_and_namespaces()]
@@ -96,7 +96,7 @@ class NodeGraph:
             Pairs (name, namespace), sorted by full name; one for each node that shares its name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         pairs = map(split_node_name, (await self._broker.snapshot()).nodes())
@@ -110,7 +110,7 @@ class NodeGraph:
             The names, such as "/ns/talker", sorted; one for each node that shares its name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).nodes()
@@ -123,7 +123,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).names_and_types(*TOPICS)
@@ -136,7 +136,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return (await self._broker.snapshot()).names_and_types(EntryKind.SERVICE)
@@ -155,7 +155,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.PUBLISHER, node_name, node_namespace)
@@ -174,7 +174,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.SUBSCRIPTION, node_name, node_namespace)
@@ -191,7 +191,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.SERVICE, node_name, node_namespace)
@@ -208,7 +208,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return await self._by_node(EntryKind.CLIENT, node_name, node_namespace)
@@ -221,7 +221,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         snapshot = await self._broker.snapshot()
@@ -241,7 +241,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return actions_among(await self._by_node(EntryKind.SERVICE, node_name, node_namespace))
@@ -260,7 +260,7 @@ class NodeGraph:
             Pairs of a name and its sorted types, sorted by name.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
         """
         return actions_among(await self._by_node(EntryKind.CLIENT, node_name, node_namespace))
@@ -280,7 +280,7 @@ class NodeGraph:
             The number; 0 if there is no such topic.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
@@ -297,7 +297,7 @@ class NodeGraph:
             The number; 0 if there is no such topic.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
@@ -314,7 +314,7 @@ class NodeGraph:
             The number; 0 if there is no such service.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
@@ -331,7 +331,7 @@ class NodeGraph:
             The number; 0 if there is no such service.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
@@ -355,7 +355,7 @@ class NodeGraph:
             One record for each: node, type and QoS.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """
@@ -373,7 +373,7 @@ class NodeGraph:
             One record for each: node, type and QoS.
 
         Raises:
-            BrokerUnreachable: No broker answers within 5 s.
+            BrokerUnreachable: No broker answers within 5 s, or the session is lost.
             RuntimeError: The node does not run, or has been destroyed.
             InvalidNameError: The name breaks the naming rules.
         """

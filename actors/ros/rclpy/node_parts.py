@@ -11,6 +11,8 @@ import weakref
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from actors.errors import BrokerUnreachable
+from actors.graph.view import QUERY_TIMEOUT_SEC
 from actors.node.node import Node as NativeNode
 from actors.node.options import NodeOptions
 from actors.parameters.store import ParameterStore
@@ -160,8 +162,21 @@ class NodeParts:
     # The graph
 
     def query(self, query: Callable[..., Coroutine[Any, Any, T]], *args: Any) -> T:
-        """Return the answer of callboard's node to a query."""
-        return self.thread.call(lambda: query(*args))
+        """Return the answer of callboard's node to a query.
+
+        A node of ROS 2 answers from what it knows; a restart of the broker must not end a program that asks.
+        """
+
+        async def ask() -> T:
+            try:
+                return await query(*args)
+            except BrokerUnreachable:
+                own = self.native.get_fully_qualified_name()
+                if not await self.native.wait_for_node(own, QUERY_TIMEOUT_SEC):
+                    raise
+                return await query(*args)
+
+        return self.thread.call(ask)
 
     def query_node(
         self, query: Callable[[str, str], Coroutine[Any, Any, T]], node_name: str, node_namespace: str

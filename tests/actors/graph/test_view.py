@@ -120,6 +120,22 @@ def test_a_wait_for_a_broker_that_says_nothing_ends() -> None:
     play(scene)
 
 
+def test_a_query_after_a_lost_session_fails_at_once() -> None:
+    """It does not wait for the next session, for which nobody knows how long."""
+
+    async def scene(stage: Stage) -> None:
+        node = await stage.enter("one")
+        await stage.stop_broker()
+        await stage.until(lambda: not node.connected)
+        began = stage.loop.time()
+        for query in (node.get_graph, node.get_broker_stats, lambda: node.get_type_definition("none")):
+            with pytest.raises(actors.BrokerUnreachable):
+                await query()
+        assert stage.loop.time() == began
+
+    play(scene)
+
+
 async def test_a_wait_survives_a_broker(meeting: Meeting) -> None:
     """A wait that began before a broker's restart is answered by the new one."""
     node = await meeting.node("one")

@@ -116,8 +116,6 @@ class NodeSource:
         return await _run_in(self._thread, self._sample)
 
     async def _sample(self) -> Sample:
-        if not self._node.connected:  # the node reconnects by itself
-            raise BrokerUnreachable(f"No broker at {self.target}")
         return Sample(await graph_of(self._node), await self._node.get_broker_stats())
 
     async def listen(self, topic: str, snapshot: GraphSnapshot) -> TopicReader:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -30,7 +31,9 @@ from actors.ros.rclpy.parameter import Parameter
 from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from actors.ros.rclpy.task import Future
 from actors.ros.rclpy.timer import TimerInfo
+from actors.threads import NodeThread
 from actors.time.types import ClockType, Duration, Time
+from broker import Broker, BrokerOptions
 from tests.actors.ros.conftest import running_context
 
 if TYPE_CHECKING:
@@ -451,6 +454,20 @@ def test_the_graph_is_asked(node: Node) -> None:
     assert node.get_subscriptions_info_by_topic("t")[0].node_namespace == "/ns"
     with pytest.raises(NodeNameNonExistentError):
         node.get_publisher_names_and_types_by_node("none", "/")
+
+
+def test_a_restart_of_the_broker_does_not_end_who_asks_for_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The question waits for the next broker."""
+    with NodeThread("broker") as thread:
+        first = thread.enter(Broker(BrokerOptions(port=0)))
+        monkeypatch.setenv("CALLBOARD_URL", first.url)
+        port = int(first.url.rsplit(":", 1)[1])
+        with running_context() as context, ThreadPoolExecutor() as asking:
+            node = Node("node", context=context)
+            thread.call(first.stop)
+            answer = asking.submit(node.get_node_names)
+            thread.enter(Broker(BrokerOptions(port=port)))
+            assert answer.result(DEADLINE_SEC) == ["node"]
 
 
 def test_clocks_sleep_in_any_thread(context: Context, node: Node) -> None:

@@ -111,7 +111,7 @@ async def test_a_lost_broker_is_reported_at_once(meeting: Meeting, source: NodeS
 
     with pytest.raises(BrokerUnreachable):
         await sample_until_it_fails()
-    with pytest.raises(BrokerUnreachable, match="No broker at here"):
+    with pytest.raises(BrokerUnreachable, match=f"No broker at {meeting.url}"):
         await source.sample()
 
 
