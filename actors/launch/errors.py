@@ -17,22 +17,23 @@ class LaunchError(CallboardError, ValueError):
     """A description cannot be carried out.
 
     Attributes:
-        placed: Whether the text says where the error is.
+        has_location: Whether the text says where the error is.
     """
 
-    placed: bool = False
+    has_location: bool = False
 
 
 class LaunchFileError(LaunchError):
     """A launch file cannot be read, fails when it is run, or describes nothing."""
 
-    placed = True
+    has_location = True
 
 
 class NoLaunchFileError(LaunchFileError):
-    """There is no such launch file; the caller adds where it was wanted."""
+    """There is no such launch file; the caller adds where it was requested."""
 
-    placed = False
+    # The path that it names is not where the error is: an include has to be corrected in its own file.
+    has_location = False
 
 
 class UnknownArgumentError(LaunchError):

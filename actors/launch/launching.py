@@ -204,17 +204,17 @@ class Launch:
         """
         self._runner.notify(event)
 
-    def stop(self, reason: str, *, insist: bool = True) -> None:
+    def stop(self, reason: str, *, escalate: bool = True) -> None:
         """Stop all processes; a second call, a moment later, kills them. `run` returns when they have ended.
 
         Args:
             reason: The reason, to be shown.
-            insist: False: never kill processes, even if this is a second call.
+            escalate: Whether a second call kills the processes.
         """
         self._stopped = True
         if self._planning is not None:
             self._planning.cancel()
-        self._runner.stop(reason, insist=insist)
+        self._runner.stop(reason, escalate=escalate)
 
     def restart(self, label: str, reason: str) -> None:
         """Start a process again, whatever its state.
@@ -231,9 +231,9 @@ class Launch:
         return self._machine.presences
 
     @property
-    def mistake(self) -> str:
+    def error(self) -> str:
         """The first error in the description that was found while it ran; empty if there is none."""
-        return self._machine.mistake
+        return self._machine.error
 
     @property
     def failed(self) -> bool:
@@ -263,7 +263,7 @@ class Launch:
 
 
 def _embedded_broker(url: BrokerUrl) -> Broker:
-    """Return a broker for this place, to be run in this process."""
+    """Return a broker for this address, to be run in this process."""
     from broker import Broker, BrokerOptions  # noqa: PLC0415 - seldom needed
 
     return Broker(

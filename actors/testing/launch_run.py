@@ -137,7 +137,7 @@ class LaunchRun:
         """Return the error of the launch itself, or None."""
         if self.task.done() and not self.task.cancelled() and (error := self.task.exception()) is not None:
             return error
-        return LaunchError(self.launch.mistake) if self.launch.mistake else None
+        return LaunchError(self.launch.error) if self.launch.error else None
 
     def check(self) -> None:
         """Raise the error of the launch itself, if there is one."""

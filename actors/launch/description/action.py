@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from actors.launch.description.options import option
-from actors.launch.description.validation import Part
+from actors.launch.description.validation import Entity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ Reaction: TypeAlias = "Actions | Callable[..., Actions | None]"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Action(Part):
+class Action(Entity):
     """An action of a description.
 
     Subclasses of users have `execute`, which is called with the `LaunchContext` and returns actions.
@@ -28,7 +28,7 @@ class Action(Part):
         LaunchError: An option has a value of the wrong type.
     """
 
-    noun: ClassVar[str] = "action"
+    kind: ClassVar[str] = "action"
 
     condition: Condition | None = field(
         default=None, metadata=option("When to carry it out; by default always.", keys="")
@@ -41,7 +41,7 @@ class Setting(Action):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EventHandler(Part):
+class EventHandler(Entity):
     """An event handler.
 
     Subclasses of users have `matcher`, which is called with each event and returns whether it is handled, and
@@ -51,7 +51,7 @@ class EventHandler(Part):
         LaunchError: An option has a value of the wrong type.
     """
 
-    noun: ClassVar[str] = "event handler"
+    kind: ClassVar[str] = "event handler"
 
     handle_once: bool = field(
         default=False, metadata=option("Whether to react only the first time.", keys="once")

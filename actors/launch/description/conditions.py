@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final
 
 from actors.launch.description.substitutions import resolve
-from actors.launch.description.validation import Part
+from actors.launch.description.validation import Entity
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
-class Condition(Part, ABC):
+class Condition(Entity, ABC):
     """A condition of an action."""
 
-    noun: ClassVar[str] = "condition"
+    kind: ClassVar[str] = "condition"
 
     @abstractmethod
     def holds(self, scope: Scope) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.description.action import Action
 from actors.launch.description.actions import DeclareLaunchArgument
-from actors.launch.description.summaries import format_part
+from actors.launch.description.summaries import format_entity
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
 
@@ -72,7 +72,7 @@ def walk(actions: Iterable[Action]) -> Iterator[Action]:
 def format_actions(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
     """Yield the lines of a text about actions: one line each, and the actions within it indented below."""
     for each in actions:
-        yield f"{indent}{format_part(each)}"
+        yield f"{indent}{format_entity(each)}"
         yield from format_actions(getattr(each, "actions", ()), f"{indent}    ")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 from actors.launch.description.action import Action
 from actors.launch.description.options import option
 from actors.launch.description.process_actions import Node, ProcessAction
-from actors.launch.description.validation import Part
+from actors.launch.description.validation import Entity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -41,14 +41,14 @@ class LifecycleNode(Node):
 
 
 @dataclass(frozen=True)
-class matches_action(Part):  # noqa: N801 - the name in ROS 2
+class matches_action(Entity):  # noqa: N801 - the name in ROS 2
     """Chooses the process that an action has started.
 
     Attributes:
         action: The action.
     """
 
-    noun: ClassVar[str] = "matcher"
+    kind: ClassVar[str] = "matcher"
 
     action: ProcessAction
 
@@ -65,20 +65,20 @@ class matches_action(Part):  # noqa: N801 - the name in ROS 2
 
 
 @dataclass(frozen=True)
-class matches_node_name(Part):  # noqa: N801 - the name in ROS 2
+class matches_node_name(Entity):  # noqa: N801 - the name in ROS 2
     """Chooses the lifecycle node of a name.
 
     Attributes:
         node_name: The node's full name, or one relative to the current namespace.
     """
 
-    noun: ClassVar[str] = "matcher"
+    kind: ClassVar[str] = "matcher"
 
     node_name: Text
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChangeState(Part):
+class ChangeState(Entity):
     """Request a transition of lifecycle nodes: `EmitEvent(event=ChangeState(…))`.
 
     The launch requests it of those nodes that it has started, of each after the transitions that were
@@ -91,7 +91,7 @@ class ChangeState(Part):
             label such as "configure". The label "shutdown" is possible in each state but finalized.
     """
 
-    noun: ClassVar[str] = "event"
+    kind: ClassVar[str] = "event"
 
     lifecycle_node_matcher: Matcher
     transition_id: int | Text

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
-from actors.launch.description.validation import MAX_DEPTH, Part, excerpt
+from actors.launch.description.validation import MAX_DEPTH, Entity, excerpt
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
@@ -109,10 +109,10 @@ LaunchContext = Scope
 """The argument of functions of a description; ROS 2's name."""
 
 
-class Substitution(Part, ABC):
+class Substitution(Entity, ABC):
     """A string that depends on the scope."""
 
-    noun: ClassVar[str] = "substitution"
+    kind: ClassVar[str] = "substitution"
 
     @abstractmethod
     def perform(self, scope: Scope) -> str:

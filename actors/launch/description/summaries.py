@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.options import default_of
 from actors.launch.description.substitutions import TextSubstitution
-from actors.launch.description.validation import Part
+from actors.launch.description.validation import Entity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,30 +49,32 @@ def function_name(function: object) -> str:
     return f"{getattr(function, '__name__', type(function).__name__)}()"
 
 
-def format_part(part: object) -> str:
-    """Return a part of a description as Python code, without defaults and the actions within it."""
-    fields = {name: each for name, each in non_default_fields(part).items() if name != "actions"}
-    if isinstance(part, Part) and part.noun == "event handler":
+def format_entity(entity: object) -> str:
+    """Return an entity as Python code, without defaults and the actions within it."""
+    fields = {name: each for name, each in non_default_fields(entity).items() if name != "actions"}
+    if isinstance(entity, Entity) and entity.kind == "event handler":
         fields = {name: each for name, each in fields.items() if name in _KNOWN or not _is_done(each)}
     one = (
-        len(fields) == 1 and isinstance(part, Part) and part.noun in {"substitution", "condition", "matcher"}
+        len(fields) == 1
+        and isinstance(entity, Entity)
+        and entity.kind in {"substitution", "condition", "matcher"}
     )
     texts = (f"{'' if one else f'{name}='}{format_value(each, name)}" for name, each in fields.items())
-    return f"{type(part).__name__}({', '.join(texts)})"
+    return f"{type(entity).__name__}({', '.join(texts)})"
 
 
 def _is_done(value: object) -> bool:
     """Return whether a value is an action or a list of actions."""
     listed = cast("Sequence[object]", value) if isinstance(value, list | tuple) else (value,)
-    return all(isinstance(each, Part) and each.noun == "action" for each in listed)
+    return all(isinstance(each, Entity) and each.kind == "action" for each in listed)
 
 
 def format_value(value: object, name: str = "") -> str:
     """Return a value as Python code; actions in options that refer to one are replaced by their names."""
-    if isinstance(value, Part) and name in _KNOWN:
+    if isinstance(value, Entity) and name in _KNOWN:
         return action_label(cast("Action", value))
     if is_dataclass(value) and not isinstance(value, type):
-        return format_part(value)
+        return format_entity(value)
     if isinstance(value, dict):
         by_name = cast("Mapping[object, object]", value)
         return (
@@ -99,7 +101,7 @@ def non_default_fields(value: object) -> dict[str, object]:
 
 
 def _word(value: object) -> str | None:
-    if isinstance(value, Part) and value.noun == "event handler":
+    if isinstance(value, Entity) and value.kind == "event handler":
         return type(value).__name__
     first = value
     if isinstance(value, list) and value:  # a command: only the program

@@ -1,7 +1,7 @@
-"""Checks the types of the arguments that launch files give to the parts of a description.
+"""Checks the types of the arguments that launch files give to the entities of a description.
 
 Launch files are seldom type-checked, and a string in place of a list would be read letter by letter. So each
-part checks its arguments when it is created, while the line of the launch file is known. The annotations of
+entity checks its arguments when it is created, while the line of the launch file is known. The annotations of
 its fields say what to check: `ARGUMENT_TYPES` has a check for each, and a text for the error.
 """
 
@@ -22,16 +22,16 @@ MAX_SHOWN: Final = 100
 """Characters of a wrong value in an error."""
 
 
-class Part:
-    """A part of a description, which is a dataclass: an action, event handler, substitution or condition.
+class Entity:
+    """An entity of a description, which is a dataclass: an action, event handler, substitution or condition.
 
     Attributes:
-        noun: The kind of part, for checks that must not import the classes.
-        place: Returns its place in a launch document; None if it was made in Python.
+        kind: Its kind, such as "action", for checks here, which cannot import the classes: they import this.
+        describe_location: Returns its location in a launch document; None if it was created in Python.
     """
 
-    noun: ClassVar[str]
-    place: Callable[[], str] | None = None
+    kind: ClassVar[str]
+    describe_location: Callable[[], str] | None = None
 
     def __init_subclass__(cls) -> None:
         """Add the options of a class to its docstring."""
@@ -78,14 +78,14 @@ def excerpt(value: object) -> str:
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}…"
 
 
-def is_part(value: object, noun: str) -> bool:
-    """Return whether a value is a part of this kind."""
-    return isinstance(value, Part) and value.noun == noun
+def is_entity(value: object, kind: str) -> bool:
+    """Return whether a value is an entity of this kind."""
+    return isinstance(value, Entity) and value.kind == kind
 
 
 def is_text(value: object, depth: int = 0) -> bool:
     """Return whether a value is a string, a path, a substitution, or a list of these."""
-    if isinstance(value, str | PurePath) or is_part(value, "substitution"):
+    if isinstance(value, str | PurePath) or is_entity(value, "substitution"):
         return True
     listed = isinstance(value, Sequence) and depth < MAX_DEPTH
     return listed and all(is_text(each, depth + 1) for each in cast("Sequence[object]", value))
@@ -117,7 +117,7 @@ def _is_named_pair(value: object) -> bool:
 
 
 def _is_action(value: object) -> bool:
-    return is_part(value, "action")
+    return is_entity(value, "action")
 
 
 def _is_process(value: object) -> bool:
@@ -209,18 +209,18 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
     "Callable[..., Any]": ArgumentType("a function", callable),
     "Matcher": ArgumentType(
         "matches_action(…), matches_node_name(…) or a function",
-        lambda value: is_part(value, "matcher") or callable(value),
+        lambda value: is_entity(value, "matcher") or callable(value),
     ),
     "Condition | None": ArgumentType(
         "a condition, such as IfCondition('true'), or None",
-        lambda value: value is None or is_part(value, "condition"),
+        lambda value: value is None or is_entity(value, "condition"),
     ),
     "Sequence[Action]": ArgumentType(
         "a list of actions, such as [LogInfo(…)]", lambda value: _is_list(value, _is_action)
     ),
     "Shutdown | ChangeState": ArgumentType(
         "Shutdown() or ChangeState(…)",
-        lambda value: is_part(value, "event") or (_is_action(value) and hasattr(value, "reason")),
+        lambda value: is_entity(value, "event") or (_is_action(value) and hasattr(value, "reason")),
     ),
     "LifecycleNode | str | None": ArgumentType(
         "a LifecycleNode, the name of one, or None",
@@ -232,7 +232,7 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
     "Reaction": _REACTION,
     "Reaction | None": _optional(_REACTION),
     "EventHandler": ArgumentType(
-        "an event handler, such as OnProcessExit(…)", lambda value: is_part(value, "event handler")
+        "an event handler, such as OnProcessExit(…)", lambda value: is_entity(value, "event handler")
     ),
     "Node | Text | Sequence[Node | Text]": ArgumentType(
         "a Node, a string such as 'topic chatter', or a list of these",

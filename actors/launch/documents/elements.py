@@ -71,14 +71,16 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Action
     from actors.launch.description.options import Option
-    from actors.launch.documents.errors import Spot
+    from actors.launch.documents.errors import Location
 
 
 class Elements(Kind):
     """A list of elements, each a mapping of one name to its value."""
 
-    def read(self, value: object, spot: Spot) -> tuple[Action, ...]:
-        return tuple(_read_element(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+    def read(self, value: object, location: Location) -> tuple[Action, ...]:
+        return tuple(
+            _read_element(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
+        )
 
     def schema(self) -> Schema:
         return {"$ref": "#/definitions/elements"}
@@ -87,8 +89,8 @@ class Elements(Kind):
 class OnExit(Kind):
     """A list of elements, or the word shutdown."""
 
-    def read(self, value: object, spot: Spot) -> Action | tuple[Action, ...]:
-        return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, spot)
+    def read(self, value: object, location: Location) -> Action | tuple[Action, ...]:
+        return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, location)
 
     def schema(self) -> Schema:
         return {"anyOf": [{"enum": ["shutdown"]}, _ELEMENTS.schema()]}
@@ -186,7 +188,7 @@ class Element:
         extra = [_ROS_PARAMETERS] if issubclass(self.made, Node) else []
         return (*own, *extra, *_CONDITIONS)
 
-    def read(self, value: object, spot: Spot) -> Action:
+    def read(self, value: object, location: Location) -> Action:
         """Return the action of an element.
 
         Raises:
@@ -194,8 +196,8 @@ class Element:
         """
         if self.listed and isinstance(value, list):
             alone = next(key for key in self.keys if self.listed in key.names)
-            return self._make({alone.target: alone.kind.read(cast("object", value), spot)}, spot)
-        body = read_mapping({} if value is None else value, spot)
+            return self._make({alone.target: alone.kind.read(cast("object", value), location)}, location)
+        body = read_mapping({} if value is None else value, location)
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = {}
         given: dict[str, str] = {}
@@ -203,16 +205,16 @@ class Element:
             key = by_name.get(name)
             if key is None:
                 hint = did_you_mean(name, by_name) or f"; there is {', '.join(sorted(by_name))}"
-                raise spot.inner(name).error(f"no such key{hint}")
+                raise location.inner(name).error(f"no such key{hint}")
             if key.target in given:
-                raise spot.error(f"'{given[key.target]}' and '{name}' cannot both be there")
+                raise location.error(f"'{given[key.target]}' and '{name}' cannot both be there")
             given[key.target] = name
-            found = key.kind.read(each, spot.inner(name))
+            found = key.kind.read(each, location.inner(name))
             values[key.target] = _condition(name, found) if key in _CONDITIONS else found
-        self._check(values, spot)
-        return self._make(values, spot)
+        self._check(values, location)
+        return self._make(values, location)
 
-    def _make(self, values: dict[str, Any], spot: Spot) -> Action:
+    def _make(self, values: dict[str, Any], location: Location) -> Action:
         condition = {"condition": values.pop("condition")} if "condition" in values else {}
         made: Any = self.made
         if issubclass(self.made, EventHandler):
@@ -220,20 +222,20 @@ class Element:
         else:
             action = made(**values, **condition)
         # Errors that are found later, when the action is planned, can name its line then.
-        object.__setattr__(action, "place", spot.place)
+        object.__setattr__(action, "describe_location", location.describe)
         return action
 
-    def _check(self, values: Mapping[str, Any], spot: Spot) -> None:
+    def _check(self, values: Mapping[str, Any], location: Location) -> None:
         for key in self.keys:
             if key.required and key.target not in values:
-                raise spot.error(f"'{key.names[0]}' is missing")
+                raise location.error(f"'{key.names[0]}' is missing")
         if not self.alternatives:
             return
         begun = [targets for targets in self.alternatives if not values.keys().isdisjoint(targets)]
         if len(begun) != 1 or not values.keys() >= set(begun[0]):
             first = {key.target: key.names[0] for key in reversed(self.keys)}
             texts = [" and ".join(first[each] for each in targets) for targets in self.alternatives]
-            raise spot.error(f"expected one of these: {'; '.join(texts)}")
+            raise location.error(f"expected one of these: {'; '.join(texts)}")
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
@@ -334,16 +336,16 @@ ELEMENTS: Final = (
 BY_NAME: Final = {name: element for element in ELEMENTS for name in element.names}
 
 
-def _read_element(value: object, spot: Spot) -> Action:
-    found = read_mapping(value, spot)
+def _read_element(value: object, location: Location) -> Action:
+    found = read_mapping(value, location)
     if len(found) != 1:
         listed = (
             f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""
         )
-        raise spot.error(f"expected one element, such as 'node', not {len(found)}{listed}")
+        raise location.error(f"expected one element, such as 'node', not {len(found)}{listed}")
     ((name, body),) = found.items()
     element = BY_NAME.get(name)
     if element is None:
         hint = did_you_mean(name, BY_NAME) or f"; there is {', '.join(sorted(BY_NAME))}"
-        raise spot.inner(name).error(f"no such element{hint}")
-    return element.read(body, spot.inner(name))
+        raise location.inner(name).error(f"no such element{hint}")
+    return element.read(body, location.inner(name))

@@ -1,4 +1,4 @@
-"""Errors in launch documents, and places in them."""
+"""Errors in launch documents, and locations in them."""
 
 from __future__ import annotations
 
@@ -16,42 +16,43 @@ class DocumentError(ValueError):
 
     Attributes:
         text: The error.
-        spot: Its place.
+        location: Its location.
         line: Its line, from 1; None: not known.
     """
 
-    def __init__(self, text: str, spot: Spot, line: int | None = None) -> None:
+    def __init__(self, text: str, location: Location, line: int | None = None) -> None:
         super().__init__(text)
         self.text = text
-        self.spot = spot
+        self.location = location
         self.line = line
 
 
 @dataclass(frozen=True)
-class Spot:
-    """A place in a document.
+class Location:
+    """A location in a document.
 
     Attributes:
-        steps: The keys, and the numbers in lists, that lead to it.
-        describe: Returns the place with its file and line; None: these are not known.
+        path: The keys, and the indexes in lists, that lead to it.
+        formatter: Returns the location with its file and line; None: these are not known.
     """
 
-    steps: tuple[str | int, ...] = ()
-    describe: Callable[[Spot], str] | None = field(default=None, compare=False, repr=False)
+    path: tuple[str | int, ...] = ()
+    # Finding a line parses the file again, so this happens only for errors.
+    formatter: Callable[[Location], str] | None = field(default=None, compare=False, repr=False)
 
-    def inner(self, step: str | int) -> Spot:
-        """Return the place of a value in it, by key or number."""
-        return Spot((*self.steps, step), self.describe)
+    def inner(self, key: str | int) -> Location:
+        """Return the location of a value in it, by key or index."""
+        return Location((*self.path, key), self.formatter)
 
-    def place(self) -> str:
-        """Return the place with its file and line, as far as these are known."""
-        return str(self) if self.describe is None else self.describe(self)
+    def describe(self) -> str:
+        """Return the location with its file and line, as far as these are known."""
+        return str(self) if self.formatter is None else self.formatter(self)
 
     def error(self, text: str) -> DocumentError:
-        """Return an error at this place, to be raised."""
+        """Return an error at this location, to be raised."""
         return DocumentError(text, self)
 
     def __str__(self) -> str:
-        """Return the place in the notation "launch[3].node.parameters"."""
-        steps = (f"[{step}]" if isinstance(step, int) else f".{escape(step)}" for step in self.steps)
-        return "".join(steps).removeprefix(".")
+        """Return the location in the notation "launch[3].node.parameters"."""
+        keys = (f"[{key}]" if isinstance(key, int) else f".{escape(key)}" for key in self.path)
+        return "".join(keys).removeprefix(".")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from actors.launch.description.substitutions import Text
-    from actors.launch.documents.errors import Spot
+    from actors.launch.documents.errors import Location
 
 Schema: TypeAlias = dict[str, Any]
 
@@ -33,7 +33,7 @@ class Kind(ABC):
     """A kind of value. All that its schema allows can be read, except malformed `$(…)`."""
 
     @abstractmethod
-    def read(self, value: object, spot: Spot) -> Any:
+    def read(self, value: object, location: Location) -> Any:
         """Return the value for the action.
 
         Raises:
@@ -54,11 +54,11 @@ class SimpleKind(Kind):
         pattern: Its JSON schema.
     """
 
-    reader: Callable[[object, Spot], Any]
+    reader: Callable[[object, Location], Any]
     pattern: Schema
 
-    def read(self, value: object, spot: Spot) -> Any:
-        return self.reader(value, spot)
+    def read(self, value: object, location: Location) -> Any:
+        return self.reader(value, location)
 
     def schema(self) -> Schema:
         return self.pattern
@@ -70,11 +70,11 @@ class OneOf(Kind):
 
     choices: Sequence[str]
 
-    def read(self, value: object, spot: Spot) -> Text:
-        text = read_text(value, spot)
+    def read(self, value: object, location: Location) -> Text:
+        text = read_text(value, location)
         if isinstance(text, str) and text not in self.choices:
             hint = did_you_mean(text, self.choices) or f"; it can be {', '.join(self.choices)}"
-            raise spot.error(f"it cannot be '{escape(text)}'{hint}")
+            raise location.error(f"it cannot be '{escape(text)}'{hint}")
         return text
 
     def schema(self) -> Schema:
@@ -93,13 +93,13 @@ class BoundedNumber(Kind):
     least: float
     whole: bool = False
 
-    def read(self, value: object, spot: Spot) -> float | Text:
+    def read(self, value: object, location: Location) -> float | Text:
         if isinstance(value, str):
-            return read_text(value, spot)
+            return read_text(value, location)
         good = isinstance(value, int | float) and not isinstance(value, bool) and value >= self.least
         if not good or (self.whole and float(cast("float", value)) % 1):
             what = "a whole number" if self.whole else "a number"
-            raise spot.error(f"expected {what}, {self.least:g} or more, not {_what(value)}")
+            raise location.error(f"expected {what}, {self.least:g} or more, not {_what(value)}")
         return int(cast("float", value)) if self.whole else float(cast("float", value))
 
     def schema(self) -> Schema:
@@ -119,19 +119,19 @@ class Texts(Kind):
     split: bool = False
     least: int = 0
 
-    def read(self, value: object, spot: Spot) -> tuple[Text, ...]:
+    def read(self, value: object, location: Location) -> tuple[Text, ...]:
         if isinstance(value, list):
             found = tuple(
-                read_text(each, spot.inner(at)) for at, each in enumerate(cast("list[object]", value))
+                read_text(each, location.inner(at)) for at, each in enumerate(cast("list[object]", value))
             )
         elif self.split:
-            found = _words(read_plain(value, spot), spot)
+            found = _words(read_plain(value, location), location)
         elif self.least and isinstance(value, str) and not value.strip():
             found = ()
         else:
-            found = (read_text(value, spot),)
+            found = (read_text(value, location),)
         if len(found) < self.least:
-            raise spot.error("it is empty")
+            raise location.error("it is empty")
         return found
 
     def schema(self) -> Schema:
@@ -146,13 +146,17 @@ class Texts(Kind):
 class Choices(Kind):
     """A list of plain strings, or ROS 2's list of `value: STRING`."""
 
-    def read(self, value: object, spot: Spot) -> tuple[str, ...]:
-        return tuple(self._choice(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+    def read(self, value: object, location: Location) -> tuple[str, ...]:
+        return tuple(
+            self._choice(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
+        )
 
-    def _choice(self, value: object, spot: Spot) -> str:
+    def _choice(self, value: object, location: Location) -> str:
         if not isinstance(value, dict):
-            return read_plain(value, spot)
-        return read_plain(read_fields(cast("object", value), spot, ("value",))["value"], spot.inner("value"))
+            return read_plain(value, location)
+        return read_plain(
+            read_fields(cast("object", value), location, ("value",))["value"], location.inner("value")
+        )
 
     def schema(self) -> Schema:
         plain = {"$ref": "#/definitions/plain"}
@@ -171,25 +175,25 @@ class Pairs(Kind):
     first: str
     second: str
 
-    def read(self, value: object, spot: Spot) -> Any:
+    def read(self, value: object, location: Location) -> Any:
         if not isinstance(value, dict):
-            listed = read_list(value, spot)
-            return tuple(self._pair(each, spot.inner(at)) for at, each in enumerate(listed))
+            listed = read_list(value, location)
+            return tuple(self._pair(each, location.inner(at)) for at, each in enumerate(listed))
         mapping = cast("dict[str, object]", value)
         if mapping.keys() == {self.first, self.second}:  # probably meant as one pair
-            raise spot.error(f"expected a list of such pairs: - {self.first}: …")
+            raise location.error(f"expected a list of such pairs: - {self.first}: …")
         return tuple(
-            (self._first(name, spot.inner(name)), read_text(each, spot.inner(name)))
+            (self._first(name, location.inner(name)), read_text(each, location.inner(name)))
             for name, each in mapping.items()
         )
 
-    def _pair(self, value: object, spot: Spot) -> tuple[Text, Text]:
-        record = read_fields(value, spot, (self.first, self.second))
-        first = self._first(record[self.first], spot.inner(self.first))
-        return first, read_text(record[self.second], spot.inner(self.second))
+    def _pair(self, value: object, location: Location) -> tuple[Text, Text]:
+        record = read_fields(value, location, (self.first, self.second))
+        first = self._first(record[self.first], location.inner(self.first))
+        return first, read_text(record[self.second], location.inner(self.second))
 
-    def _first(self, value: object, spot: Spot) -> Text:
-        return read_text(value, spot)
+    def _first(self, value: object, location: Location) -> Text:
+        return read_text(value, location)
 
     def schema(self) -> Schema:
         return self._schema({"$ref": "#/definitions/text"})
@@ -205,92 +209,92 @@ class Pairs(Kind):
 class Named(Pairs):
     """Pairs whose first strings are names; the last pair of a name counts."""
 
-    def read(self, value: object, spot: Spot) -> Any:
-        return dict(super().read(value, spot))
+    def read(self, value: object, location: Location) -> Any:
+        return dict(super().read(value, location))
 
-    def _first(self, value: object, spot: Spot) -> Text:
-        return read_name(value, spot)
+    def _first(self, value: object, location: Location) -> Text:
+        return read_name(value, location)
 
     def schema(self) -> Schema:
         return self._schema({"$ref": "#/definitions/name"}, propertyNames=NAMES)
 
 
-def read_plain(value: object, spot: Spot) -> str:
+def read_plain(value: object, location: Location) -> str:
     """Return a string, number or truth value as a string."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if not isinstance(value, str | int | float):
-        raise spot.error(f"expected a string, not {_what(value)}")
+        raise location.error(f"expected a string, not {_what(value)}")
     return str(value)
 
 
-def read_name(value: object, spot: Spot) -> str:
+def read_name(value: object, location: Location) -> str:
     """Return a string without substitutions, which is needed when the file is read."""
-    name = read_plain(value, spot)
+    name = read_plain(value, location)
     if "$(" in name:
-        raise spot.error(f"expected a name without $(…), not '{escape(name)}'")
+        raise location.error(f"expected a name without $(…), not '{escape(name)}'")
     return name
 
 
-def read_text(value: object, spot: Spot) -> Text:
+def read_text(value: object, location: Location) -> Text:
     """Return a string with its substitutions."""
-    plain = read_plain(value, spot)
+    plain = read_plain(value, location)
     try:
         return template(plain)
     except LaunchError as error:
-        raise spot.error(str(error)) from None
+        raise location.error(str(error)) from None
 
 
-def _read_flag(value: object, spot: Spot) -> bool | Text:
+def _read_flag(value: object, location: Location) -> bool | Text:
     if isinstance(value, bool | int | float) and value in {0, 1}:
         return bool(value)
-    return read_text(value, spot) if isinstance(value, str) else _read_switch(value, spot)
+    return read_text(value, location) if isinstance(value, str) else _read_switch(value, location)
 
 
-def _read_switch(value: object, spot: Spot) -> bool:
+def _read_switch(value: object, location: Location) -> bool:
     if not isinstance(value, bool):
-        raise spot.error(f"expected true or false, not {_what(value)}")
+        raise location.error(f"expected true or false, not {_what(value)}")
     return value
 
 
-def _read_number(value: object, spot: Spot) -> float | Text:
+def _read_number(value: object, location: Location) -> float | Text:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if not isinstance(value, str):
-        raise spot.error(f"expected a number, not {_what(value)}")
-    return read_text(value, spot)
+        raise location.error(f"expected a number, not {_what(value)}")
+    return read_text(value, location)
 
 
-def _words(text: str, spot: Spot) -> tuple[Text, ...]:
+def _words(text: str, location: Location) -> tuple[Text, ...]:
     try:
         return words(text)
     except LaunchError as error:
-        raise spot.error(str(error)) from None
+        raise location.error(str(error)) from None
 
 
-def read_list(value: object, spot: Spot) -> list[object]:
+def read_list(value: object, location: Location) -> list[object]:
     """Return a list."""
     if not isinstance(value, list):
-        raise spot.error(f"expected a list, not {_what(value)}")
+        raise location.error(f"expected a list, not {_what(value)}")
     return cast("list[object]", value)
 
 
-def read_mapping(value: object, spot: Spot) -> Mapping[str, object]:
+def read_mapping(value: object, location: Location) -> Mapping[str, object]:
     """Return a mapping."""
     if not isinstance(value, dict):
-        raise spot.error(f"expected a mapping, not {_what(value)}")
+        raise location.error(f"expected a mapping, not {_what(value)}")
     return cast("dict[str, object]", value)
 
 
-def read_fields(value: object, spot: Spot, names: Sequence[str]) -> Mapping[str, object]:
+def read_fields(value: object, location: Location, names: Sequence[str]) -> Mapping[str, object]:
     """Return a mapping that has exactly these keys."""
-    found = read_mapping(value, spot)
+    found = read_mapping(value, location)
     for name in names:
         if name not in found:
-            raise spot.error(f"'{name}' is missing")
+            raise location.error(f"'{name}' is missing")
     for name in found:
         if name not in names:
-            raise spot.inner(name).error(f"no such key{did_you_mean(name, names)}")
+            raise location.inner(name).error(f"no such key{did_you_mean(name, names)}")
     return found
 
 

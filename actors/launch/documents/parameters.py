@@ -26,7 +26,7 @@ from actors.launch.documents.kinds import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from actors.launch.documents.errors import Spot
+    from actors.launch.documents.errors import Location
 
 
 _TYPES: Final[dict[str, type[str | int | float | bool]]] = {
@@ -40,8 +40,10 @@ _TYPES: Final[dict[str, type[str | int | float | bool]]] = {
 class ParameterKind(Kind):
     """One parameter's value."""
 
-    def read(self, value: object, spot: Spot) -> Any:
-        return _single(value, spot) if not isinstance(value, list) else _list(cast("Any", value), spot)
+    def read(self, value: object, location: Location) -> Any:
+        return (
+            _single(value, location) if not isinstance(value, list) else _list(cast("Any", value), location)
+        )
 
     def schema(self) -> Schema:
         return {"anyOf": [SCALAR, {"type": "array", "items": SCALAR}]}
@@ -50,14 +52,18 @@ class ParameterKind(Kind):
 class ParametersKind(Kind):
     """Parameters by name, the path of a file of them, or a list of such mappings and paths."""
 
-    def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
+    def read(self, value: object, location: Location) -> tuple[Any, ...]:
         if not isinstance(value, list):
-            return (self._entry(value, spot),)
+            return (self._entry(value, location),)
         listed = cast("list[object]", value)
-        return tuple(self._entry(each, spot.inner(at)) for at, each in enumerate(listed))
+        return tuple(self._entry(each, location.inner(at)) for at, each in enumerate(listed))
 
-    def _entry(self, value: object, spot: Spot) -> Any:
-        return _by_name(cast("object", value), spot) if isinstance(value, dict) else read_text(value, spot)
+    def _entry(self, value: object, location: Location) -> Any:
+        return (
+            _by_name(cast("object", value), location)
+            if isinstance(value, dict)
+            else read_text(value, location)
+        )
 
     def schema(self) -> Schema:
         entry = {"anyOf": [{"$ref": "#/definitions/text"}, {"$ref": "#/definitions/parameters"}]}
@@ -67,23 +73,25 @@ class ParametersKind(Kind):
 class RosParametersKind(Kind):
     """ROS 2's list: of `{name, value}`, also with `type`, `{name, param: [more of them]}`, `{from: path}`."""
 
-    def read(self, value: object, spot: Spot) -> tuple[Any, ...]:
-        return tuple(self._entry(each, spot.inner(at)) for at, each in enumerate(read_list(value, spot)))
+    def read(self, value: object, location: Location) -> tuple[Any, ...]:
+        return tuple(
+            self._entry(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
+        )
 
-    def _entry(self, value: object, spot: Spot) -> Any:
-        if "from" in read_mapping(value, spot):
-            return read_text(read_fields(value, spot, ("from",))["from"], spot.inner("from"))
-        return dict(self._named("", value, spot))
+    def _entry(self, value: object, location: Location) -> Any:
+        if "from" in read_mapping(value, location):
+            return read_text(read_fields(value, location, ("from",))["from"], location.inner("from"))
+        return dict(self._named("", value, location))
 
-    def _named(self, prefix: str, value: object, spot: Spot) -> Iterator[tuple[str, Any]]:
-        given = read_mapping(value, spot)
+    def _named(self, prefix: str, value: object, location: Location) -> Iterator[tuple[str, Any]]:
+        given = read_mapping(value, location)
         what = "param" if "param" in given else "value"
         typed = ("type",) if what == "value" and "type" in given else ()
-        found = read_fields(value, spot, ("name", what, *typed))
-        name = prefix + read_name(found["name"], spot.inner("name"))
-        below = spot.inner(what)
+        found = read_fields(value, location, ("name", what, *typed))
+        name = prefix + read_name(found["name"], location.inner("name"))
+        below = location.inner(what)
         if typed:
-            kind = _type(found["type"], spot.inner("type"))
+            kind = _type(found["type"], location.inner("type"))
             typed_value: Any = ParameterKind().read(found[what], below)
             listed: Any = list[kind]  # type: ignore[valid-type]  # made at run time
             yield (
@@ -120,28 +128,28 @@ def definitions() -> dict[str, Schema]:
     }
 
 
-def _by_name(value: object, spot: Spot) -> dict[str, Any]:
+def _by_name(value: object, location: Location) -> dict[str, Any]:
     return {
-        read_name(name, spot.inner(name)): _by_name(cast("object", each), spot.inner(name))
+        read_name(name, location.inner(name)): _by_name(cast("object", each), location.inner(name))
         if isinstance(each, dict)
-        else ParameterKind().read(each, spot.inner(name))
-        for name, each in read_mapping(value, spot).items()
+        else ParameterKind().read(each, location.inner(name))
+        for name, each in read_mapping(value, location).items()
     }
 
 
-def _type(value: object, spot: Spot) -> type[str | int | float | bool]:
+def _type(value: object, location: Location) -> type[str | int | float | bool]:
     kind = _TYPES.get(value) if isinstance(value, str) else None
     if kind is None:
-        raise spot.error(f"expected one of {', '.join(_TYPES)}")
+        raise location.error(f"expected one of {', '.join(_TYPES)}")
     return kind
 
 
-def _single(value: object, spot: Spot) -> Any:
+def _single(value: object, location: Location) -> Any:
     """Return a value: as it is, if it is no text."""
-    return value if isinstance(value, bool | int | float) else read_text(value, spot)
+    return value if isinstance(value, bool | int | float) else read_text(value, location)
 
 
-def _list(values: list[object], spot: Spot) -> list[Any]:
+def _list(values: list[object], location: Location) -> list[Any]:
     """Return a list of values; a substitution in it is a text of one piece, as else all would be one text."""
-    found = (_single(each, spot.inner(at)) for at, each in enumerate(values))
+    found = (_single(each, location.inner(at)) for at, each in enumerate(values))
     return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]

@@ -10,7 +10,7 @@ import tomllib
 from typing import Any, Final, cast
 
 from actors.interfaces.yaml_reader import YamlError, parse_yaml, yaml_error
-from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.errors import DocumentError, Location
 from proto.untrusted_text import escape
 
 MAX_DEPTH: Final = 50
@@ -33,22 +33,22 @@ def toml_data(source: bytes) -> object:
     try:
         data: object = tomllib.loads(source.decode("utf-8"))
     except UnicodeDecodeError:
-        raise Spot().error("it is not UTF-8") from None
+        raise Location().error("it is not UTF-8") from None
     except ValueError as error:
-        raise Spot().error(f"it is not TOML: {error}") from None
+        raise Location().error(f"it is not TOML: {error}") from None
     except RecursionError:
-        raise Spot().error("it is nested too deeply") from None
-    _require_shallow(data, Spot())
+        raise Location().error("it is nested too deeply") from None
+    _require_shallow(data, Location())
     return data
 
 
-def _require_shallow(data: object, spot: Spot) -> None:
+def _require_shallow(data: object, location: Location) -> None:
     if isinstance(data, dict | list):
-        if len(spot.steps) == MAX_DEPTH:
-            raise spot.error(_TOO_DEEP)
+        if len(location.path) == MAX_DEPTH:
+            raise location.error(_TOO_DEEP)
         below: Any = cast("Any", data)
-        for step, each in below.items() if isinstance(data, dict) else enumerate(below):
-            _require_shallow(each, spot.inner(step))
+        for key, each in below.items() if isinstance(data, dict) else enumerate(below):
+            _require_shallow(each, location.inner(key))
 
 
 def yaml_data(source: bytes) -> object:
@@ -62,15 +62,15 @@ def yaml_data(source: bytes) -> object:
     try:
         return _Builder(source).data()
     except YamlError as error:
-        raise DocumentError(error.problem, Spot(), error.line) from None
+        raise DocumentError(error.problem, Location(), error.line) from None
     except yaml.YAMLError as error:
         found = yaml_error(error)
-        raise DocumentError(f"it is not YAML: {found.problem}", Spot(), found.line) from None
+        raise DocumentError(f"it is not YAML: {found.problem}", Location(), found.line) from None
 
 
-def yaml_line(source: bytes, spot: Spot) -> int | None:
-    """Return the line, from 1, of a place in a YAML file that `yaml_data` has read."""
-    return _Builder(source).line(spot)
+def yaml_line(source: bytes, location: Location) -> int | None:
+    """Return the line, from 1, of a location in a YAML file that `yaml_data` has read."""
+    return _Builder(source).line(location)
 
 
 class _Builder:
@@ -82,61 +82,61 @@ class _Builder:
 
     def data(self) -> object:
         """Return all of it."""
-        return None if self._root is None else self._value(self._root, Spot())
+        return None if self._root is None else self._value(self._root, Location())
 
-    def _value(self, node: Any, spot: Spot) -> object:
+    def _value(self, node: Any, location: Location) -> object:
         self._values += 1
         if self._values > MAX_VALUES:
-            raise DocumentError(f"the file has more than {MAX_VALUES} values", Spot())
+            raise DocumentError(f"the file has more than {MAX_VALUES} values", Location())
         if node.id == "scalar":
-            return self._scalar(node, spot)
+            return self._scalar(node, location)
         if node.tag != f"{_YAML}{'map' if node.id == 'mapping' else 'seq'}":
-            raise _error(f"the tag {escape(node.tag)} is not known here", node, spot)
+            raise _error(f"the tag {escape(node.tag)} is not known here", node, location)
         if node.id == "sequence":
-            return [self._value(each, spot.inner(at)) for at, each in enumerate(node.value)]
-        return self._mapping(node, spot)
+            return [self._value(each, location.inner(at)) for at, each in enumerate(node.value)]
+        return self._mapping(node, location)
 
-    def _scalar(self, node: Any, spot: Spot) -> object:
+    def _scalar(self, node: Any, location: Location) -> object:
         if node.tag in _TEXTS:
             return node.value
         if node.tag not in _SCALARS:
-            raise _error(f"the tag {escape(node.tag)} is not known here", node, spot)
+            raise _error(f"the tag {escape(node.tag)} is not known here", node, location)
         try:
             return self._loader.construct_object(node)
         except YamlError as error:
-            raise _error(error.problem, node, spot) from None
+            raise _error(error.problem, node, location) from None
 
-    def _mapping(self, node: Any, spot: Spot) -> dict[str, object]:
+    def _mapping(self, node: Any, location: Location) -> dict[str, object]:
         made: dict[str, object] = {}
         merged: dict[str, object] = {}
         for key, each in node.value:
             if key.id != "scalar":
-                raise _error("a key must be a string", key, spot)
+                raise _error("a key must be a string", key, location)
             name: str = key.value
             if key.tag == _MERGE:
-                merged = {**self._merged(each, spot.inner(name)), **merged}
+                merged = {**self._merged(each, location.inner(name)), **merged}
             elif name in made:
-                raise _error(f"the key '{escape(name)}' is there twice", key, spot)
+                raise _error(f"the key '{escape(name)}' is there twice", key, location)
             else:
-                made[name] = self._value(each, spot.inner(name))
+                made[name] = self._value(each, location.inner(name))
         return {**merged, **made}
 
-    def _merged(self, node: Any, spot: Spot) -> dict[str, object]:
+    def _merged(self, node: Any, location: Location) -> dict[str, object]:
         """Return what `<<` takes in: a mapping, or several, of which earlier ones count."""
-        value = self._value(node, spot)
+        value = self._value(node, location)
         found: dict[str, object] = {}
         for each in cast("list[object]", value) if isinstance(value, list) else [value]:
             if not isinstance(each, dict):
-                raise _error("<< takes mappings only", node, spot)
+                raise _error("<< takes mappings only", node, location)
             for name, merged in cast("dict[str, object]", each).items():
                 found.setdefault(name, merged)
         return found
 
-    def line(self, spot: Spot) -> int | None:
-        """Return the line of a place; of a merged value, the line of the mapping that it was merged into."""
+    def line(self, location: Location) -> int | None:
+        """Return the line of a location; for a merged value, the line of the mapping around it."""
         node = self._root
         line: int | None = None
-        for step in spot.steps:
+        for step in location.path:
             if node is None or node.id == "scalar":
                 break
             if node.id == "sequence":
@@ -154,5 +154,5 @@ class _Builder:
 _TOO_DEEP: Final = f"it is nested deeper than {MAX_DEPTH}"
 
 
-def _error(text: str, node: Any, spot: Spot) -> DocumentError:
-    return DocumentError(text, spot, node.start_mark.line + 1)
+def _error(text: str, node: Any, location: Location) -> DocumentError:
+    return DocumentError(text, location, node.start_mark.line + 1)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, cast
 
 from actors.launch.description.description import LaunchDescription
 from actors.launch.documents.elements import Elements
-from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.kinds import read_fields
 from actors.launch.documents.parsing import toml_data, yaml_data, yaml_line
 from actors.launch.documents.xml_parsing import XmlDocument
@@ -31,26 +31,28 @@ def read_document(path: str, source: bytes) -> LaunchDescription:
     """
     suffix = PurePath(path).suffix
 
-    def place(spot: Spot, line: int | None = None) -> str:
-        if line is None and spot.steps and suffix != ".toml":
-            line = XmlDocument(source).line(spot) if suffix in XML_SUFFIXES else yaml_line(source, spot)
+    def describe(location: Location, line: int | None = None) -> str:
+        if line is None and location.path and suffix != ".toml":
+            line = (
+                XmlDocument(source).line(location) if suffix in XML_SUFFIXES else yaml_line(source, location)
+            )
         where = path if line is None else f"{path}, line {line}"
-        return f"{where}: {spot}" if spot.steps else where
+        return f"{where}: {location}" if location.path else where
 
     try:
         if suffix in XML_SUFFIXES:
             data: object = XmlDocument(source).data
         else:
             data = toml_data(source) if suffix == ".toml" else yaml_data(source)
-        actions = _actions(data, Spot(describe=place))
+        actions = _actions(data, Location(formatter=describe))
     except DocumentError as error:
-        raise LaunchFileError(f"{place(error.spot, error.line)}: {error.text}") from None
+        raise LaunchFileError(f"{describe(error.location, error.line)}: {error.text}") from None
     return LaunchDescription(actions, file=path)
 
 
-def _actions(data: object, spot: Spot) -> tuple[Action, ...]:
+def _actions(data: object, location: Location) -> tuple[Action, ...]:
     if not isinstance(data, dict):
-        raise spot.error("a launch file begins with 'launch:' and a list of elements")
+        raise location.error("a launch file begins with 'launch:' and a list of elements")
     return Elements().read(
-        read_fields(cast("object", data), spot, ("launch",))["launch"], spot.inner("launch")
+        read_fields(cast("object", data), location, ("launch",))["launch"], location.inner("launch")
     )

@@ -18,7 +18,7 @@ from typing import Final, cast
 from xml.parsers import expat
 
 from actors.launch.documents.elements import BY_NAME
-from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.kinds import SWITCH
 from actors.launch.documents.parameters import ParameterKind
 from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
@@ -55,25 +55,29 @@ class XmlDocument:
         self._lines: dict[tuple[str | int, ...], int] = {}
         root = _parse(source)
         if root.tag != "launch":
-            raise DocumentError("a launch file begins with <launch>", Spot(), root.line)
+            raise DocumentError("a launch file begins with <launch>", Location(), root.line)
         for name in root.attributes:
             if name not in _ROOT_ATTRIBUTES:
                 hint = f"; there is {', '.join(sorted(_ROOT_ATTRIBUTES))}"
-                raise DocumentError(f"<launch> has no attribute '{escape(name)}'{hint}", Spot(), root.line)
+                raise DocumentError(
+                    f"<launch> has no attribute '{escape(name)}'{hint}", Location(), root.line
+                )
         self.data = {"launch": self._elements(root.children, ("launch",))}
 
-    def line(self, spot: Spot) -> int | None:
-        """Return the line, from 1, of a place in it; None if it has none."""
-        ends = range(len(spot.steps), 0, -1)
-        return next((self._lines[spot.steps[:end]] for end in ends if spot.steps[:end] in self._lines), None)
+    def line(self, location: Location) -> int | None:
+        """Return the line, from 1, of a location in it; None if it has none."""
+        ends = range(len(location.path), 0, -1)
+        return next(
+            (self._lines[location.path[:end]] for end in ends if location.path[:end] in self._lines), None
+        )
 
-    def _elements(self, nodes: list[_Node], steps: tuple[str | int, ...]) -> list[object]:
-        return [self._element(each, (*steps, at)) for at, each in enumerate(nodes)]
+    def _elements(self, nodes: list[_Node], path: tuple[str | int, ...]) -> list[object]:
+        return [self._element(each, (*path, at)) for at, each in enumerate(nodes)]
 
-    def _element(self, node: _Node, steps: tuple[str | int, ...]) -> dict[str, object]:
+    def _element(self, node: _Node, path: tuple[str | int, ...]) -> dict[str, object]:
         _rewrite(node)
-        steps = (*steps, node.tag)
-        self._lines[steps[:-1]] = self._lines[steps] = node.line
+        path = (*path, node.tag)
+        self._lines[path[:-1]] = self._lines[path] = node.line
         known = BY_NAME.get(node.tag)
         keys = {name: key for key in known.keys for name in key.names} if known else {}
         body: dict[str, object] = {}
@@ -89,15 +93,15 @@ class XmlDocument:
             key = child.tag if child.tag in keys or inner is None else inner
             listed = body.setdefault(key, [])
             if not isinstance(listed, list):
-                raise DocumentError(f"'{escape(key)}' is there twice", Spot(steps), child.line)
+                raise DocumentError(f"'{escape(key)}' is there twice", Location(path), child.line)
             entries = cast("list[object]", listed)
-            within = (*steps, key, len(entries))
+            within = (*path, key, len(entries))
             entries.append(self._element(child, within) if key == inner else self._record(child, within))
         return {node.tag: body}
 
-    def _record(self, node: _Node, steps: tuple[str | int, ...]) -> dict[str, object]:
+    def _record(self, node: _Node, path: tuple[str | int, ...]) -> dict[str, object]:
         """Return an entry of a key, such as `param`, in which there may be others."""
-        self._lines[steps] = node.line
+        self._lines[path] = node.line
         body: dict[str, object] = dict(node.attributes)
         if node.tag == "param" and "value" in body:
             text, separator = node.attributes["value"], body.pop("value-sep", "")
@@ -105,11 +109,11 @@ class XmlDocument:
             body["value"] = [read(each) for each in text.split(str(separator))] if separator else read(text)
         if node.children:
             tag = node.children[0].tag
-            body[tag] = [self._record(each, (*steps, tag, at)) for at, each in enumerate(node.children)]
+            body[tag] = [self._record(each, (*path, tag, at)) for at, each in enumerate(node.children)]
             for each in node.children:
                 if each.tag != tag:
                     text = f"<{escape(tag)}> and <{escape(each.tag)}> cannot both be in <{escape(node.tag)}>"
-                    raise DocumentError(text, Spot(steps), each.line)
+                    raise DocumentError(text, Location(path), each.line)
         return body
 
 
@@ -151,7 +155,7 @@ def _parse(source: bytes) -> _Node:
     stack = [_Node("", {}, 0)]
 
     def error(text: str) -> DocumentError:
-        return DocumentError(text, Spot(), parser.CurrentLineNumber)
+        return DocumentError(text, Location(), parser.CurrentLineNumber)
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) > MAX_DEPTH:
@@ -177,5 +181,5 @@ def _parse(source: bytes) -> _Node:
         parser.Parse(source, True)  # noqa: FBT003 - it is the whole file
     except expat.ExpatError as problem:
         text = expat.ErrorString(problem.code)
-        raise DocumentError(f"it is not XML: {text}", Spot(), problem.lineno) from None
+        raise DocumentError(f"it is not XML: {text}", Location(), problem.lineno) from None
     return stack[0].children[0]

@@ -31,11 +31,11 @@ class FunctionResult(NamedTuple):
 
     Attributes:
         steps: The steps that it has returned.
-        mistake: The error, if it failed; otherwise empty.
+        error: The error, if it failed; otherwise empty.
     """
 
     steps: Sequence[Step] = ()
-    mistake: str = ""
+    error: str = ""
 
 
 def call_function(call: Callable[[], Sequence[Step]]) -> FunctionResult:
@@ -43,7 +43,7 @@ def call_function(call: Callable[[], Sequence[Step]]) -> FunctionResult:
     try:
         return FunctionResult(call())
     except CallboardError as error:
-        return FunctionResult(mistake=str(error))
+        return FunctionResult(error=str(error))
 
 
 Reaction: TypeAlias = "Generator[CallFunction, FunctionResult, None]"

@@ -77,14 +77,14 @@ class Machine:
         presences: The nodes, topics and services in the graph, as last reported.
         stopping: Whether the launch is ending.
         failed: Whether a required process has died, or an error was found in the description.
-        mistake: The first error that was found in the description while it ran; empty if there is none.
+        error: The first error that was found in the description while it ran; empty if there is none.
     """
 
     def __init__(self, *, keep: bool = False) -> None:
         self.presences: frozenset[Presence] = frozenset()
         self.stopping = False
         self.failed = False
-        self.mistake = ""
+        self.error = ""
         self._keep = keep
         self._split = False
         self._table = ProcessTable()
@@ -195,12 +195,12 @@ class Machine:
                 self._start_when_ready(process)
         return self._pop_effects()
 
-    def stop(self, reason: str, now: float, *, insist: bool = True) -> list[Effect]:
-        """End the launch. A second call, a moment later, kills what is left, if `insist` is set."""
+    def stop(self, reason: str, now: float, *, escalate: bool = True) -> list[Effect]:
+        """End the launch. A second call, a moment later, kills what is left, unless `escalate` is False."""
         self._now = now
         if not self.stopping:
             self._reactions.add(self._stop_all(reason))
-        elif insist and now - self._stopped_at >= REPEATED_STOP_SEC:
+        elif escalate and now - self._stopped_at >= REPEATED_STOP_SEC:
             self._effects.append(ForceStopAll())
             self._reactions.abandon()
         return self._pop_effects()
@@ -245,21 +245,21 @@ class Machine:
     def _run_handler(self, handler: AddHandler, event: Event) -> Reaction:
         give = partial(handler.steps, event)
         answer = (yield CallFunction(give)) if handler.calls else FunctionResult(give())
-        if handler.once or answer.mistake:
+        if handler.once or answer.error:
             self._handlers.remove(handler)
         yield from self._run_result(answer)
 
     def _run_result(self, answer: FunctionResult) -> Reaction:
         """Carry out the steps that a function has returned; if it failed, end the launch."""
-        if answer.mistake:
-            yield from self._fail(answer.mistake)
+        if answer.error:
+            yield from self._fail(answer.error)
         yield from self._run_steps(answer.steps)
 
-    def _fail(self, mistake: str) -> Reaction:
-        self.mistake = self.mistake or mistake
+    def _fail(self, error: str) -> Reaction:
+        self.error = self.error or error
         self.failed = True
-        self._notify(Message(Level.ERROR, mistake))
-        yield from self._stop("the description has a mistake")
+        self._notify(Message(Level.ERROR, error))
+        yield from self._stop("the description has an error")
 
     def _run_steps(self, steps: Sequence[Step]) -> Reaction:
         """Carry out steps, each when it is due. Handlers are added first, so that they miss no event."""

@@ -96,12 +96,12 @@ class Runner:
             raise asyncio.CancelledError
         return self._machine.succeeded
 
-    def stop(self, reason: str, *, insist: bool = True) -> None:
-        """Stop all processes; a second time, kill them, if `insist` is set. `run` returns then."""
+    def stop(self, reason: str, *, escalate: bool = True) -> None:
+        """Stop all processes; a second time, kill them, unless `escalate` is False. `run` returns then."""
         if not self._began:
             self._stopped_before = True
             return
-        self._driver.happened(partial(self._machine.stop, reason, insist=insist))
+        self._driver.happened(partial(self._machine.stop, reason, escalate=escalate))
 
     def restart(self, label: str, reason: str) -> None:
         """Start a process again, whatever its state."""

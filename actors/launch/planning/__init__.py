@@ -1,4 +1,4 @@
-"""From a description to the steps of a launch, with every mistake found before anything starts. Pure.
+"""From a description to the steps of a launch, with every error found before anything starts. Pure.
 
 Imports description.
 """

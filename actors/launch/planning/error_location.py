@@ -26,14 +26,14 @@ def with_location(error: BaseException, action: Action, file: str | None) -> Lau
         action: The action; if it comes from a document, it knows its line.
         file: The launch file; None: the description comes from no file.
     """
-    if action.place is not None:
-        where = [action.place()]
+    if action.describe_location is not None:
+        where = [action.describe_location()]
     else:
         # Errors of launch arguments name the argument already.
         summary = None if isinstance(action, DeclareLaunchArgument) else action_label(action)
         where = [each for each in (file, summary) if each]
     kind = LaunchFileError if isinstance(error, LaunchFileError) else LaunchError
-    return _with_place(kind(": ".join([*where, _text(error)])))
+    return _located(kind(": ".join([*where, _text(error)])))
 
 
 def function_error(function: Callable[..., Any], error: BaseException, file: str | None) -> LaunchError:
@@ -44,7 +44,7 @@ def function_error(function: Callable[..., Any], error: BaseException, file: str
         error: The exception.
         file: The launch file; None: the description comes from no file.
     """
-    if isinstance(error, LaunchError) and error.placed:
+    if isinstance(error, LaunchError) and error.has_location:
         return error
     code = getattr(function, "__code__", None)
     path = file if file is not None and line_in(file, error) else getattr(code, "co_filename", None)
@@ -52,14 +52,14 @@ def function_error(function: Callable[..., Any], error: BaseException, file: str
     if line is None and code is not None:  # calling it failed
         path, line = code.co_filename, code.co_firstlineno
     where = f"{path}, line {line}: " if line else ""
-    return _with_place(LaunchError(f"{where}{function_name(function)}: {_text(error)}"))
+    return _located(LaunchError(f"{where}{function_name(function)}: {_text(error)}"))
 
 
 def result_error(function: Callable[..., Any], text: str) -> LaunchError:
     """Return an error about the result of a function of the description."""
     code = getattr(function, "__code__", None)
     where = "" if code is None else f"{code.co_filename}, line {code.co_firstlineno}: "
-    return _with_place(LaunchError(f"{where}{function_name(function)} {text}"))
+    return _located(LaunchError(f"{where}{function_name(function)} {text}"))
 
 
 def line_in(path: str, error: BaseException) -> int | None:
@@ -71,8 +71,8 @@ def line_in(path: str, error: BaseException) -> int | None:
     return line
 
 
-def _with_place(error: LaunchError) -> LaunchError:
-    error.placed = True
+def _located(error: LaunchError) -> LaunchError:
+    error.has_location = True
     return error
 
 

@@ -76,8 +76,8 @@ def _number(option: Option, value: Any, scope: Scope) -> float:
     whole = option.type.startswith("int")
     most = math.inf if option.unlimited else sys.float_info.max
     if not option.least <= number <= most or (whole and number % 1):
-        noun = "a whole number" if whole else "a number of seconds" if option.unit else "a number"
-        raise LaunchError(f"{option.name} must be {noun}, {option.least:g} or more, not '{escape(text)}'")
+        what = "a whole number" if whole else "a number of seconds" if option.unit else "a number"
+        raise LaunchError(f"{option.name} must be {what}, {option.least:g} or more, not '{escape(text)}'")
     return int(number) if whole else number
 
 

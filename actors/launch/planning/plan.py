@@ -138,7 +138,7 @@ class _Planner:
             except NoEventError:
                 raise
             except CallboardError as error:
-                if isinstance(error, LaunchError) and error.placed:
+                if isinstance(error, LaunchError) and error.has_location:
                     raise
                 raise with_location(error, action, scope.file) from error
             except (KeyboardInterrupt, Exception):

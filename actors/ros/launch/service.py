@@ -64,7 +64,7 @@ class LaunchService:
             shutdown_when_idle: Whether it ends when nothing is left to run.
 
         Returns:
-            0, or 1 if the description has a mistake or a process has failed.
+            0, or 1 if the description has an error or a process has failed.
         """
         return asyncio.run(self.run_async(shutdown_when_idle=shutdown_when_idle))
 

@@ -155,8 +155,8 @@ async def test_what_a_substitution_raises_in_an_event_handler_ends_the_launch(
     launch = Launch(description, url=meeting.url, listeners=[heard.append])
     async with asyncio.timeout(30):
         assert not await launch.run()
-    assert text in launch.mistake
-    assert "LogInfo" in launch.mistake
+    assert text in launch.error
+    assert "LogInfo" in launch.error
     assert [each for each in heard if isinstance(each, Message) and text in each.text]
     assert any(isinstance(each, ProcessExited) for each in heard)
 

@@ -144,7 +144,7 @@ class History:
             label = f"p-{self._random.randint(1, self._names)}"
             self._does(machine.restart(label, "changed", self.now))
         elif chance > 0.985:
-            self._does(machine.stop("enough", self.now, insist=self._maybe(0.5)))
+            self._does(machine.stop("enough", self.now, escalate=self._maybe(0.5)))
         self.now += self._random.choice([0.0, 0.0, 0.01, 0.3])
 
     def _connects(self) -> None:

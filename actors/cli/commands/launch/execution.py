@@ -254,14 +254,14 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
 
     def on_closed() -> None:
         with suppress(RuntimeError):  # the loop has been closed
-            loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", insist=False))
+            loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", escalate=False))
 
     reports = Reports(json=json, on_closed=on_closed)
     launch.listen(reports)
     code = FAILURE
     try:
         with launch_logs(launch.notify), captured_logs(), captured_streams(reports.printed):
-            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", insist=False))
+            _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", escalate=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE
     except asyncio.CancelledError:

@@ -23,7 +23,7 @@ from actors.launch.description.event_handlers import OnNodeUp, OnProcessExit, On
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, matches_action
 from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution
-from actors.launch.description.validation import ARGUMENT_TYPES, MAX_SHOWN, Part, excerpt
+from actors.launch.description.validation import ARGUMENT_TYPES, MAX_SHOWN, Entity, excerpt
 from actors.launch.errors import LaunchError
 
 if TYPE_CHECKING:
@@ -43,18 +43,18 @@ MODULES = (
 )
 
 
-def parts() -> Iterator[type]:
-    """Yield all parts that a description can have."""
+def entities() -> Iterator[type]:
+    """Yield all entities that a description can have."""
     for name in (*MODULES, "description_source", "python_expression", "substitutions"):
         module = importlib.import_module(f"actors.launch.description.{name}")
         for value in vars(module).values():
-            if isinstance(value, type) and issubclass(value, Part) and is_dataclass(value):
+            if isinstance(value, type) and issubclass(value, Entity) and is_dataclass(value):
                 yield value
 
 
-def test_each_argument_of_each_part_is_checked() -> None:
+def test_each_argument_of_each_entity_is_checked() -> None:
     """So that a new one is not forgotten, and none is left over."""
-    said = {str(each.type) for part in parts() for each in fields(part)}
+    said = {str(each.type) for entity in entities() for each in fields(entity)}
     assert said - set(ARGUMENT_TYPES) == FREE
     assert set(ARGUMENT_TYPES) <= said
 

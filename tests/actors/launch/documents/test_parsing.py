@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.launch.documents.errors import DocumentError, Spot
+from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.parsing import MAX_DEPTH, toml_data, yaml_data, yaml_line
 
 
@@ -97,9 +97,9 @@ def test_aliases_cannot_stand_for_any_number_of_values() -> None:
         (("a", 1, "merged"), 3),
     ],
 )
-def test_the_line_of_a_spot(steps: tuple[str | int, ...], line: int | None) -> None:
+def test_the_line_of_a_location(steps: tuple[str | int, ...], line: int | None) -> None:
     """It is where the key or the entry stands; if that cannot be found, where what is around it does."""
-    assert yaml_line(b"a:\n  - b: 1\n  - b: 2\n    c: [1, 2, 3]\n", Spot(steps)) == line
+    assert yaml_line(b"a:\n  - b: 1\n  - b: 2\n    c: [1, 2, 3]\n", Location(steps)) == line
 
 
 def test_toml_is_plain_data() -> None:

@@ -42,7 +42,7 @@ def test_a_mistake_is_an_answer() -> None:
     """Functions of a description give steps, or what is wrong with it."""
     step = LogText(text="a")
     assert call_function(lambda: [step]) == FunctionResult([step])
-    assert call_function(lambda: fail(END)) == FunctionResult(mistake="no")
+    assert call_function(lambda: fail(END)) == FunctionResult(error="no")
 
 
 def fail(event: Event) -> list[Step]:

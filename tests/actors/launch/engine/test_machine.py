@@ -599,7 +599,7 @@ def test_a_stop_that_does_not_insist_forces_nothing() -> None:
     play = Play(start())
     play.does(play.machine.stop, "interrupted")
     play.waits(10 * REPEATED_STOP_SEC)
-    assert play.machine.stop("nobody reads the output", play.now, insist=False) == []
+    assert play.machine.stop("nobody reads the output", play.now, escalate=False) == []
 
 
 def test_a_restart_gives_new_retries() -> None:

@@ -144,7 +144,7 @@ def test_a_function_chooses_nodes_when_it_has_returned() -> None:
         raise LaunchError(f"{spec.name} is wrong")
 
     play = Play(node(), ChangeStates(what="x", matches=fail, transitions=(1,), calls=True))
-    assert play.machine.mistake == "a is wrong"
+    assert play.machine.error == "a is wrong"
 
 
 def test_too_many_sequences_are_refused() -> None:

@@ -301,7 +301,7 @@ def test_a_launch_file_is_read_by_a_program(tmp_path: Path) -> None:
 
 
 async def test_a_program_runs_a_launch(meeting: Meeting, capfdbinary: Any, monkeypatch: Any) -> None:
-    """With arguments; the result is 1 if a process has failed or the description has a mistake."""
+    """With arguments; the result is 1 if a process has failed or the description has an error."""
     monkeypatch.setenv("CALLBOARD_URL", meeting.url)
     for command, expected in (("true", 0), ("false", 1)):
         service = LaunchService(argv=["text:=hello", "ignored"], debug=True)
