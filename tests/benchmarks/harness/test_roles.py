@@ -1,10 +1,14 @@
-"""Roles whose parent goes away."""
+"""Roles whose parent goes away, and the pace of a publisher."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
+from typing import Any, cast
+
+from benchmarks.harness.roles.stream import publisher
+from broker import Broker, BrokerOptions
 
 
 def test_a_role_ends_when_its_parent_is_gone() -> None:
@@ -27,3 +31,18 @@ def test_a_role_ends_when_its_parent_is_gone() -> None:
     assert done.returncode == 1
     assert "done" not in done.stdout
     assert "Traceback" not in done.stderr
+
+
+class Ready:
+    """A parent that lets its role begin at once."""
+
+    async def ready(self) -> None:
+        """Return."""
+
+
+async def test_a_publisher_keeps_its_pace() -> None:
+    """It sends no more than is due, however late the machine lets it run."""
+    pace = {"seconds": 0.1, "size": 256, "burst": 1, "mb_s": 500 * 256 / 1e6}
+    async with Broker(BrokerOptions(port=0)) as running:
+        found = await publisher({**pace, "url": running.url, "readers": 0}, cast("Any", Ready()))
+    assert 1 <= found["sent"] <= 500 * 0.1 + 2
