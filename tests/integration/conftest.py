@@ -16,9 +16,10 @@ import pytest
 
 import broker
 from tests.fork_server.client import FORKED
+from tests.waiting import until
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Iterator, Mapping
 
     import actors
 
@@ -177,29 +178,43 @@ class System:
             await program.kill()
 
 
-async def wait_for_subscriptions(publisher: actors.Publisher[Any], node: actors.Node, count: int = 1) -> None:
+async def wait_for_subscriptions(publisher: actors.Publisher[Any], count: int = 1) -> None:
     """Wait until a publisher is matched with exactly `count` subscriptions."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        while publisher.get_subscription_count() != count:
-            await node.get_graph()
+    found = publisher.get_subscription_count
+    await until(lambda: found() == count, f"{count} subscriptions", deadline_sec=DEADLINE_SEC)
 
 
-_GIVEN: Final = set[int]()
+_HELD: Final = list[socket.socket]()
+"""Sockets bound to the ports that the running test has."""
 
 
 def free_port() -> int:
-    """Return a free port outside the range of ephemeral ports; another one at each call."""
+    """Return a free port outside the range of ephemeral ports, for the running test alone.
+
+    A bound socket holds it, because other workers and other runs on this machine choose ports at the same
+    time, and brokers are killed and started again. It does not listen, so that servers, which set
+    SO_REUSEADDR, may listen there.
+    """
     while True:
         port = random.SystemRandom().randrange(20_000, 30_000)
-        if port in _GIVEN:
+        holder = socket.socket()
+        try:
+            holder.bind(("127.0.0.1", port))
+        except OSError:
+            holder.close()
             continue
-        _GIVEN.add(port)
-        with socket.socket() as probe:
-            try:
-                probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
-            return port
+        # Set afterwards: another holder, which binds without it, is refused.
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        _HELD.append(holder)
+        return port
+
+
+@pytest.fixture(autouse=True)
+def _held_ports() -> Iterator[None]:
+    """Ports are free again after their test."""
+    yield
+    while _HELD:
+        _HELD.pop().close()
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ async def test_keep_all_loses_nothing(system: System) -> None:
     counter = await system.python("-c", COUNTING_SUBSCRIBER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         for i in range(2000):
             publisher.publish(Int64(data=i))
         assert await counter.wait_for_line("in order") == "in order: True"
@@ -59,7 +59,7 @@ async def test_keep_all_waits_for_a_slow_reader(hub: broker.Broker) -> None:
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
         subscription = hearer.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
-        await wait_for_subscriptions(publisher, talker)
+        await wait_for_subscriptions(publisher)
 
         async def publish() -> None:
             for i in range(total):
@@ -95,7 +95,7 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
 
         publisher = talker.create_publisher(Int64, "numbers", depth)
         subscription = hearer.create_subscription(Int64, "numbers", on_number, depth)
-        await wait_for_subscriptions(publisher, talker)
+        await wait_for_subscriptions(publisher)
         publisher.publish(Int64(data=0))
         await busy.wait()
         for i in range(1, total):
@@ -107,7 +107,7 @@ async def test_keep_last_loses_only_the_oldest_and_counts_them(hub: broker.Broke
         go_on.set()
         last = talker.create_publisher(Int64, "last", depth)
         done = aiter(hearer.create_subscription(Int64, "last", qos_profile=depth))
-        await wait_for_subscriptions(last, talker)
+        await wait_for_subscriptions(last)
         last.publish(Int64(data=0))
         await anext(done)
         async with asyncio.timeout(DEADLINE_SEC):
@@ -128,7 +128,7 @@ async def test_late_joiners_get_the_latched_values(hub: broker.Broker) -> None:
         await publisher.flush()
         late = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=LATCHED))
         volatile = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=10))
-        await wait_for_subscriptions(publisher, talker, 2)
+        await wait_for_subscriptions(publisher, 2)
         publisher.publish(Int64(data=5))
         assert [(await anext(late)).data for _ in range(4)] == [2, 3, 4, 5]
         assert (await anext(volatile)).data == 5
@@ -151,7 +151,7 @@ async def test_a_stopping_publisher_sends_its_queue(hub: broker.Broker) -> None:
         received = aiter(hearer.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL))
         async with actors.Node("talker", url=hub.url) as talker:
             publisher = talker.create_publisher(Int64, "numbers", KEEP_ALL)
-            await wait_for_subscriptions(publisher, talker)
+            await wait_for_subscriptions(publisher)
             for i in range(500):
                 publisher.publish(Int64(data=i))
         assert [(await anext(received)).data for _ in range(500)] == list(range(500))
@@ -183,6 +183,6 @@ async def test_a_raw_subscription_receives_every_type(hub: broker.Broker) -> Non
     async with actors.Node("talker", url=hub.url) as talker, actors.Node("hearer", url=hub.url) as hearer:
         publisher = talker.create_publisher(Int64, "numbers", 10)
         raw = aiter(hearer.create_subscription(None, "numbers", qos_profile=10, raw=True))
-        await wait_for_subscriptions(publisher, talker)
+        await wait_for_subscriptions(publisher)
         publisher.publish(Int64(data=7))
         assert b"data" in await anext(raw)

@@ -78,7 +78,7 @@ async def test_a_reader_with_much_to_do_stays_in_the_graph(system: System) -> No
     reader = await system.python("-c", SLOW_READER, str(crowd))
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         for number in range(crowd):
             publisher.publish(Int64(data=number))
         await publisher.flush()
@@ -98,7 +98,7 @@ async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: Sy
     counter = await system.python("-c", COUNTER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         counter.send_signal(signal.SIGSTOP)
         published = 0
         # On a very slow machine the reader may be suspended before its credit is used up.
@@ -111,7 +111,7 @@ async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: Sy
         await publisher.flush(timeout_sec=DEADLINE_SEC)
         assert publisher.get_subscription_count() == 0
         counter.send_signal(signal.SIGCONT)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         publisher.publish(Int64(data=-published))
         counted = Counted.read(await counter.wait_for_line("counted"))
         assert counted.received + counted.lost_on_break == publisher.published
@@ -125,7 +125,7 @@ async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> Non
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
         client = node.create_client(AddTwoInts, "block")
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         assert await client.wait_for_service(DEADLINE_SEC)
         call = client.call_async(AddTwoInts.Request(a=-1), timeout_sec=1000)
         await counter.wait_for_line("blocking")
@@ -137,7 +137,7 @@ async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> Non
         publisher.publish(Int64(data=1))
         counter.send_signal(signal.SIGUSR1)
         assert await client.wait_for_service(DEADLINE_SEC)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         assert "/counter" in await node.get_fully_qualified_node_names()
         publisher.publish(Int64(data=-2))
         counted = Counted.read(await counter.wait_for_line("counted"))
@@ -152,7 +152,7 @@ async def test_a_frozen_broker_loses_only_what_is_counted(system: System) -> Non
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", 100)
         client = node.create_client(AddTwoInts, "block")
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         assert await client.wait_for_service(DEADLINE_SEC)
         for number in range(100):
             publisher.publish(Int64(data=number))
@@ -168,7 +168,7 @@ async def test_a_frozen_broker_loses_only_what_is_counted(system: System) -> Non
                 await call
         daemon.send_signal(signal.SIGCONT)
         assert await client.wait_for_service(DEADLINE_SEC)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         publisher.publish(Int64(data=-1000))
         counted = Counted.read(await counter.wait_for_line("counted"))
         assert sum(counted) == publisher.published == 1001
@@ -183,7 +183,7 @@ async def test_a_broker_frozen_for_less_than_the_keepalive_limit_loses_nothing(s
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
         client = node.create_client(AddTwoInts, "block")
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         assert await client.wait_for_service(DEADLINE_SEC)
         for round_number in range(5):
             daemon.send_signal(signal.SIGSTOP)

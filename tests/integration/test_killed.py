@@ -111,7 +111,7 @@ async def test_a_killed_reader_releases_the_publisher_that_waited_for_it(system:
     stuck = await system.python("-c", STUCK_READER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(String, "numbers", KEEP_ALL)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         message = String(data=100_000 * "x")
         full = False
         async with asyncio.timeout(DEADLINE_SEC):
@@ -183,7 +183,7 @@ async def test_a_message_cut_off_by_a_kill_is_discarded(system: System) -> None:
         async with actors.Node("other", url=system.url) as other:
             publisher = other.create_publisher(Int64, "small", 10)
             async with asyncio.timeout(DEADLINE_SEC):
-                await wait_for_subscriptions(publisher, other)
+                await wait_for_subscriptions(publisher)
                 publisher.publish(Int64(data=1))
                 assert (await anext(beside)).data == 1
         assert halves.undecodable == 0
@@ -226,7 +226,7 @@ async def test_nodes_move_to_the_second_broker(system: System) -> None:
         async with asyncio.timeout(DEADLINE_SEC):
             for number in range(3):
                 assert await client.wait_for_service()
-                await wait_for_subscriptions(publisher, node)
+                await wait_for_subscriptions(publisher)
                 publisher.publish(Int64(data=number))
                 assert (await client.call(AddTwoInts.Request(a=1))).sum == 1
                 if number == 0:

@@ -35,7 +35,7 @@ class RemoteCounter:
     async def wait_until_found(self) -> None:
         """Wait until the counter is matched."""
         assert await self.client.wait_for_service(DEADLINE_SEC)
-        await wait_for_subscriptions(self.publisher, self.node)
+        await wait_for_subscriptions(self.publisher)
 
     async def wait_until_lost(self) -> None:
         """Wait until the counter has left the graph."""

@@ -132,15 +132,15 @@ async def test_a_frozen_subscriber_comes_back(system: System) -> None:
     subscriber = await system.example("minimal_subscriber")
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(String, "addison", 10)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         publisher.publish(String(data="before"))
         await subscriber.wait_for_line("before")
         subscriber.send_signal(signal.SIGSTOP)
-        await wait_for_subscriptions(publisher, node, 0)
+        await wait_for_subscriptions(publisher, 0)
         publisher.publish(String(data="unheard"))
         assert "/minimal_subscriber" not in await node.get_fully_qualified_node_names()
         subscriber.send_signal(signal.SIGCONT)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         publisher.publish(String(data="after"))
         await subscriber.wait_for_line("after")
         assert await subscriber.stop() == 0

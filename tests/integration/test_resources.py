@@ -72,7 +72,7 @@ async def test_a_broker_out_of_descriptors_serves_its_connections(system: System
     async with actors.Node("inside", url=system.url) as inside, asyncio.timeout(DEADLINE_SEC):
         publisher = inside.create_publisher(Int64, "t", 10)
         received = aiter(inside.create_subscription(Int64, "t", qos_profile=10))
-        await wait_for_subscriptions(publisher, inside)
+        await wait_for_subscriptions(publisher)
         with ExitStack() as stack:
             for _ in range(60):
                 caller = stack.enter_context(socket.socket())

@@ -149,14 +149,14 @@ async def test_killed_readers_give_back_what_they_held(system: System) -> None:
         publisher = node.create_publisher(UInt8MultiArray, "t", 10)
         for number in range(ROUNDS):
             reader = await system.python("-c", READER)
-            await wait_for_subscriptions(publisher, node)
+            await wait_for_subscriptions(publisher)
             until_reading = asyncio.create_task(reader.wait_for_line("reading"))
             while not until_reading.done():
                 publisher.publish(UInt8MultiArray(data=bytes([number]) * SIZE))
                 await asyncio.sleep(0.001)
             assert int(until_reading.result().split()[1]) > 0
             await reader.kill()
-            await wait_for_subscriptions(publisher, node, 0)
+            await wait_for_subscriptions(publisher, 0)
         publisher.publish(UInt8MultiArray(data=bytes(60 * 1024 * 1024)))
         shared = node.diagnostics().shared_memory
         assert shared.full == 0
@@ -184,7 +184,7 @@ async def test_a_reader_that_was_frozen_never_takes_what_was_written_later(syste
     reader = await system.python("-c", READER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(UInt8MultiArray, "t", 10)
-        await wait_for_subscriptions(publisher, node)
+        await wait_for_subscriptions(publisher)
         number = 0
 
         async def publish_until(condition: Callable[[], object]) -> None:

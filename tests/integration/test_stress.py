@@ -58,7 +58,7 @@ async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> 
         publisher = talker.create_publisher(String, "numbers", profile)
         side = talker.create_publisher(Int64, "side", 10)
         messages = aiter(hearer.create_subscription(Int64, "side", qos_profile=10))
-        await wait_for_subscriptions(publisher, talker)
+        await wait_for_subscriptions(publisher)
         publisher.publish(String(data="0 first"))
         await counter.wait_for_line("first")
         counter.send_signal(signal.SIGSTOP)
@@ -96,7 +96,7 @@ async def test_large_messages_pass_and_small_ones_overtake_them(hub: broker.Brok
         small = talker.create_publisher(String, "small", 10)
         hearer.create_subscription(UInt8MultiArray, "large", on_large, 1)
         hearer.create_subscription(String, "small", lambda msg: order.append(msg.data), 10)
-        await wait_for_subscriptions(small, talker)
+        await wait_for_subscriptions(small)
         large.publish(UInt8MultiArray(data=payload))
         small.publish(String(data="small"))
         async with asyncio.timeout(DEADLINE_SEC):

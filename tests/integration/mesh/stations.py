@@ -11,7 +11,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.testing.changes import ChangeSignal
-from tests.integration.conftest import DEADLINE_SEC, free_port
+from tests.integration.conftest import DEADLINE_SEC, free_port, wait_for_subscriptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -189,13 +189,7 @@ class Station:
 
     async def wait_until_alone(self, count: int) -> None:
         """Wait until exactly `count` stations are matched with this one's publisher."""
-        try:
-            async with asyncio.timeout(DEADLINE_SEC):
-                while self.publisher.get_subscription_count() != count:
-                    await self.node.get_graph()
-        except TimeoutError:
-            found = self.publisher.get_subscription_count()
-            raise AssertionError(f"{self.name} has {found} subscriptions, not {count}") from None
+        await wait_for_subscriptions(self.publisher, count)
 
 
 def make_brokers(system: System, topology: tuple[tuple[int, ...], ...]) -> list[MeshBroker]:

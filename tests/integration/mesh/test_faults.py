@@ -126,7 +126,7 @@ async def test_a_broker_that_stops_sends_what_it_has_accepted(system: System, st
     hearer = await stack.enter_async_context(actors.Node("hearer", url=brokers[1].url))
     publisher = talker.create_publisher(String, "large", total)
     messages = aiter(hearer.create_subscription(String, "large", qos_profile=total))
-    await wait_for_subscriptions(publisher, talker)
+    await wait_for_subscriptions(publisher)
     slow, stopping = brokers[1].program, brokers[0].program
     assert slow is not None
     assert stopping is not None

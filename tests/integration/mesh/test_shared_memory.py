@@ -41,7 +41,7 @@ async def test_a_batch_in_shared_memory_reaches_readers_of_other_brokers(
             KEEP_ALL,
         )
     publisher = near.node.create_publisher(UInt8MultiArray, "large", KEEP_ALL)
-    await wait_for_subscriptions(publisher, near.node, 2)
+    await wait_for_subscriptions(publisher, 2)
     number = 0
     while not reader.diagnostics().shared_memory.received:
         publisher.publish(UInt8MultiArray(data=content(number)))
