@@ -6,6 +6,8 @@ READY := $(VENV)/.ready
 BENCH_READY := $(VENV)/.bench-ready
 FUZZ_READY := $(VENV)/.fuzz-ready
 WEB_READY := $(VENV)/.web-ready
+ROS2 := build/ros2
+ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 
 .PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
@@ -22,10 +24,20 @@ $(READY): pyproject.toml
 demo: $(READY)
 	@$(BIN)/callboard demo
 
+# Real ROS 2 and callboard, for tests/real_ros; an environment of its own, as the ROS face refuses to work beside a real
+# rclpy. Where there are no wheels of ROS 2 it stays empty, and the tests are deselected.
+$(ROS2_READY): pyproject.toml | $(READY)
+	@mkdir -p $(ROS2)
+	@if $(BIN)/python -m tests.real_ros; then \
+		echo "Setting up $(ROS2) (once) ..." && \
+		{ $(ROS2)/bin/python -m pip --version >/dev/null 2>&1 || $(BIN)/python -m venv --clear $(ROS2); } && \
+		$(ROS2)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[ros2]'; fi
+	@touch $@
+
 # COVERAGE=1 measures the coverage of the tests that tests/conftest.py names; the others run unmeasured.
 TEST := $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(if $(COVERAGE),--cov --cov-report=)
 
-test: $(READY)
+test: $(READY) $(ROS2_READY)
 	@$(TEST) $(PYTEST_FLAGS)
 
 coverage: $(READY)
@@ -33,9 +45,9 @@ coverage: $(READY)
 
 # Without the tests that start processes or simulate histories.
 quick: $(READY)
-	@$(TEST) $(addprefix --ignore=tests/,integration hostile simulation) $(PYTEST_FLAGS)
+	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros simulation) $(PYTEST_FLAGS)
 
-nightly: $(READY)
+nightly: $(READY) $(ROS2_READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)
 	@$(BIN)/python -m tests.simulation.killing_seeds
 	@$(MAKE) --no-print-directory web-test
@@ -44,7 +56,7 @@ nightly: $(READY)
 RUNS ?= 20
 LOAD ?= 0
 
-flakes: $(READY)
+flakes: $(READY) $(ROS2_READY)
 	@$(BIN)/python -m tests.flakes --runs $(RUNS) --load $(LOAD) -- $(TEST) $(PYTEST_FLAGS)
 
 lint: $(READY)

@@ -16,9 +16,10 @@ import hypothesis
 import pytest
 
 from actors.config import environment
+from tests import real_ros
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
 SHARED_MACHINE = hypothesis.settings(
     hypothesis.settings.get_profile("default"),
@@ -39,11 +40,21 @@ def pytest_xdist_auto_num_workers() -> int:
     return 2 * (os.cpu_count() or 1)
 
 
-def pytest_collection_modifyitems(items: Iterable[pytest.Item]) -> None:
-    """Exclude tests outside of MEASURED from the coverage figure."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Exclude tests outside of MEASURED from the coverage figure, and deselect real ROS 2 where it is not."""
+    if not real_ros.is_supported():
+        without = [item for item in items if real_ros.PROGRAMS.parent in item.path.parents]
+        config.hook.pytest_deselected(items=without)
+        items[:] = [item for item in items if item not in without]
     for item in items:
         if not any(folder in item.path.parents for folder in MEASURED):
             item.add_marker("no_cover")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say why the tests of real ROS 2 have not run."""
+    if not real_ros.is_supported():
+        terminalreporter.write_line("tests/real_ros is deselected: it needs Linux x86-64 and CPython 3.11")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -5,6 +5,8 @@ python -m tests.actors.ros.rclpy_names > docs/reference/rclpy.md
 For each module of rclpy the table, `rclpy_names.yaml`, has the names that are the same here, those that
 differ or are absent, with the difference or the reason, and `own`: names that only callboard has. An absent
 class includes its methods. A module without names is callboard's own and not for programs.
+
+The differences in behaviour are those of `tests/real_ros/differences.py`.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import Final, cast
 
 from actors.interfaces.yaml_reader import load_yaml
+from tests.real_ros import differences
 
 TABLE: Final = Path(__file__).with_suffix(".yaml")
 STATUSES: Final = ("same", "differs", "absent", "own")
@@ -31,6 +34,12 @@ rclpy 8.0, by module.
 The texts of errors and warnings are callboard's own.
 
 Names that a module of rclpy only imports, such as `Parameter` of `rclpy.node`, are there but not listed.
+"""
+_BEHAVIOUR: Final = """\
+## Behaviour
+
+Tests give the same programs, values and files to callboard and to real ROS 2 (rclpy 9.1.2), and compare the
+answers. These are different on purpose:
 """
 
 
@@ -51,7 +60,7 @@ def reference() -> str:
     modules = table()
     total = {status: sum(len(each.get(status, ())) for each in modules.values()) for status in STATUSES}
     numbers = ", ".join(f"{total[status]} {status}" for status in STATUSES[:3])
-    parts = [_HEAD, f"Of rclpy's names: {numbers}.\n"]
+    parts = [_HEAD, f"Of rclpy's names: {numbers}.\n", _BEHAVIOUR, differences.reference()]
     for module, statuses in modules.items():
         if not statuses:
             continue

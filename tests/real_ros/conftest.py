@@ -1,0 +1,53 @@
+"""The two sides, one process each for all tests of a pytest worker; how many cases agreed, by kind."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.threads import NodeThread
+from broker import Broker, BrokerOptions
+from tests.real_ros.differences import counts
+from tests.real_ros.sides import FACE_COMMAND, REAL_COMMAND, Domain, Side
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+
+@pytest.fixture(scope="session")
+def real_environ(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """Variables for processes of real ROS 2: a domain for this worker, no traffic beyond this machine."""
+    logs: Path = tmp_path_factory.mktemp("ros-log")
+    domain = Domain(int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")))
+    yield {
+        "ROS_DOMAIN_ID": str(domain.number),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_LOG_DIR": str(logs),
+    }
+    domain.close()
+
+
+@pytest.fixture(scope="session")
+def real(real_environ: dict[str, str]) -> Iterator[Side]:
+    """Real ROS 2. It can import callboard's `actors` too, for bridges."""
+    side = Side(REAL_COMMAND, real_environ)
+    yield side
+    side.close()
+
+
+@pytest.fixture(scope="session")
+def face() -> Iterator[Side]:
+    """callboard's ROS face, with a broker."""
+    with NodeThread("broker") as thread:
+        side = Side(FACE_COMMAND, {"CALLBOARD_URL": thread.enter(Broker(BrokerOptions(port=0))).url})
+        yield side
+        side.close()
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print how many cases agreed; with pytest-xdist the workers have counted, and nothing is printed."""
+    for kind, (equal, listed) in sorted(counts().items()):
+        terminalreporter.write_line(f"real ROS 2: {kind}: {equal} equal, {listed} listed as different")

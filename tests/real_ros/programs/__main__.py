@@ -1,0 +1,34 @@
+"""Answer questions: each line of stdin is a function of a module beside this one with its arguments, as JSON.
+
+What the programs print, and ROS 2's libraries in C, goes to stderr: stdout has the answers only.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+from importlib import import_module
+
+
+def answer(function: str, args: list[object]) -> dict[str, object]:
+    """Return what a function returns or raises."""
+    module, _, name = function.partition(".")
+    try:
+        return {"returned": getattr(import_module(f"tests.real_ros.programs.{module}"), name)(*args)}
+    except Exception as error:  # noqa: BLE001 - whatever a program raises is its answer
+        raised = {"raised": type(error).__name__, "text": str(error)}
+        return {**raised, "traceback": "".join(traceback.format_exception(error))}
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    for line in sys.stdin:
+        answers.write(json.dumps(answer(*json.loads(line))) + "\n")
+        answers.flush()
+
+
+main()
