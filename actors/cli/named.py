@@ -12,12 +12,13 @@ from proto.wire.names import is_hidden, validate_full_service_name, validate_ful
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from actors.cli.errors import CommandError
     from actors.cli.tables import Styled
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.tools.broker_names import BrokerNames
+    from actors.tools.graph_drawing.mismatches import Mismatch
     from proto.wire.stats import TopicStats
 
 
@@ -109,6 +110,10 @@ ACTION: Final = Named(
     ),
     validate_full_topic_name,
 )
+
+
+_MISMATCHES: Final = 20
+"""Lines about nodes that are not connected."""
 
 
 def absolute(text: str) -> str:
@@ -229,7 +234,7 @@ def add_info_arguments(named: Named, parser: Parser) -> None:
     nouns = [side.noun for side in named.sides]
     parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
     parser.add_flag("-v", "--verbose", help=f"also each {' and '.join(nouns)}: node, type hash, QoS")
-    add_json_option(parser, f"one object: name, types, {', '.join(f'{noun}s' for noun in nouns)}")
+    add_json_option(parser, f"one object: name, types, {', '.join(f'{noun}s' for noun in nouns)}, mismatches")
     add_broker_options(parser)
 
 
@@ -242,6 +247,7 @@ def print_info(named: Named, options: Options) -> int:
     from actors.cli.broker_target import open_inspector
     from actors.cli.mesh_names import read_broker_names
     from actors.cli.output import print_json
+    from actors.tools.graph_drawing.mismatches import mismatches_of
 
     name = named.full_name(getattr(options, named.noun))
     with open_inspector(options) as inspector:
@@ -251,20 +257,29 @@ def print_info(named: Named, options: Options) -> int:
     types = dict(snapshot.names_and_types(*(side.kind for side in named.sides)))
     if name not in types:
         raise unknown(f"Unknown {named.noun} '{name}'", name, types)
-    found = {side: snapshot.endpoints(side.kind, name) for side in named.sides}
     if options.json:
         from actors.tools import graph_documents
 
-        lists = {
-            f"{side.noun}s": [graph_documents.endpoint(each, names) for each in endpoints]
-            for side, endpoints in found.items()
-        }
-        print_json({"name": name, "types": types[name], **lists})
-    else:
-        _print_info(types[name], found, names, verbose=options.verbose)
-        if name in topics:
-            _print_shared(topics[name])
+        document = graph_documents.topic if named is TOPIC else graph_documents.service
+        print_json(document(snapshot, name, names))
+        return 0
+    found = {side: snapshot.endpoints(side.kind, name) for side in named.sides}
+    _print_info(types[name], found, names, verbose=options.verbose)
+    if name in topics:
+        _print_shared(topics[name])
+    kinds = [side.kind for side in named.sides]
+    print_mismatches(mismatches_of(each for each in snapshot.of_kind(*kinds) if each.name == name))
     return 0
+
+
+def print_mismatches(mismatches: Sequence[Mismatch]) -> None:
+    """Print on stderr which nodes a topic or service does not connect, a line for each of the first 20."""
+    from actors.cli.output import print_err
+
+    for each in mismatches[:_MISMATCHES]:
+        print_err(each.text)
+    if (more := len(mismatches) - _MISMATCHES) > 0:
+        print_err(f"… and {more} more like this; see --json")
 
 
 def _print_shared(stats: TopicStats) -> None:

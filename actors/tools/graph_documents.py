@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.graph.snapshot import actions_among
 from actors.qos.profile import UNLIMITED
+from actors.tools.graph_drawing.mismatches import mismatches_of
 from proto.wire.codes import EntryKind
 from proto.wire.names import full_node_name, is_hidden
 
@@ -90,7 +91,7 @@ def nodes(
 
 
 def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:
-    """Return a topic: name, types, publishers, subscriptions, or None.
+    """Return a topic: name, types, publishers, subscriptions, mismatches, or None.
 
     Args:
         snapshot: The graph.
@@ -102,7 +103,7 @@ def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) 
 
 
 def service(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:
-    """Return a service: name, types, clients, servers, or None.
+    """Return a service: name, types, clients, servers, mismatches, or None.
 
     Args:
         snapshot: The graph.
@@ -211,7 +212,13 @@ def _named(
         side: [endpoint(each, names) for each in snapshot.endpoints(kind, name)]
         for side, kind in sides.items()
     }
-    return {"name": name, "types": types[name], **found}
+    apart = mismatches_of(entry for entry in snapshot.of_kind(*sides.values()) if entry.name == name)
+    return {
+        "name": name,
+        "types": types[name],
+        **found,
+        "mismatches": [each.document() for each in apart],
+    }
 
 
 def _shown(found: NamesAndTypes, *, hidden: bool) -> NamesAndTypes:

@@ -34,9 +34,7 @@ EXAMPLES: Final = {
     "callboard graph --format mermaid": "a flow chart to paste into Markdown",
 }
 FORMATS: Final = ("text", "svg", "dot", "mermaid", "json")
-_MISMATCHES: Final = 20
-"""Lines about nodes that are not connected."""
-_BOXES: Final = "╭─╎▶"
+_BOXES: Final = "╭─╎▶✗"
 """A sample of the characters of a drawing."""
 
 
@@ -76,6 +74,7 @@ def run(options: Options) -> int:
     """Print the drawing, or write it to a file."""
     from actors.cli.broker_target import open_inspector
     from actors.cli.mesh_names import read_broker_names
+    from actors.cli.named import print_mismatches
     from actors.tools.graph_drawing.model import model_of
 
     chosen, kind = _filter(options), _format(options)
@@ -92,11 +91,7 @@ def run(options: Options) -> int:
         Path(options.output).write_text(f"{text}\n", encoding="utf-8")
     elif text:
         print(text)
-    for each in model.mismatches[:_MISMATCHES]:
-        text = f"{each.publisher} publishes {each.topic} with a QoS that {each.subscriber} does not match"
-        print_err(f"Not connected, as one of them is strict: {text}: {each.policy}")
-    if (more := len(model.mismatches) - _MISMATCHES) > 0:
-        print_err(f"… and {more} more like this; see --json")
+    print_mismatches(model.mismatches)
     if not model.vertices:
         print_err(_nothing(len(snapshot.nodes())))
     return 0

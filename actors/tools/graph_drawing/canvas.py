@@ -12,16 +12,16 @@ _UP, _RIGHT, _DOWN, _LEFT = 1, 2, 4, 8
 _LINES: Final = " │─╰││╭├─╯─┴╮┤┬┼"
 """The line character for each set of directions."""
 _DASHED: Final = str.maketrans("─│", "╌╎")
-_ASCII: Final = str.maketrans("─│╌╎╭╮╰╯├┤┬┴┼▶◀", "-|.:+++++++++><")
+_ASCII: Final = str.maketrans("─│╌╎╭╮╰╯├┤┬┴┼▶◀✗", "-|.:+++++++++><x")
 _PALETTE: Final = (36, 33, 35, 32, 34, 31, 96, 93, 95, 92, 94, 91)
-_BOLD: Final = 1
 
 
 class Paint(Enum):
-    """The appearance of a string that belongs to no hub."""
+    """The appearance of a string that belongs to no hub: its SGR parameter."""
 
     PLAIN = 0
     NODE = 1
+    BAD = 31
 
 
 class _Cell(NamedTuple):
@@ -61,7 +61,7 @@ class Canvas:
             text: Characters that take one column each.
             paint: Its appearance.
         """
-        self._put(row, column, text, _BOLD if paint is Paint.NODE else 0)
+        self._put(row, column, text, paint.value)
 
     def write_of(self, hub: int, row: int, column: int, text: str) -> None:
         """Write a string in a hub's colour.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.tools.graph_drawing.model import Kind, Relation
+from actors.tools.graph_drawing.model import MISMATCH, MISMATCH_COLOR, Kind, Relation
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
@@ -35,17 +35,22 @@ def dot_of(model: GraphModel) -> str:
         f"  {number[vertex]} [label={_quoted(vertex.label)}, {_ATTRIBUTES[vertex.kind]}];"
         for vertex in model.vertices
     ]
-    lines += [
-        f"  {number[edge.source]} -> {number[edge.target]}{_edge_attributes(edge)};" for edge in model.edges
-    ]
+    for edge in model.edges:
+        attributes = _edge_attributes(edge, apart=edge in model.apart)
+        lines.append(f"  {number[edge.source]} -> {number[edge.target]}{attributes};")
     return "\n".join([*lines, "}"])
 
 
-def _edge_attributes(edge: Edge) -> str:
+def _edge_attributes(edge: Edge, *, apart: bool) -> str:
     attributes: list[str] = []
+    if apart:
+        attributes += [
+            f"label={_quoted(MISMATCH)}",
+            f'color="{MISMATCH_COLOR}", fontcolor="{MISMATCH_COLOR}"',
+        ]
     if edge.names:
         attributes.append(f"label={_quoted(', '.join(edge.names))}")
-    if edge.relation in _DASHED:
+    if apart or edge.relation in _DASHED:
         attributes.append("style=dashed")
     return f" [{', '.join(attributes)}]" if attributes else ""
 

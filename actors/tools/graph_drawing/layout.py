@@ -82,6 +82,7 @@ class Segment(NamedTuple):
         left, right: The indices of these things.
         hub: The index of the hub.
         head_left, head_right: Whether there is an arrow head at this end.
+        apart: Whether it leads to a node that the hub does not connect with another one.
     """
 
     left: int
@@ -89,6 +90,7 @@ class Segment(NamedTuple):
     hub: int
     head_left: bool
     head_right: bool
+    apart: bool = False
 
 
 class Layout:
@@ -163,20 +165,24 @@ class Layout:
             for node in [node for node in left if self.things[node].column == column]:
                 flow = left.pop(node)
                 to_hub = at_hub and bool(flow & Flow.TO_HUB)
-                self._join(at, node, hub, step, heads=(to_hub, bool(flow & Flow.FROM_HUB)))
+                heads = (to_hub, bool(flow & Flow.FROM_HUB))
+                self._join(at, node, hub, step, heads=heads, apart=bool(flow & Flow.APART))
             if left:
                 self.things.append(Thing(column))
                 passing = len(self.things) - 1
                 to_hub = at_hub and any(flow & Flow.TO_HUB for flow in left.values())
-                self._join(at, passing, hub, step, heads=(to_hub, False))
+                apart = all(flow & Flow.APART for flow in left.values())
+                self._join(at, passing, hub, step, heads=(to_hub, False), apart=apart)
                 at = passing
 
-    def _join(self, near: int, far: int, hub: int, step: int, *, heads: tuple[bool, bool]) -> None:
+    def _join(
+        self, near: int, far: int, hub: int, step: int, *, heads: tuple[bool, bool], apart: bool
+    ) -> None:
         """Add a segment from a thing nearer to the hub to one farther from it."""
         if step > 0:
-            self.segments.append(Segment(near, far, hub, *heads))
+            self.segments.append(Segment(near, far, hub, *heads, apart=apart))
         else:
-            self.segments.append(Segment(far, near, hub, *heads[::-1]))
+            self.segments.append(Segment(far, near, hub, *heads[::-1], apart=apart))
 
     def _offset(self, thing: Thing, port: int, ports: int) -> float:
         """Return the distance of a port from its thing's top. Only a node has several on a side."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from actors.tools.graph_drawing.model import Kind, Relation
+from actors.tools.graph_drawing.model import MISMATCH, MISMATCH_COLOR, Kind, Relation
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
@@ -32,13 +32,17 @@ def mermaid_of(model: GraphModel) -> str:
     for vertex in model.vertices:
         begin, end = _SHAPES[vertex.kind]
         lines.append(f"  {number[vertex]}{begin}{_quoted(vertex.label)}{end}:::{vertex.kind.value}s")
-    lines += [f"  {number[edge.source]} {_arrow(edge)} {number[edge.target]}" for edge in model.edges]
+    for edge in model.edges:
+        label = MISMATCH if edge in model.apart else ", ".join(edge.names)
+        lines.append(f"  {number[edge.source]} {_arrow(edge, label)} {number[edge.target]}")
+    if apart := ",".join(str(at) for at, edge in enumerate(model.edges) if edge in model.apart):
+        lines.append(f"  linkStyle {apart} stroke:{MISMATCH_COLOR},color:{MISMATCH_COLOR},stroke-dasharray:4")
     return "\n".join([*lines, *_CLASSES])
 
 
-def _arrow(edge: Edge) -> str:
+def _arrow(edge: Edge, label: str) -> str:
     arrow = "-.->" if edge.relation in _DASHED else "-->"
-    return f"{arrow}|{_quoted(', '.join(edge.names))}|" if edge.names else arrow
+    return f"{arrow}|{_quoted(label)}|" if label else arrow
 
 
 def _quoted(text: str) -> str:

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 MAX_DIRECT_EDGES: Final = 50_000
 """Arrows from node to node: a topic with 1,000 publishers and 1,000 subscriptions would make a million."""
 
+MISMATCH: Final = "does not match"
+"""The label of an edge to a node that a topic or service does not connect."""
+MISMATCH_COLOR: Final = "#c0392b"
+
 
 class DrawingTooLargeError(CallboardError):
     """A graph is too large for a drawing. Choose a namespace, or another format."""
@@ -115,13 +119,16 @@ class GraphModel:
         vertices: The nodes, topics and services.
         edges: Arrows between these vertices; each topic and service has one at least.
         types: The declared types of each topic and service, sorted.
-        mismatches: Nodes that have a topic in common but are not connected by it, as their QoS is strict.
+        mismatches: Nodes that have a topic or service in common but are not connected by it, as their types
+            differ or their QoS is strict.
+        apart: The edges that lead to the nodes of a mismatch.
     """
 
     vertices: tuple[Vertex, ...] = ()
     edges: tuple[Edge, ...] = ()
     types: dict[Vertex, tuple[str, ...]] = field(default_factory=dict[Vertex, tuple[str, ...]])
     mismatches: tuple[Mismatch, ...] = ()
+    apart: frozenset[Edge] = frozenset()
 
     def of_kind(self, kind: Kind) -> list[Vertex]:
         """Return the vertices of a kind.
@@ -179,7 +186,8 @@ def model_of(
         if entry.kind in _RELATIONS and (hub := _hub(_edge(entry, brokers))) in hubs:
             types.setdefault(hub, set()).update({entry.type_name} - {""})
     vertices = {Vertex(Kind.NODE, name, brokers.get(name, "")) for name in nodes}
-    mismatches = tuple(mismatches_of(entry for entry in shown if Vertex(Kind.TOPIC, entry.name) in hubs))
+    ends = (entry for entry in shown if entry.kind in _RELATIONS and _hub(_edge(entry, brokers)) in hubs)
+    mismatches = tuple(mismatches_of(ends))
     if chosen.nodes_only:
         return GraphModel(
             tuple(sorted(vertices)), tuple(sorted(_direct(links, mismatches))), mismatches=mismatches
@@ -189,7 +197,20 @@ def model_of(
         tuple(sorted(links)),
         {hub: tuple(sorted(names)) for hub, names in sorted(types.items())},
         mismatches,
+        frozenset(links & _apart(mismatches, brokers)),
     )
+
+
+def _apart(mismatches: Iterable[Mismatch], brokers: Mapping[str, str]) -> set[Edge]:
+    """Return the edges between a topic or service and the nodes that it does not connect."""
+    found: set[Edge] = set()
+    for each in mismatches:
+        source, target = (Vertex(Kind.NODE, node, brokers.get(node, "")) for node in each[1:3])
+        hub = Vertex(Kind(each.kind), each.name)
+        is_topic = hub.kind is Kind.TOPIC
+        found.add(Edge(source, hub, Relation.PUBLISHES if is_topic else Relation.CALLS))
+        found.add(Edge(hub, target, Relation.SUBSCRIBES if is_topic else Relation.SERVES))
+    return found
 
 
 def _shows_node(name: str, chosen: GraphFilter) -> bool:
@@ -251,13 +272,13 @@ def _direct(links: Iterable[Edge], mismatches: Iterable[Mismatch]) -> list[Edge]
             out_of.setdefault(edge.source, set()).add(edge.target)
     if sum(len(sources) * len(out_of.get(hub, ())) for hub, sources in into.items()) > MAX_DIRECT_EDGES:
         raise DrawingTooLargeError(f"more than {MAX_DIRECT_EDGES} arrows from node to node are too many")
-    apart = {each[:3] for each in mismatches}
+    apart = {(each.kind, *each[:3]) for each in mismatches}
     names: dict[tuple[Vertex, Vertex, Relation], list[str]] = {}
     for hub, sources in into.items():
         relation = Relation.PUBLISHES if hub.kind is Kind.TOPIC else Relation.CALLS
         for source in sources:
             for target in out_of.get(hub, ()):
-                if hub.kind is Kind.TOPIC and (hub.name, source.name, target.name) in apart:
+                if (hub.kind, hub.name, source.name, target.name) in apart:
                     continue
                 names.setdefault((source, target, relation), []).append(hub.name)
     return [Edge(*ends, tuple(sorted(found))) for ends, found in names.items()]
@@ -282,10 +303,11 @@ def document_of(model: GraphModel) -> dict[str, list[dict[str, Any]]]:
                 "target": edge.target.name,
                 "relation": edge.relation.value,
                 **({"names": list(edge.names)} if edge.names else {}),
+                **({"mismatch": True} if edge in model.apart else {}),
             }
             for edge in model.edges
         ],
-        "mismatches": [each._asdict() for each in model.mismatches],
+        "mismatches": [each.document() for each in model.mismatches],
     }
 
 

@@ -1,7 +1,7 @@
 """A drawing of the graph as SVG: one file without scripts or fonts, light or dark like the page around it.
 
 Nodes are rounded boxes, topics pills, services hexagons with dashed lines. Pointing at a topic or service
-thickens its lines and shows its types.
+thickens its lines and shows its types. A line to a node that does not match another one is red and dotted.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ _STYLE: Final = """
   .callboard .service .shape { fill: #fdf1e2; stroke: #c67a22; }
   .callboard .service .wire { stroke: #c67a22; stroke-dasharray: 5 4; }
   .callboard .service .head { fill: #c67a22; }
+  .callboard .wire.mismatch { stroke: #c0392b; stroke-dasharray: 2 4; }
   .callboard .topic:hover .wire, .callboard .service:hover .wire { stroke-width: 3.2; }
   .callboard .legend text { fill: #667085; font-size: 11px; font-weight: 400; text-anchor: start; }
   @media screen { .callboard { max-width: 100%; height: auto; } }
@@ -64,7 +65,8 @@ _STYLE: Final = """
     .callboard .topic .head { fill: #4fb98d; }
     .callboard .service .shape { fill: #36270f; stroke: #e09c4a; }
     .callboard .service .wire { stroke: #e09c4a; }
-    .callboard .service .head { fill: #e09c4a; } }
+    .callboard .service .head { fill: #e09c4a; }
+    .callboard .wire.mismatch { stroke: #ff7b6b; } }
 """
 """Colours are literal: librsvg, Inkscape and CairoSVG support no `var()`. CairoSVG ignores `@media` rules,
 and cannot read `height: auto`."""
@@ -256,7 +258,8 @@ class _Drawing:
         head = f"url(#callboard-{self._layout.wiring.hubs[segment.hub].kind.value})"
         heads = f' marker-start="{head}"' if segment.head_left else ""
         heads += f' marker-end="{head}"' if segment.head_right else ""
-        return f'<path class="wire" d="{path}"{heads}/>'
+        kind = "wire mismatch" if segment.apart else "wire"
+        return f'<path class="{kind}" d="{path}"{heads}/>'
 
     def _hub(self, at: int, hub: Hub, wires: list[str]) -> str:
         left, width, thing = self._left(at), self._width_of(at), self._layout.things[at]

@@ -1,6 +1,7 @@
 """A drawing of the graph in characters, for a terminal; or a listing, if the terminal is too narrow.
 
-Nodes are boxes; topics are between them, with solid lines; services are in brackets, with dashed lines.
+Nodes are boxes; topics are between them, with solid lines; services are in brackets, with dashed lines. A red
+cross instead of an arrow head marks a node that does not match another one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from actors.tools.graph_drawing.canvas import Canvas, Paint
 from actors.tools.graph_drawing.channel import Net, routed
 from actors.tools.graph_drawing.layering import folds, layers_of
 from actors.tools.graph_drawing.layout import Layout, Measure
-from actors.tools.graph_drawing.model import Kind, Relation
+from actors.tools.graph_drawing.model import MISMATCH, Kind, Relation
 from actors.tools.graph_drawing.wiring import parts_of, wiring_of
 from proto.untrusted_text import escape
 
@@ -30,6 +31,7 @@ _MEASURE: Final = Measure(node=3, hub=1, line=1, step=1, gap=0, whole=True)
 _FEWEST_COLUMNS: Final = 3
 """A drawing folded more often than to this is harder to read than a listing."""
 _NODE_PADDING: Final = 4
+_CROSS: Final = "✗"
 _SHORTEST: Final = 3
 """Columns of a line that stays on its row."""
 
@@ -66,10 +68,11 @@ def listing_of(model: GraphModel) -> str:
     nodes = model.of_kind(Kind.NODE)
     actions: dict[Vertex, list[str]] = {node: [] for node in nodes}
     for edge in model.edges:
+        apart = f" ({MISMATCH})" if edge in model.apart else ""
         if edge.source.kind is Kind.NODE:
-            actions[edge.source].append(_action(edge))
+            actions[edge.source].append(_action(edge) + apart)
         else:
-            actions[edge.target].append(f"{edge.relation.value} {escape(edge.source.label)}")
+            actions[edge.target].append(f"{edge.relation.value} {escape(edge.source.label)}{apart}")
     lines: list[str] = []
     for node in nodes:
         lines.append(escape(node.label))
@@ -195,9 +198,13 @@ class TextDrawing:
         """Draw the points where lines without a head meet a box."""
         thing = self._layout.things[at]
         for segment in (self._layout.segments[each] for each in thing.left):
+            if segment.apart:
+                self.canvas.write(round(self._layout.port_right(segment)), left - 1, _CROSS, Paint.BAD)
             if not segment.head_right:
                 self.canvas.write(round(self._layout.port_right(segment)), left, "┤")
         for segment in (self._layout.segments[each] for each in thing.right):
+            if segment.apart:
+                self.canvas.write(round(self._layout.port_left(segment)), left + width, _CROSS, Paint.BAD)
             if not segment.head_left:
                 self.canvas.write(round(self._layout.port_left(segment)), left + width - 1, "├")
 

@@ -20,10 +20,14 @@ MAX_LABEL_NAMES: Final = 3
 
 
 class Flow(IntFlag):
-    """The direction of data on a wire. It is both if a node subscribes to a topic that it publishes."""
+    """The direction of data on a wire. It is both if a node subscribes to a topic that it publishes.
+
+    APART marks a wire of a node that the hub does not connect with another one.
+    """
 
     TO_HUB = 1
     FROM_HUB = 2
+    APART = 4
 
 
 class Hub(NamedTuple):
@@ -83,7 +87,7 @@ def wiring_of(model: GraphModel) -> Wiring:
         else:
             ends = [((number[edge.target], hub_number[edge.source]), Flow.FROM_HUB)]
         for wire, flow in ends:
-            wires[wire] = wires.get(wire, Flow(0)) | flow
+            wires[wire] = wires.get(wire, Flow(0)) | flow | (Flow.APART if edge in model.apart else Flow(0))
     return Wiring(nodes, hubs, wires)
 
 

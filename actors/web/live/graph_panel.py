@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from actors.graph.snapshot import GraphSnapshot, actions_among
+from actors.tools.graph_drawing.mismatches import mismatches_of
 from actors.tools.graph_drawing.model import GraphFilter, model_of
 from actors.tools.overview import SUSPENDED
 from actors.web.live.panel import DocumentPanel
@@ -15,6 +16,7 @@ from proto.wire.codes import EntryKind
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from actors.tools.graph_drawing.mismatches import Mismatch
     from actors.tools.graph_drawing.model import Vertex
     from actors.web.observer import Observer
 
@@ -76,8 +78,10 @@ class GraphPanel(DocumentPanel):
             }
             for edge in model.edges
         }
+        apart = list(model.mismatches)
         if chosen.actions:
             _add_actions(whole, vertices, edges)
+            apart += _mismatches_of_actions(whole, vertices)
         self._add_states(vertices, (entry.node for entry in snapshot.suspended.values()))
         vertices, edges, omitted = _limit(vertices, edges)
         return {
@@ -85,7 +89,7 @@ class GraphPanel(DocumentPanel):
             "omitted": omitted or None,
             "vertices": vertices,
             "edges": edges,
-            "mismatches": {" ".join(each[:3]): each._asdict() for each in model.mismatches},
+            "mismatches": dict(_marked(each, edges) for each in apart),
         }
 
     def _add_states(self, vertices: dict[str, Any], suspended: Iterable[str]) -> None:
@@ -101,6 +105,31 @@ class GraphPanel(DocumentPanel):
         for node in suspended:
             if f"node {node}" in vertices:
                 vertices[f"node {node}"]["state"] = SUSPENDED
+
+
+def _mismatches_of_actions(snapshot: GraphSnapshot, vertices: dict[str, Any]) -> list[Mismatch]:
+    """Return the mismatches of the actions that are drawn: those of the services that accept their goals."""
+    found: list[Mismatch] = []
+    for each in mismatches_of(snapshot.of_kind(EntryKind.CLIENT, EntryKind.SERVICE)):
+        for name, types in actions_among([(each.name, list(each.types))]):
+            if f"action {name}" in vertices:
+                found.append(each._replace(name=name, types=tuple(types), kind="action"))
+    return found
+
+
+def _marked(mismatch: Mismatch, edges: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Mark the edges of a mismatch; return an id, and its document with the ids of its vertices."""
+    out, back = ("publishes", "subscribes") if mismatch.kind == "topic" else ("calls", "serves")
+    source, target, hub = (
+        f"node {mismatch.source}",
+        f"node {mismatch.target}",
+        f"{mismatch.kind} {mismatch.name}",
+    )
+    for edge in (f"{source} {out} {hub}", f"{hub} {back} {target}"):
+        if edge in edges:
+            edges[edge]["mismatch"] = True
+    vertices = [source, hub, target]
+    return " ".join(vertices), {**mismatch.document(), "vertices": vertices}
 
 
 def _limit(vertices: dict[str, Any], edges: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any], int]:

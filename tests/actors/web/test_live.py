@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.interfaces.action_tutorials_interfaces.action import Fibonacci as CountTo
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import PointStamped, Twist, Vector3
+from actors.interfaces.message import type_name
 from actors.interfaces.std_msgs.msg import Header, Int32, String
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.web import observer
 from actors.web.live import graph_panel
@@ -46,6 +49,34 @@ async def test_the_graph_panel_sends_what_changes(page: Page, meeting: Meeting) 
     assert found["patch"]["vertices"]["topic /chatter"]["types"] == ["std_msgs/msg/String"]
     await node.__aexit__(None, None, None)
     await page.until(lambda body: body["patch"].get("vertices", {}).get("node /talker", 0) is None)
+
+
+async def test_the_graph_panel_marks_what_does_not_match(page: Page, meeting: Meeting) -> None:
+    """Topics, services and actions whose types differ: their edges, and why."""
+    server, caller = await meeting.node("server"), await meeting.node("caller")
+    server.create_subscription(String, "chatter", print, 1)
+    server.create_service(Trigger, "do", lambda request, response: response)
+    server.create_action_server(Fibonacci, "count", lambda goal: Fibonacci.Result())
+    caller.create_publisher(Int32, "chatter", 1)
+    caller.create_client(AddTwoInts, "do")
+    caller.create_action_client(CountTo, "count")
+    await page.open(1, "graph", services=True, actions=True)
+    found: dict[str, Any] = {"edges": {}, "mismatches": {}}
+    while len(found["mismatches"]) < 3:
+        patch = (await page.next())["patch"]
+        found = {part: {**known, **patch.get(part, {})} for part, known in found.items()}
+    assert {edge for edge, each in found["edges"].items() if each.get("mismatch")} == {
+        "node /caller publishes topic /chatter",
+        "topic /chatter subscribes node /server",
+        "node /caller calls service /do",
+        "service /do serves node /server",
+        "node /caller calls action /count",
+        "action /count serves node /server",
+    }
+    assert found["mismatches"]["node /caller action /count node /server"]["text"] == (
+        f"Not connected, as their types differ: /caller calls /count as {type_name(CountTo)},"
+        " /server serves it as example_interfaces/action/Fibonacci"
+    )
 
 
 async def test_the_broker_panel_says_whether_there_is_a_broker(page: Page, meeting: Meeting) -> None:

@@ -62,11 +62,22 @@ test("a suspended node and the broker of a mesh are in the label", () => {
   assert.equal(elementsOf(document, { rate }).get("node /a").label, "/a\n(alpha)\nsuspended");
 });
 
-test("both edges between nodes that QoS keeps apart are marked", () => {
+test("edges to nodes that do not match are marked, and have no rate", () => {
   const document = graph("/a publishes /t", "/t subscribes /b", "/t subscribes /c");
-  document.mismatches = { m: { topic: "/t", publisher: "/a", subscriber: "/b", policy: "reliability" } };
-  const marked = [...elementsOf(document, { rate })].filter(([, data]) => data.mismatch).map(([id]) => id);
-  assert.deepEqual(marked, ["node /a publishes topic /t", "topic /t subscribes node /b"]);
+  document.vertices["topic /t"].messages_per_sec = 5;
+  const apart = ["node /a publishes topic /t", "topic /t subscribes node /b"];
+  apart.forEach((id) => (document.edges[id].mismatch = true));
+  const elements = elementsOf(document, { rate });
+  assert.deepEqual([...elements].filter(([, data]) => data.mismatch).map(([id]) => id), apart);
+  assert.deepEqual(apart.map((id) => elements.get(id).label), ["does not match", "does not match"]);
+  assert.equal(elements.get("topic /t subscribes node /c").label, "5/s");
+});
+
+test("an edge for several is marked if one of them does not match", () => {
+  const document = graph("/x/a publishes /t", "/x/b publishes /t");
+  document.edges["node /x/a publishes topic /t"].mismatch = true;
+  const elements = elementsOf(document, { grouped: true, folded: new Set(["/x"]), rate });
+  assert.equal(elements.get("group /x publishes topic /t").mismatch, true);
 });
 
 test("names of inherited members are names like all others", () => {

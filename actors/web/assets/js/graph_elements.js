@@ -13,8 +13,8 @@
  * @property {number} [drops_per_sec]
  * @property {number} [dropped]
  */
-/** @typedef {{source: string, target: string, relation: string}} Edge */
-/** @typedef {{topic: string, publisher: string, subscriber: string, policy: string}} Mismatch */
+/** @typedef {{source: string, target: string, relation: string, mismatch?: boolean}} Edge */
+/** @typedef {{text: string, vertices: string[]}} Mismatch */
 /**
  * @typedef {object} GraphDocument
  * @property {Record<string, Vertex>} [vertices]
@@ -78,8 +78,7 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
       dropping: Boolean(vertex.drops_per_sec),
     });
   }
-  const mismatches = mismatchedEdges(document);
-  for (const [id, { source, target, relation }] of edges) {
+  for (const [id, { source, target, relation, mismatch: isApart }] of edges) {
     const from = shownAs.get(source);
     const to = shownAs.get(target);
     if (from === undefined || to === undefined || from === to) {
@@ -87,29 +86,17 @@ export function elementsOf(document, { filter = "", grouped = false, folded = ne
     }
     const drawn = from === source && to === target ? id : `${from} ${relation} ${to}`;
     const topic = relation === "publishes" ? vertices[target] : relation === "subscribes" ? vertices[source] : undefined;
+    const mismatch = Boolean(isApart || elements.get(drawn)?.mismatch);
     elements.set(drawn, {
       source: from,
       target: to,
       relation,
-      label: edgeLabel(topic, rate),
+      label: mismatch ? "does not match" : edgeLabel(topic, rate),
       dropping: relation === "subscribes" && Boolean(topic?.drops_per_sec),
-      mismatch: mismatches.has(id),
+      mismatch,
     });
   }
   return elements;
-}
-
-/**
- * Return the ids of edges that lead to nodes which strict QoS keeps apart.
- *
- * @param {GraphDocument} document
- */
-function mismatchedEdges(document) {
-  const found = new Set();
-  for (const { topic, publisher, subscriber } of Object.values(document.mismatches ?? {})) {
-    found.add(`node ${publisher} publishes topic ${topic}`).add(`topic ${topic} subscribes node ${subscriber}`);
-  }
-  return found;
 }
 
 /**

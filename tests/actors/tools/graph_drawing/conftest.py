@@ -21,6 +21,12 @@ KINDS = {
     "?": EntryKind.CLIENT,
     "!": EntryKind.SERVICE,
 }
+TYPES = {
+    EntryKind.PUBLISHER: "example_msgs/msg/Message",
+    EntryKind.SUBSCRIPTION: "example_msgs/msg/Message",
+    EntryKind.CLIENT: "example_msgs/srv/Call",
+    EntryKind.SERVICE: "example_msgs/srv/Call",
+}
 GRAPHS = {
     "course": """
         /minimal_publisher >/addison
@@ -51,19 +57,30 @@ GRAPHS = {
         /logger
         /watchdog
     """,
+    "mismatches": """
+        /a >/x
+        /b </x:std_msgs/msg/Int32
+        /c </x
+        /cli ?/s:std_srvs/srv/Empty
+        /srv !/s
+    """,
     "empty": "",
 }
 
 
 def snapshot(text: str) -> GraphSnapshot:
-    """Return a graph: a line for each node, with >topic, <topic, ?called and !served."""
+    """Return a graph: a line for each node, with >topic, <topic, ?called and !served.
+
+    A type may follow, as in >topic:std_msgs/msg/String.
+    """
     result = GraphSnapshot()
     for line in text.strip().splitlines():
         node, *endpoints = line.split()
         _add(result, EntryKind.NODE, node, "", "")
         for endpoint in endpoints:
             kind = KINDS[endpoint[0]]
-            _add(result, kind, node, endpoint[1:], f"example_msgs/msg/{kind.name.title()}")
+            name, _, type_name = endpoint[1:].partition(":")
+            _add(result, kind, node, name, type_name or TYPES[kind])
     return result
 
 

@@ -31,3 +31,11 @@ def test_names_stay_within_their_quotes(graph: Callable[[str], GraphSnapshot]) -
     labels = re.findall(r'label="((?:[^"\\]|\\.)*)", shape', text)
     assert labels == ['/\\"];evil[label=\\"\\\\', "/x\\\\x07"]
     assert all(line.count(";") <= 1 or "evil" in line for line in text.splitlines())
+
+
+def test_edges_to_what_does_not_match_are_red(graph: Callable[[str], GraphSnapshot]) -> None:
+    """Dashed, with a label; others are as usual."""
+    lines = [line for line in dot_of(model_of(graph("mismatches"))).splitlines() if "->" in line]
+    red = [line for line in lines if 'label="does not match", color="#c0392b"' in line]
+    assert (len(red), len(lines)) == (4, 5)
+    assert all("style=dashed" in line for line in red)

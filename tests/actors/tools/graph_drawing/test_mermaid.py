@@ -32,3 +32,12 @@ def test_names_stay_within_their_quotes(graph: Callable[[str], GraphSnapshot]) -
     assert label is not None
     assert re.sub(r"#(\d+);", lambda code: chr(int(code[1])), label[1]) == '/"<b>`#x\\;%%'
     assert not set(re.sub(r"#\d+;", "", label[1])) & set('"<>`#\\;%')
+
+
+def test_edges_to_what_does_not_match_are_red(graph: Callable[[str], GraphSnapshot]) -> None:
+    """The style names them by their numbers."""
+    lines = mermaid_of(model_of(graph("mismatches"))).splitlines()
+    edges = [line for line in lines if "->" in line]
+    red = [at for at, line in enumerate(edges) if "does not match" in line]
+    assert len(red) == len(edges) - 1
+    assert f"  linkStyle {','.join(map(str, red))} stroke:#c0392b,color:#c0392b,stroke-dasharray:4" in lines

@@ -8,6 +8,7 @@ import pytest
 
 from actors.graph.snapshot import GraphSnapshot
 from actors.tools.graph_drawing import model as model_module
+from actors.tools.graph_drawing.mismatches import Mismatch, mismatches_of
 from actors.tools.graph_drawing.model import (
     DrawingTooLargeError,
     Edge,
@@ -124,9 +125,9 @@ def test_document(graph: Callable[[str], GraphSnapshot]) -> None:
     assert document_of(model_of(drawn)) == {
         "nodes": [{"name": "/a"}, {"name": "/b"}],
         "topics": [
-            {"name": "/x", "types": ["example_msgs/msg/Publisher", "example_msgs/msg/Subscription"]},
+            {"name": "/x", "types": ["example_msgs/msg/Message"]},
         ],
-        "services": [{"name": "/s", "types": ["example_msgs/msg/Service"]}],
+        "services": [{"name": "/s", "types": ["example_msgs/srv/Call"]}],
         "edges": [
             {"source": "/a", "target": "/x", "relation": "publishes"},
             {"source": "/s", "target": "/b", "relation": "serves"},
@@ -159,10 +160,77 @@ def test_strict_endpoints_that_do_not_match_are_no_connection(chosen: GraphFilte
         for at, (kind, node, qos) in enumerate(ends, 9)
     ]
     model = model_of(GraphSnapshot(entries={each.key: each for each in (*nodes, *endpoints)}), chosen)
-    assert model.mismatches == (("/x", "/a", "/strict", "RELIABILITY"),)
+    assert model.mismatches == (Mismatch("/x", "/a", "/strict", "RELIABILITY"),)
     assert document_of(model)["mismatches"][0]["subscriber"] == "/strict"
     if chosen.nodes_only:
         arrows = {(edge.source.name, edge.target.name) for edge in model.edges}
         assert arrows == {(one, two) for one in ("/a", "/b") for two in ("/lenient", "/strict", "/both")} - {
             ("/a", "/strict")
         }
+
+
+DIFFERENT_TYPES = (
+    Mismatch("/s", "/cli", "/srv", "", ("std_srvs/srv/Empty", "example_msgs/srv/Call"), "service"),
+    Mismatch("/x", "/a", "/b", "", ("example_msgs/msg/Message", "std_msgs/msg/Int32")),
+)
+
+
+@pytest.mark.parametrize("nodes_only", [False, True])
+def test_endpoints_of_different_types_are_no_connection(
+    nodes_only: bool, graph: Callable[[str], GraphSnapshot]
+) -> None:
+    """Of topics and services: they are listed, their edges are marked, and no direct arrow joins them."""
+    model = model_of(graph("mismatches"), GraphFilter(nodes_only=nodes_only))
+    assert model.mismatches == DIFFERENT_TYPES
+    if nodes_only:
+        assert [(edge.source.name, edge.target.name) for edge in model.edges] == [("/a", "/c")]
+        return
+    edges = document_of(model)["edges"]
+    assert [(each["source"], each["target"]) for each in edges if each.get("mismatch")] == [
+        ("/a", "/x"),
+        ("/cli", "/s"),
+        ("/s", "/srv"),
+        ("/x", "/b"),
+    ]
+
+
+def test_definitions_that_differ_are_no_connection() -> None:
+    """The name of the type is the same, its hash is not; a raw subscription takes both."""
+    ends = [
+        (EntryKind.PUBLISHER, "/a", "RIHS01_0"),
+        (EntryKind.PUBLISHER, "/b", "RIHS01_1"),
+        (EntryKind.SUBSCRIPTION, "/c", "RIHS01_1"),
+        (EntryKind.SUBSCRIPTION, "/raw", ""),
+    ]
+    entries = [
+        GraphEntry(at, kind, node, "/x", "std_msgs/msg/String" if of_type else "", of_type, {})
+        for at, (kind, node, of_type) in enumerate(ends)
+    ]
+    (found,) = mismatches_of(entries)
+    assert found == Mismatch("/x", "/a", "/c", "", ("std_msgs/msg/String", "std_msgs/msg/String"))
+    assert found.text == (
+        "Not connected, as their definitions of the type differ: /a publishes /x and /c subscribes to it as"
+        " std_msgs/msg/String"
+    )
+
+
+def test_a_mismatch_is_a_sentence_and_plain_data() -> None:
+    """The keys name its kind and its ends."""
+    service, topic = DIFFERENT_TYPES
+    assert service.document() == {
+        "service": "/s",
+        "client": "/cli",
+        "server": "/srv",
+        "policy": None,
+        "types": ["std_srvs/srv/Empty", "example_msgs/srv/Call"],
+        "text": "Not connected, as their types differ: /cli calls /s as std_srvs/srv/Empty, /srv serves it as"
+        " example_msgs/srv/Call",
+    }
+    assert topic.document()["text"] == (
+        "Not connected, as their types differ: /a publishes /x as example_msgs/msg/Message, /b subscribes to"
+        " it as std_msgs/msg/Int32"
+    )
+    assert Mismatch("/x", "/a", "/b", "DURABILITY").text == (
+        "Not connected, as one of them is strict: /a publishes /x with a QoS that /b does not match:"
+        " DURABILITY"
+    )

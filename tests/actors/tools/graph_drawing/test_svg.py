@@ -77,7 +77,7 @@ def test_names_are_escaped(graph: Callable[[str], GraphSnapshot]) -> None:
 
 def test_types_are_told_at_a_topic(graph: Callable[[str], GraphSnapshot]) -> None:
     """By a title, which a browser shows where one points."""
-    assert "<title>/x [example_msgs/msg/Publisher]</title>" in svg_of(model_of(graph("/a >/x")))
+    assert "<title>/x [example_msgs/msg/Message]</title>" in svg_of(model_of(graph("/a >/x")))
 
 
 def test_a_long_chain_is_folded(graph: Callable[[str], GraphSnapshot]) -> None:
@@ -119,3 +119,9 @@ def test_colours_need_no_browser(graph: Callable[[str], GraphSnapshot]) -> None:
         assert re.search(rf"\.callboard {shape}[^{{}}]*{{[^}}]*fill: #[0-9a-f]{{6}}", plain), shape
     for line in (".node rect", ".topic .wire", ".service .wire"):
         assert re.search(rf"\.callboard {line} {{[^}}]*stroke: #[0-9a-f]{{6}}", plain), line
+
+
+def test_lines_to_what_does_not_match_are_marked(graph: Callable[[str], GraphSnapshot]) -> None:
+    """The style makes them red; others are as usual."""
+    wires = re.findall('class="(wire[^"]*)"', svg_of(model_of(graph("mismatches"))))
+    assert sorted(wires) == ["wire", *["wire mismatch"] * 4]

@@ -119,3 +119,14 @@ def test_names_are_sanitized(graph: Callable[[str], GraphSnapshot]) -> None:
     lines = text.splitlines()
     assert "│ /a\\x1b[2J ├──▶ /\\u202ex" in text
     assert len({len(lines[0]), len(lines[2])}) == 1
+
+
+def test_nodes_that_do_not_match_are_crossed(
+    graph: Callable[[str], GraphSnapshot], golden: Callable[[str], str]
+) -> None:
+    """In red, at both ends; in ASCII by an x; in a listing by words."""
+    model = model_of(graph("mismatches"))
+    assert text_of(model) == golden("mismatches_all.txt")
+    assert len(re.findall("\x1b\\[(0;)?31m✗", text_of(model, color=True))) == 4
+    assert "+x-> /x" in text_of(model, ascii_only=True)
+    assert listing_of(model).splitlines()[:2] == ["/a", "  publishes /x (does not match)"]

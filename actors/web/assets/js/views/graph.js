@@ -160,9 +160,8 @@ class GraphView {
     if (!found.length) {
       return "";
     }
-    const { topic, publisher, subscriber, policy } = found[0];
     const more = found.length > 1 ? ` And ${found.length - 1} more.` : "";
-    return `Not connected, as one of them is strict: ${publisher} publishes ${topic} with a QoS that ${subscriber} does not match: ${policy}.${more}`;
+    return `${found[0].text}.${more}`;
   }
 
   /** Draw when nobody has typed for a moment. */
@@ -313,10 +312,9 @@ class GraphView {
         h("ul", {}, ...[edge.source, edge.target].map((id) => h("li", {}, this._link(id)))),
       );
     }
-    for (const { topic, publisher, subscriber, policy } of Object.values(this._document.mismatches ?? {})) {
-      const about = [`topic ${topic}`, `node ${publisher}`, `node ${subscriber}`];
-      if (about.includes(this._selected) || (edge && about.includes(edge.source) && about.includes(edge.target))) {
-        parts.push(h("p", { class: "bad" }, `${publisher} and ${subscriber} do not match on ${topic}: ${policy}`));
+    for (const { text, vertices } of Object.values(this._document.mismatches ?? {})) {
+      if (vertices.includes(this._selected) || (edge && vertices.includes(edge.source) && vertices.includes(edge.target))) {
+        parts.push(h("p", { class: "bad" }, text));
       }
     }
     setChildren(this._details, ...parts);
@@ -388,7 +386,7 @@ class GraphView {
       },
       { selector: 'edge[relation = "calls"], edge[relation = "serves"]', style: { "line-style": "dotted" } },
       { selector: "edge[?dropping], edge[?mismatch]", style: { "line-color": colors.bad, "target-arrow-color": colors.bad, color: colors.bad } },
-      { selector: "edge[?mismatch]", style: { "line-style": "dashed", label: "does not match" } },
+      { selector: "edge[?mismatch]", style: { "line-style": "dashed" } },
       { selector: ":selected", style: { "border-width": 4, width: (/** @type {any} */ element) => (element.isEdge() ? 3 : sizeOf(element.data("label")).width) } },
     ];
     this._cy.style(style);

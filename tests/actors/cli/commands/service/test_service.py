@@ -88,6 +88,18 @@ async def test_info_as_json(desk: Desk) -> None:
     assert [server["node"] for server in document["servers"]] == ["/fellow"]
 
 
+async def test_info_names_those_that_are_not_connected(desk: Desk) -> None:
+    """On stderr: the types of a client and a server differ."""
+    async with adder(desk), desk.node("caller") as node:
+        node.create_client(Trigger, "add_two_ints")
+        await node.get_graph()
+        ended = await desk.callboard("service", "info", "add_two_ints")
+    assert ended.err == (
+        "Not connected, as their types differ: /caller calls /add_two_ints as std_srvs/srv/Trigger, /fellow"
+        " serves it as example_interfaces/srv/AddTwoInts\n"
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "out"),
     [

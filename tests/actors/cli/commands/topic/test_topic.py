@@ -164,7 +164,25 @@ async def test_info_as_json(desk: Desk) -> None:
                 },
             }
         ],
+        "mismatches": [],
     }
+
+
+async def test_info_names_those_that_are_not_connected(desk: Desk) -> None:
+    """On stderr, or in the document: the types of a publisher and a subscription differ."""
+    async with desk.node("talker") as node, desk.node("listener") as listener:
+        node.create_publisher(Int32, "/chatter", 1)
+        listener.create_subscription(String, "/chatter", print, 1)
+        await node.get_graph()
+        await listener.get_graph()
+        ended = await desk.callboard("topic", "info", "/chatter")
+        document = (await desk.callboard("topic", "info", "/chatter", "--json")).json
+    text = (
+        "Not connected, as their types differ: /talker publishes /chatter as std_msgs/msg/Int32, /listener"
+        " subscribes to it as std_msgs/msg/String"
+    )
+    assert ended.err == f"{text}\n"
+    assert [each["text"] for each in document["mismatches"]] == [text]
 
 
 @pytest.mark.parametrize(
