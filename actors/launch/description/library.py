@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class Library(Protocol):
-    """Files, packages and programs. Each method raises a LaunchError that says what is missing."""
+    """Files, packages and programs.
+
+    Each method raises a LaunchError that says what is missing, or why it cannot be used.
+    """
 
     @property
     def run_command(self) -> Sequence[str]:
@@ -19,11 +22,11 @@ class Library(Protocol):
         ...
 
     def program(self, package: str, executable: str) -> Sequence[str]:
-        """Return the command for a program of a package."""
+        """Return the command for a console script or program of an installed package."""
         ...
 
     def python_program(self, command: Sequence[str]) -> Sequence[str]:
-        """Return a command; one that runs a Python program may be changed to run it with `--ros`."""
+        """Return a command; if it runs a Python file and the library has a runner, the runner runs it."""
         ...
 
     def prefix(self, package: str) -> str:
@@ -43,27 +46,30 @@ class Library(Protocol):
         ...
 
     def factory(self, name: str) -> Factory:
-        """Return the node factory with a name such as "package.module:Class"."""
+        """Return the class or function with a name such as "package.module:Class".
+
+        Its module is imported from Python's search path.
+        """
         ...
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
-        """Return the folders and files whose changes affect the programs of a package, or a script."""
+        """Return the folders and files with a package's modules, or the folder of a script, for `--watch`."""
         ...
 
     def share(self, package: str) -> str:
-        """Return the folder of a package's data."""
+        """Return the folder of a package's modules and data."""
         ...
 
     def executable(self, name: str, environment: Mapping[str, str]) -> str:
-        """Return the path of a program that is found along PATH."""
+        """Return the path of a program that is found along the environment's PATH."""
         ...
 
     def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
-        """Run a command to its end and return its stdout."""
+        """Run a command to its end and return its stdout. This blocks, within a limit."""
         ...
 
     def text(self, path: str) -> str:
-        """Return the content of a text file."""
+        """Return the content of a UTF-8 file, within a limit of size."""
         ...
 
     def unique(self) -> str:

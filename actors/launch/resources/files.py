@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import error_text
 from actors.launch.description.description import LaunchDescription
+from actors.launch.description.description_source import LaunchLibrary
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
 from actors.launch.planning.error_location import line_in
 from actors.launch.resources.command_output import command_output
@@ -45,64 +46,56 @@ _ROS_2: Final = frozenset({"launch", "launch_ros", "launch_xml", "launch_yaml"})
 """Packages that launch files import in ROS 2."""
 
 
-class Files:
+class Files(LaunchLibrary):
     """The library of this machine: its files, and the packages that are installed here.
 
     Args:
         runner: A command that runs a SCRIPT, or PACKAGE EXECUTABLE, in place of Python itself.
-        run_command: What a user types for the same.
+        run_command: What users type for the same.
 
     Attributes:
-        run_command: As given.
-        launch_files: The paths of those that have been read.
+        launch_files: The paths of launch files that have been read.
     """
 
     def __init__(
         self, *, runner: Sequence[str] = (), run_command: Sequence[str] = ("callboard", "run")
     ) -> None:
         self._runner = tuple(runner)
-        self.run_command = tuple(run_command)
+        self._run_command = tuple(run_command)
         self.launch_files: list[str] = []
-        # A launch may have the same program a thousand times, and looking a package up reads files.
+        # A launch may have the same program a thousand times, and each look-up of a package reads files.
         self._package = lru_cache(MAX_REMEMBERED)(_package)
-        self._command = lru_cache(MAX_REMEMBERED)(self._look_up)
+        self._command = lru_cache(MAX_REMEMBERED)(self._find_command)
         self._modules = lru_cache(MAX_REMEMBERED)(self._find_modules)
 
-    def description(self, path: str) -> LaunchDescription:
-        """Read a document, or call `generate_launch_description` of a Python file.
+    @property
+    def run_command(self) -> Sequence[str]:
+        return self._run_command
 
-        Raises:
-            LaunchFileError: It cannot be read, fails, or returns no description.
-        """
+    def description(self, path: str) -> LaunchDescription:
         if path not in self.launch_files:
             self.launch_files.append(path)
         suffix = Path(path).suffix
         if suffix in DOCUMENT_SUFFIXES:
             from actors.launch.documents.reading import read_document  # noqa: PLC0415 - Python files need none
 
-            return read_document(path, _source(path))
+            return read_document(path, _launch_file(path))
         if suffix != ".py":
             raise NoLaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
         function = getattr(_run(path), FUNCTION, None)
         if not callable(function):
             raise LaunchFileError(f"{path} has no function {FUNCTION}()")
         try:
-            made = function()
+            description = function()
         except (Exception, SystemExit) as error:
             raise _failed(path, error) from error
-        if not isinstance(made, LaunchDescription):
-            raise LaunchFileError(f"{path}: {FUNCTION}() must return a LaunchDescription, not {made!r}")
-        return LaunchDescription(made.actions, file=path)
+        if not isinstance(description, LaunchDescription):
+            raise LaunchFileError(
+                f"{path}: {FUNCTION}() must return a LaunchDescription, not {description!r}"
+            )
+        return LaunchDescription(description.actions, file=path)
 
     def factory(self, name: str) -> Factory:
-        """Return the class or function with a name. Its module is imported from Python's search path.
-
-        Args:
-            name: "package.module:Class", as launch files write it that are not Python.
-
-        Raises:
-            LaunchError: There is none, its module cannot be imported, or it cannot be called.
-        """
         module_name, separator, attribute = name.partition(":")
         if not separator or not attribute or not all(map(str.isidentifier, module_name.split("."))):
             raise LaunchError(f"'{escape(name)}' is not the name of a node: {_FACTORY_FORM}")
@@ -120,18 +113,13 @@ class Files:
         return found  # type: ignore[no-any-return]
 
     def program(self, package: str, executable: str) -> Sequence[str]:
-        """Return the command for a console script of an installed package.
-
-        Raises:
-            LaunchError: There is none.
-        """
-        code = self._command(package, executable)
+        code = self._command(package, executable)  # also with a runner: the package must have the program
         if self._runner:
             return (*self._runner, package, executable)
+        # -P: a module in the working folder must not replace one of the package.
         return (sys.executable, "-u", "-P", "-c", code)
 
     def python_program(self, command: Sequence[str]) -> Sequence[str]:
-        """Return a command; if it runs a Python file and there is a runner, the runner runs that file."""
         if not self._runner:
             return command
         words = list(command)
@@ -140,122 +128,68 @@ class Files:
             runs = bool(words) and words[0].endswith(".py")
         else:
             runs = is_python_program(Path(words[0]))
-        if runs:
-            return (*self._runner, *words)
-        return command
+        return (*self._runner, *words) if runs else command
 
     def prefix(self, package: str) -> str:
-        """Return the folder of the environment that a package is installed in.
-
-        Raises:
-            LaunchError: There is no such package.
-        """
         return str(self._package(package).prefix())
 
     def installed_program(self, package: str, executable: str) -> str:
-        """Return the path of a program that was installed with a package.
-
-        Raises:
-            LaunchError: There is none.
-        """
         path = self._program(package, executable).path
         if path is None:
             raise LaunchError(f"Program '{executable}' of package '{package}' has no file")
         return str(path)
 
     def script(self, path: str) -> Sequence[str]:
-        """Return the command for a Python file.
-
-        Raises:
-            LaunchError: There is none.
-        """
         if not Path(path).is_file():
             raise LaunchError(f"No script '{path}'")
         return (*(self._runner or (sys.executable, "-u")), path)
 
     def parameter_file(self, path: str) -> str:
-        """Return the path of a YAML file of parameters that a node can read.
-
-        Raises:
-            LaunchError: There is none, or it is no such file.
-        """
         if not Path(path).is_file():
             raise LaunchError(f"No parameter file '{escape(path)}'")
         try:
+            # Each node reads it again. Here an error ends the launch before anything has been started.
             load_parameter_file(path)
         except InvalidParameterFileError as error:
             raise LaunchError(f"Parameter file '{escape(path)}': {error.reason}") from None
         return path
 
     def sources(self, *, package: str | None = None, script: str | None = None) -> Sequence[str]:
-        """Return the folders and files with a package's modules, and the folder of a script.
-
-        Raises:
-            LaunchError: There is no such package.
-        """
         modules = () if package is None else self._modules(package)
         folder = () if script is None else (Path(script).resolve().parent,)
         return tuple(str(each) for each in (*modules, *folder))
 
     def share(self, package: str) -> str:
-        """Return the folder of a package's modules and data.
-
-        Raises:
-            LaunchError: There is no such package, or it has none.
-        """
         folder = self._package(package).share()
         if folder is None:
             raise LaunchError(f"Package '{escape(package)}' has no folder")
         return str(folder)
 
     def executable(self, name: str, environment: Mapping[str, str]) -> str:
-        """Return the path of a program that is found along the environment's PATH.
-
-        Raises:
-            LaunchError: There is none.
-        """
         found = shutil.which(name, path=environment.get("PATH", os.defpath))
         if found is None:
             raise LaunchError(f"No program '{escape(name)}'")
         return found
 
     def output_of(self, command: Sequence[str], environment: Mapping[str, str]) -> str:
-        """Run a command to its end and return its stdout; this blocks.
-
-        Raises:
-            LaunchError: It cannot be run, fails, takes too long, or its output is too long or not UTF-8.
-        """
         if not command:
             raise LaunchError("An empty string is not a command")
         program = self.executable(command[0], environment)
         return command_output((program, *command[1:]), environment)
 
     def text(self, path: str) -> str:
-        """Return the content of a UTF-8 file of at most `MAX_FILE_BYTES`.
-
-        Raises:
-            LaunchError: It cannot be read, is larger, or is not UTF-8.
-        """
         try:
-            with Path(path).open("rb") as file:
-                content = file.read(MAX_FILE_BYTES + 1)
-        except (OSError, ValueError) as error:
-            raise LaunchError(f"No file '{escape(path)}': {getattr(error, 'strerror', error)}") from None
-        if len(content) > MAX_FILE_BYTES:
-            raise LaunchError(f"{escape(path)} is larger than {MAX_FILE_BYTES} bytes")
-        try:
-            return content.decode()
+            return _read(path, "file", LaunchError, LaunchError).decode()
         except UnicodeDecodeError:
             raise LaunchError(f"{escape(path)} is not UTF-8") from None
 
     def unique(self) -> str:
-        """Return a unique word of letters, digits and underscores."""
         return f"{os.getpid()}_{secrets.token_hex(4)}"
 
     def _find_modules(self, package: str) -> Sequence[Path]:
         return self._package(package).modules()
 
-    def _look_up(self, package: str, executable: str) -> str:
+    def _find_command(self, package: str, executable: str) -> str:
         return self._program(package, executable).command()
 
     def _program(self, package: str, executable: str) -> Executable:
@@ -276,24 +210,28 @@ def _package(name: str) -> Package:
     return found
 
 
-def _source(path: str) -> bytes:
+def _read(path: str, what: str, missing: type[LaunchError], too_large: type[LaunchError]) -> bytes:
+    """Return the content of a file, or raise one of two errors."""
     try:
         with Path(path).open("rb") as file:
-            source = file.read(MAX_FILE_BYTES + 1)
+            content = file.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", error)
-        raise NoLaunchFileError(f"No launch file '{escape(path)}': {why}") from None
-    if len(source) > MAX_FILE_BYTES:
-        raise LaunchFileError(f"{path} is larger than {MAX_FILE_BYTES} bytes")
-    return source
+        raise missing(f"No {what} '{escape(path)}': {getattr(error, 'strerror', error)}") from None
+    if len(content) > MAX_FILE_BYTES:
+        raise too_large(f"{escape(path)} is larger than {MAX_FILE_BYTES} bytes")
+    return content
+
+
+def _launch_file(path: str) -> bytes:
+    return _read(path, "launch file", NoLaunchFileError, LaunchFileError)
 
 
 def _run(path: str) -> ModuleType:
     """Run a launch file as a module. Python's own import would leave a folder with bytecode behind."""
-    source = _source(path)
+    source = _launch_file(path)
     module = ModuleType(f"callboard launch file {path}")
     module.__file__ = path
-    # Dataclasses look their module up.
+    # Dataclasses with postponed annotations look their module up.
     sys.modules[module.__name__] = module
     try:
         exec(compile(source, path, "exec"), vars(module))  # noqa: S102 - running it is its purpose
@@ -305,7 +243,7 @@ def _run(path: str) -> ModuleType:
 def _failed(path: str, error: BaseException) -> LaunchFileError:
     """Return an exception of a launch file as an error with its line."""
     if isinstance(error, LaunchFileError):
-        return error
+        return error  # of a file that this one has read; its text has the line already
     line = line_in(path, error)
     where = f"{path}, line {line}" if line else path
     text = error.msg if isinstance(error, SyntaxError) else error_text(error)
