@@ -2,6 +2,9 @@
 
 The task of such a node has its `CapturedOutput` in its context, and so has everything that it starts. A log
 handler and replacements for `sys.stdout` and `sys.stderr` find it there.
+
+Python has one `sys.stdout` and one root logger for all code of the process. The context variable tells the
+output of one node from that of another; a file descriptor could not.
 """
 
 from __future__ import annotations
@@ -76,8 +79,8 @@ class CapturedOutput:
         self._waiting: deque[tuple[Stream, bytes]] = deque()
         self._waiting_bytes = 0
         self._unreported_lines = 0
-        self._due = False
-        # A destructor may write while something is being written.
+        self._flush_scheduled = False
+        # Reentrant: a destructor may write while something is being written.
         self._lock = threading.RLock()
 
     @staticmethod
@@ -94,9 +97,10 @@ class CapturedOutput:
         """Write bytes. Lines are passed on when they are complete."""
         with self._lock:
             self._add(stream, self._lines[stream].feed(data))
-            call = not self._due and bool(self._waiting or self._unreported_lines)
-            self._due = self._due or call
-        if call:
+            # One callback for all lines of this loop turn, not one for each.
+            schedule = not self._flush_scheduled and bool(self._waiting or self._unreported_lines)
+            self._flush_scheduled = self._flush_scheduled or schedule
+        if schedule:
             with suppress(RuntimeError):  # the loop has been closed
                 self._loop.call_soon_threadsafe(self._flush, context=self._context)
 
@@ -106,10 +110,12 @@ class CapturedOutput:
             self.ended = True
             for stream, lines in self._lines.items():
                 self._add(stream, lines.end())
+        # At once, not in a callback: the last lines must be reported before the end of the node.
         self._context.run(self._flush)
 
     def _add(self, stream: Stream, lines: Iterable[bytes]) -> None:
         for line in lines:
+            # A node that blocks the loop also blocks the flush, so its lines would fill the memory.
             if self._waiting_bytes + len(line) >= MAX_WAITING_BYTES:
                 self.lost_lines += 1
                 self._unreported_lines += 1
@@ -122,7 +128,8 @@ class CapturedOutput:
             waiting, self._waiting = self._waiting, deque()
             lost, self._unreported_lines = self._unreported_lines, 0
             self._waiting_bytes = 0
-            self._due = False
+            self._flush_scheduled = False
+        # Outside the lock: listeners may take long, and threads of the node go on writing.
         for stream, lines in groupby(waiting, key=lambda each: each[0]):
             self._write(stream, [line for _, line in lines])
         if lost:
@@ -177,7 +184,7 @@ class _LaunchLogs(_Handler):
 
     def report(self, record: logging.LogRecord) -> None:
         if CapturedOutput.current() is not None:
-            return
+            return  # `_CapturedLogs` writes it as output of its node
         message = _message(record)
         if threading.get_ident() == self._thread:
             self._notify(message)
@@ -222,6 +229,7 @@ class _CapturedStream(io.RawIOBase):
         return True
 
     def isatty(self) -> bool:
+        # The output of nodes gets labels and may be JSON: progress bars would spoil it.
         return CapturedOutput.current() is None and self._original.isatty()
 
     def fileno(self) -> int:
@@ -273,6 +281,7 @@ class _SharedCapture:
     @contextmanager
     def __call__(self) -> Generator[None]:
         """Within the context, capture what nodes in this process log and print. Contexts may overlap."""
+        # Installed twice, each line would be reported twice.
         if not self._users:
             self._installed.enter_context(captured_logs())
             self._installed.enter_context(captured_streams())

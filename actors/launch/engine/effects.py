@@ -1,4 +1,7 @@
-"""Effects: what the runner must do for the state machine of a launch, as data."""
+"""Effects: what the state machine of a launch wants the runner to do, as data.
+
+With effects in place of calls, the machine needs no I/O, and tests compare lists.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """The broker's graph as a launch sees it: which nodes, topics and services are there.
 
 A hidden node follows the graph in a task of its own, so that a launch goes on if the broker fails. While the
-link is down the last snapshot stays valid, because most nodes are likely to live.
+link is down the last snapshot stays valid: most nodes are likely to be alive, and event handlers must not
+react to their appearance a second time.
 """
 
 from __future__ import annotations
@@ -29,15 +30,16 @@ if TYPE_CHECKING:
 async def graph_watch(
     target: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]
 ) -> AsyncGenerator[None]:
-    """Report what the graph has whenever that changes, without the nodes of the launch itself.
+    """Report the nodes, topics and services in the graph whenever they change.
 
-    Entering waits for nothing. A broker that is unreachable, or refuses the node, does not end the context.
-    Leaving takes two seconds at most.
+    Entering does not wait for the broker. The context goes on if the broker is unreachable, or refuses the
+    node. Leaving takes two seconds at most.
 
     Args:
-        target: The broker, and the number of its graph.
-        name: Of the watching node; the launch's other nodes have names that begin with it.
-        on_change: Gets all that is there; each time another set. It must not wait.
+        target: The broker, and the domain.
+        name: The name of the watching node. Hidden nodes of the launch, whose names begin with it, are left
+            out.
+        on_change: Called with all that are in the graph, a new set each time. It must not block.
     """
     watch = keep_running("The launch's watch of the graph", lambda: _watch(target, name, on_change))
     watching = asyncio.create_task(watch, name="launch graph")
@@ -50,6 +52,7 @@ async def graph_watch(
 async def _watch(target: BrokerTarget, name: str, on_change: Callable[[set[Presence]], None]) -> None:
     node = make_hidden_node(name, url=target.url, domain=target.domain)
     node.get_logger().set_level(LoggingSeverity.FATAL)  # the launch reports an unreachable broker
+    # Without the launch's own nodes: a dependency on their services would be met by the launch itself.
     known = Presences(own_node=node.get_fully_qualified_name())
     try:
         async with node:
@@ -62,16 +65,16 @@ async def _watch(target: BrokerTarget, name: str, on_change: Callable[[set[Prese
 
 
 class Presences:
-    """The nodes, topics and services in snapshots of the graph.
+    """The nodes, topics and services in the graph, from its snapshots.
 
-    Each entry is read once. An update compares the numbers of all entries: some milliseconds for 20,000.
-    Changes that arrive together are one update.
+    Each entry is read once. An update compares the ids of all entries, which takes some milliseconds for
+    20,000. Changes that arrive together are one update.
 
     Args:
-        own_node: Nodes whose names begin with this one are left out, with what they have.
+        own_node: Nodes whose names begin with this, and their endpoints, are left out.
 
     Attributes:
-        now: All that is there. It is not changed: later there is another set.
+        now: The current set. An update replaces it and does not change it, so that callers may keep it.
     """
 
     def __init__(self, *, own_node: str) -> None:
@@ -79,13 +82,13 @@ class Presences:
         self._own_node = own_node
         self._snapshot: GraphSnapshot | None = None
         self._seen: dict[int, Presence | None] = {}
-        """By the broker's number of the entry."""
+        """By the broker's id of the entry; None: the entry is none of these, or the launch's own."""
         self._counts: Counter[Presence] = Counter()
-        """How many entries there are of each."""
+        """Number of entries: a topic is there while it has at least one publisher."""
 
     def follow(self, snapshot: GraphSnapshot) -> bool:
-        """Take in a complete snapshot; return whether `now` has changed."""
-        if snapshot is not self._snapshot:  # another session: the numbers may mean something else
+        """Update `now` from a complete snapshot, and return whether it has changed."""
+        if snapshot is not self._snapshot:  # another session with the broker: ids may mean other entries
             self._snapshot = snapshot
             self._seen.clear()
             self._counts.clear()

@@ -1,4 +1,9 @@
-"""Event handlers, and the queue in which their reactions are carried out one after the other."""
+"""Event handlers, and the queue in which their reactions are carried out one after the other.
+
+A reaction is a generator, because a function of the description in the middle of it runs in a thread, and the
+steps after it must wait for that. One reaction runs at a time. If two ran at once, the order of what they
+start and log would depend on how long their functions take.
+"""
 
 from __future__ import annotations
 
@@ -40,6 +45,8 @@ class FunctionResult(NamedTuple):
 
 def call_function(call: Callable[[], Sequence[Step]]) -> FunctionResult:
     """Call a function of a description, and return its steps or its error. This may block."""
+    # Planning has turned every exception of the function into a LaunchError with its line. Others are bugs
+    # here.
     try:
         return FunctionResult(call())
     except CallboardError as error:
@@ -91,10 +98,11 @@ class ReactionQueue:
         if self._called is None:
             self._resume(None)
 
-    def function_returned(self, ask: CallFunction, answer: FunctionResult) -> None:
+    def function_returned(self, call: CallFunction, result: FunctionResult) -> None:
         """Resume the reaction that waits for a function; ignore a result that is no longer awaited."""
-        if self._called is not None and self._called[0] is ask:
-            self._resume(answer)
+        # An abandoned function may return later; by then another one may have been called.
+        if self._called is not None and self._called[0] is call:
+            self._resume(result)
 
     def abandon(self) -> None:
         """Stop waiting for the running function, and call no others: the launch ends."""
@@ -103,7 +111,7 @@ class ReactionQueue:
             self._notify(Message(Level.WARN, ABANDONED))
             self._resume(FunctionResult())
 
-    def _resume(self, answer: FunctionResult | None) -> None:
+    def _resume(self, result: FunctionResult | None) -> None:
         """Resume the reaction that waits for a result, if there is one, and then run the queued ones."""
         reaction = None if self._called is None else self._called[1]
         self._called = None
@@ -112,15 +120,16 @@ class ReactionQueue:
                 reaction, size = self._reactions.popleft()
                 self._waiting_bytes -= size
             try:
-                ask = next(reaction) if answer is None else reaction.send(answer)
+                call = next(reaction) if result is None else reaction.send(result)
             except StopIteration:
-                reaction = answer = None
+                reaction = result = None
                 continue
             if not self._abandoned:
-                self._called = ask, reaction
-                self._emit(ask)
+                self._called = call, reaction
+                self._emit(call)
                 return
-            answer = FunctionResult()
+            result = FunctionResult()  # the launch ends: as if the function had returned nothing
+        # Reported once they are all done: a warning for each would make a flood of events worse.
         if self._unhandled:
             text = f"{self._unhandled} events were not handled: functions of the description are too slow"
             self._unhandled = 0
@@ -144,9 +153,11 @@ class Handlers:
 
     def matching(self, event: Event) -> Sequence[AddHandler]:
         """Return the handlers of an event, in the order of their registration."""
+        # A list: the reactions of one handler may register others, which must not see this event.
         return [each for each in self._all if each.matches(event)]
 
     def remove(self, handler: AddHandler) -> None:
         """Unregister a handler."""
+        # It may be gone: of two events in the queue, the first has removed a handler for one event.
         if handler in self._all:
             self._all.remove(handler)

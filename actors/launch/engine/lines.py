@@ -23,6 +23,8 @@ class LineSplitter:
 
     def feed(self, data: bytes) -> list[bytes]:
         """Add bytes; return the lines that are complete now, and pieces of a line that is too long."""
+        # Pieces are returned before their line has ended: a program that never ends one must not fill the
+        # memory.
         *whole, begun = (self._begun + data).split(b"\n")
         lines: list[bytes] = []
         for line in whole:

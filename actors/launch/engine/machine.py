@@ -90,7 +90,10 @@ class Machine:
         self._table = ProcessTable()
         self._handlers = Handlers()
         self._schedule = Schedule()
+        # Labels whose last run has failed. The next run takes its label out, so a crash that a respawn
+        # has made good does not fail the launch.
         self._failed_runs: set[str] = set()
+        # The time of the event that is being handled, so that helpers need no argument for it.
         self._now = 0.0
         self._stopped_at = 0.0
         self._effects: list[Effect] = []
@@ -105,6 +108,7 @@ class Machine:
     @property
     def finished(self) -> bool:
         """Whether the launch has ended: nothing runs, and nothing will be started."""
+        # A function of `OnShutdown` may still run: what it logs and returns belongs to the launch.
         return self.stopping and not self._table.living and not self._reactions.waiting
 
     @property
@@ -124,6 +128,7 @@ class Machine:
     def begin(self, steps: Sequence[Step], now: float) -> list[Effect]:
         """Begin to carry out the steps of a plan."""
         self._now = now
+        # Before the first start: streams that a process has shared cannot be separated later.
         self._split = splits_streams(steps)
         self._reactions.add(self._run_steps(steps))
         return self._pop_effects()
@@ -133,6 +138,7 @@ class Machine:
         self._now = now
         process = self._table[label]
         process.pid = pid
+        # Handlers first: a transition that they request comes after the autostart all the same.
         self._dispatch(ProcessStarted(process.spec, pid))
         self._transitions.started(process.spec)
         return self._pop_effects()
@@ -150,10 +156,10 @@ class Machine:
         self._end(self._table[label], outcome)
         return self._pop_effects()
 
-    def function_returned(self, ask: CallFunction, answer: FunctionResult, now: float) -> list[Effect]:
+    def function_returned(self, call: CallFunction, result: FunctionResult, now: float) -> list[Effect]:
         """Handle the result of a function of the description."""
         self._now = now
-        self._reactions.function_returned(ask, answer)
+        self._reactions.function_returned(call, result)
         return self._pop_effects()
 
     def state_changed(self, event: StateTransition, now: float) -> list[Effect]:
@@ -173,6 +179,7 @@ class Machine:
         self._now = now
         new = presences - self.presences
         self.presences = presences
+        # Sorted: the order of a set would make launches differ from run to run.
         for each in sorted(new, key=str):
             self._dispatch(Appeared(each))
         for process in self._table.in_state(ProcessState.WAITING):
@@ -184,10 +191,11 @@ class Machine:
         """Start a process again, whatever its state; one that waits to be started goes on waiting."""
         self._now = now
         process = self._table.get(label)
+        # One that waits for dependencies or for its end is started with the new sources anyway.
         waits = process is not None and (process.state is ProcessState.WAITING or process.restart_pending)
         if process is not None and not waits and not self.stopping:
             self._notify(ProcessRestarts(process.spec, process.pid, 0.0, reason))
-            process.reset_respawns()
+            process.reset_respawns()  # somebody has repaired it: its crashes until now do not count
             if process.state is ProcessState.UP:
                 process.restart_pending = True
                 self._effects.append(Stop(label))
@@ -200,6 +208,7 @@ class Machine:
         self._now = now
         if not self.stopping:
             self._reactions.add(self._stop_all(reason))
+        # `timeout` and terminals may signal twice for one request; that must not kill.
         elif escalate and now - self._stopped_at >= REPEATED_STOP_SEC:
             self._effects.append(ForceStopAll())
             self._reactions.abandon()
@@ -218,6 +227,7 @@ class Machine:
 
     def _pop_effects(self) -> list[Effect]:
         """Return the effects of this event; end a launch that has nothing left to do."""
+        # Timers that only remind or give up belong to waiting processes, which are alive themselves.
         busy = self._table.living or self._schedule.keeping_alive or self._reactions.waiting
         if not (self.stopping or busy or self._keep):
             self._reactions.add(self._stop_all("nothing is left to run"))
@@ -230,7 +240,9 @@ class Machine:
 
     def _dispatch(self, event: Event) -> None:
         """Report an event, and react to it."""
+        # Reports come first, so that the cause of a message stands above it.
         self._notify(event)
+        # Most events, such as each line of output, have no handler; they need no place in the queue.
         if not self._handlers.matching(event):
             return
         self._reactions.add_for_event(self._respond(event), event)
@@ -243,17 +255,18 @@ class Machine:
             yield from self._run_handler(handler, event)
 
     def _run_handler(self, handler: AddHandler, event: Event) -> Reaction:
-        give = partial(handler.steps, event)
-        answer = (yield CallFunction(give)) if handler.calls else FunctionResult(give())
-        if handler.once or answer.error:
+        get_steps = partial(handler.steps, event)
+        result = (yield CallFunction(get_steps)) if handler.calls else FunctionResult(get_steps())
+        # One that has failed would fail again at the next event, and hide the first error.
+        if handler.once or result.error:
             self._handlers.remove(handler)
-        yield from self._run_result(answer)
+        yield from self._run_result(result)
 
-    def _run_result(self, answer: FunctionResult) -> Reaction:
+    def _run_result(self, result: FunctionResult) -> Reaction:
         """Carry out the steps that a function has returned; if it failed, end the launch."""
-        if answer.error:
-            yield from self._fail(answer.error)
-        yield from self._run_steps(answer.steps)
+        if result.error:
+            yield from self._fail(result.error)
+        yield from self._run_steps(result.steps)
 
     def _fail(self, error: str) -> Reaction:
         self.error = self.error or error
@@ -292,22 +305,22 @@ class Machine:
 
     def _change_states(self, step: ChangeStates) -> Reaction:
         nodes = [each.spec for each in self._table.alive() if each.spec.lifecycle is not None]
-        if step.calls:  # the function chooses in a thread; then this step is carried out
+        if step.calls:  # the function is called for each node in a thread; then this step is carried out
 
-            def choose() -> list[Step]:
-                chosen = {each.label for each in nodes if step.matches(each)}
+            def filter_nodes() -> list[Step]:
+                matching = {each.label for each in nodes if step.matches(each)}
 
-                def is_chosen(spec: ProcessSpec) -> bool:
-                    return spec.label in chosen
+                def matches(spec: ProcessSpec) -> bool:
+                    return spec.label in matching
 
-                return [replace(step, matches=is_chosen, calls=False)]
+                return [replace(step, matches=matches, calls=False)]
 
-            yield from self._run_result((yield CallFunction(choose)))
+            yield from self._run_result((yield CallFunction(filter_nodes)))
             return
-        meant = [each for each in nodes if step.matches(each)]
-        for spec in meant:
+        matching = [each for each in nodes if step.matches(each)]
+        for spec in matching:
             self._transitions.add(spec, step.transitions)
-        if not meant:
+        if not matching:
             self._notify(Message(Level.WARN, f"no transition is requested: {step.what} does not run"))
 
     def _register(self, handler: AddHandler) -> Reaction:
@@ -315,11 +328,13 @@ class Machine:
             yield from self._fail(f"There are more than {MAX_HANDLERS} event handlers")
             return
         self._handlers.add(handler)
+        # A handler that a function returns late finds processes whose streams are one already.
         if handler.split and not self._split:
             self._split = True
             for process in self._table.in_state(ProcessState.UP):
                 if not process.split:
                     self._notify(Message(Level.WARN, UNSPLIT, process.spec.label))
+        # It may be there already. No event will report that again.
         if handler.presence in self.presences:
             yield from self._run_handler(handler, Appeared(handler.presence))
 
@@ -328,7 +343,8 @@ class Machine:
     def _start(self, step: Start) -> Reaction:
         spec = step.process
         if self.stopping:
-            return
+            return  # of `OnShutdown`: nothing is started after it
+        # The same action can be returned by a function again and again.
         if self.state(spec.label) is not ProcessState.DEAD:
             self._notify(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
             return
@@ -350,6 +366,7 @@ class Machine:
 
     def _wait(self, process: ProcessEntry) -> None:
         self._table.move(process, ProcessState.WAITING, self._now)
+        # Timers are not removed when the process moves on. The generation tells them that they are outdated.
         self._remind(process, process.generation, self._now)
         deadline = self._now + process.spec.depends_timeout_sec
         if deadline < math.inf:
@@ -372,6 +389,7 @@ class Machine:
     def _end(self, process: ProcessEntry, outcome: Outcome) -> None:
         """Report the end of a process, react to it, and restart it or end the launch if that is due."""
         spec = process.spec
+        # Before `move`, which sets `since`.
         lived_sec = self._now - process.since
         self._record_outcome(process, outcome)
         self._table.move(process, ProcessState.DEAD, self._now)
@@ -385,6 +403,7 @@ class Machine:
         self, process: ProcessEntry, generation: int, event: ProcessExited, lived_sec: float
     ) -> Reaction:
         spec = process.spec
+        # Handlers come before the respawn: if one of them ends the launch, nothing is started any more.
         yield from self._respond(event)
         if process.on_exit is not None:
             yield from self._run_handler(process.on_exit, event)
@@ -392,11 +411,13 @@ class Machine:
             return  # it has been started again meanwhile
         if not self.stopping:
             yield from self._restart_or_finish(process, event.outcome, lived_sec)
+        # `restart` (of --watch) needs those of the file; what functions return would pile up.
         if process.state is ProcessState.DEAD and (spec.made_later or not self._keep):
             self._table.drop(process)
 
     def _record_outcome(self, process: ProcessEntry, outcome: Outcome) -> None:
         """Remember whether the last run of a process failed. One that the launch interrupted has not."""
+        # Programs answer SIGINT with any exit code; that says nothing about them.
         interrupted = self.stopping or process.restart_pending
         if not (interrupted or outcome.normal) and len(self._failed_runs) < MAX_PROCESSES:
             self._failed_runs.add(process.spec.label)
@@ -411,6 +432,7 @@ class Machine:
             self._table.move(process, ProcessState.RESTARTING, self._now)
             self._notify(ProcessRestarts(spec, None, delay, "respawn"))
             self._schedule.add(self._now + delay, partial(self._respawn, process, process.generation))
+        # With --watch, one that has died is to be repaired and saved: that starts it again.
         elif spec.required and (outcome.normal or not self._keep):
             self.failed = self.failed or not outcome.normal
             reason = spec.end_reason and f"{spec.label} has ended: {spec.end_reason}"

@@ -1,4 +1,8 @@
-"""A node in the launch's own process: started, stopped and heard like one that has a process of its own."""
+"""A node in the launch's own process. It starts, stops and reports its output as a process does.
+
+Such a node needs no interpreter of its own, so that a launch of many small nodes starts fast. It shares the
+event loop with the launch and its other nodes, and one that blocks delays all of them.
+"""
 
 from __future__ import annotations
 
@@ -26,24 +30,24 @@ if TYPE_CHECKING:
     from actors.launch.planning.process_spec import ProcessSpec
 
 FAILURE = 1
-"""The exit code of a program that leaves with a text."""
+"""The exit code of a program that calls `sys.exit` with a text, as Python has it."""
 
 
 class NodeExecution(TaskExecution):
-    """One run of a node in this process. It is cancelled to stop it, and cancelled again.
+    """One run of a node in this process. To stop it, its task is cancelled, and later cancelled again.
 
-    It has the environment of its specification, as far as callboard reads it, and takes the arguments there
-    as a script takes its command line. What it logs and prints is reported as its output, if there are
-    `captured_logs` and `captured_streams`. While its code runs, nothing else in the process runs.
+    The node gets the environment variables of its specification that callboard reads, and the arguments of
+    its specification as its command line. Its log lines and prints are reported as its output within
+    `captured_logs` and `captured_streams`.
 
     Args:
-        spec: What to run.
-        write: Takes its lines; at its end all of them have come.
-        on_message: Called with the level and text of each message about it.
-        stop_timeout_sec: What it may take to stop before it is cancelled again, unless the specification's
-            `sigterm_timeout_sec` says otherwise. Then it gets `sigkill_timeout_sec`, or else `LAST_STEP_SEC`,
-            before it is given up; when its stop is forced it gets the latter.
-        reports: As an execution's.
+        spec: The node to run.
+        write: Called with lines of a stream; all of them have been passed on when the node has ended.
+        on_message: Called with the level and text of messages about the node.
+        stop_timeout_sec: Seconds until it is cancelled again, unless the specification has a
+            `sigterm_timeout_sec`. It is abandoned after `sigkill_timeout_sec` of its specification, or
+            `LAST_STEP_SEC`, and also that long after its stop is forced.
+        reports: Further arguments of an execution.
     """
 
     def __init__(
@@ -55,10 +59,10 @@ class NodeExecution(TaskExecution):
         stop_timeout_sec: float,
         **reports: Any,
     ) -> None:
-        child = Child(spec.label, node=self._live, stop_timeout_sec=stop_timeout_sec)
+        child = Child(spec.label, node=self._run_node, stop_timeout_sec=stop_timeout_sec)
         super().__init__(
             child,
-            self._live,
+            self._run_node,
             get_logger(spec.label),
             step_timeouts_sec=spec.stop_step_timeouts_sec(),
             **reports,
@@ -69,7 +73,7 @@ class NodeExecution(TaskExecution):
         self._captured: CapturedOutput
 
     def start(self, context: Context) -> None:
-        """Begin, in a copy of this context."""
+        """Start it in a copy of a context."""
         colored = environment.color_wish(self._spec.environment) is True
         self._captured = CapturedOutput(
             write=self._write, on_message=self._on_message, context=context.copy(), colored=colored
@@ -77,6 +81,7 @@ class NodeExecution(TaskExecution):
         super().start(context)
 
     async def _run(self) -> Outcome:
+        # `sys.exit` in a callback would otherwise end the launch, and with it all other nodes.
         exit_ends_node.set(True)
         try:
             outcome = await super()._run()
@@ -86,16 +91,16 @@ class NodeExecution(TaskExecution):
         finally:
             self._captured.end()
 
-    async def _live(self) -> None:
-        """Be the node. What is set here holds for it and what it starts, and not for the launch."""
+    async def _run_node(self) -> None:
+        """Run the node in its task. Context variables set here apply to the node and its tasks only."""
         spec = self._spec
         self._captured.capture()
         environment.stand_in.set(spec.environment)
         try:
             process_arguments.set(parse_ros_arguments(spec.command))
-            await run_program(self._made)
+            await run_program(self._make_node)
         except CallboardError:
-            raise  # its text says enough
+            raise  # the message about the end has its text; a traceback would add nothing
         except Exception as error:
             self._log.fatal("the node has failed", exc_info=error)
             raise
@@ -104,20 +109,21 @@ class NodeExecution(TaskExecution):
                 self._log.fatal(error.code)
             raise
 
-    def _made(self) -> Any:
+    def _make_node(self) -> Any:
         assert self._spec.program is not None
-        made: object = self._spec.program()
+        program: object = self._spec.program()
         level = _log_level()
-        if isinstance(made, Node) and level is not None:
-            made.get_logger().set_level(level)
-        return made
+        # The node's own logger: the level of the root logger applies to the launch and all its other nodes.
+        if isinstance(program, Node) and level is not None:
+            program.get_logger().set_level(level)
+        return program
 
     def _report(self, severity: LoggingSeverity, text: str) -> None:
         self._on_message(Level(severity.name), f"node {text}")
 
 
 def _log_level() -> LoggingSeverity | None:
-    """Return the level that its arguments or its environment want for the node."""
+    """Return the log level of the node's arguments, or else of its environment."""
     arguments, word = process_arguments.get(), environment.log_level()
     if arguments is not None and arguments.log_level is not None:
         return arguments.log_level
@@ -128,4 +134,5 @@ def _exit_code(error: SystemExit) -> int:
     """Return the exit code that a process would have."""
     if error.code is None:
         return 0
+    # Systems keep the lowest eight bits.
     return error.code & 0xFF if isinstance(error.code, int) else FAILURE

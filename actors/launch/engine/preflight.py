@@ -1,8 +1,8 @@
-"""Preflight: find out why a process cannot be started before trying.
+"""Preflight checks: why a process cannot be started, before it is tried.
 
-The errors of the shell or the system name things that the description does not have. The check takes place
-when the process is due, because earlier processes may have made what it needs. Errors that only a start
-shows, such as a file that is no program, are not checked.
+Each process begins as a shell of the guard, whose errors do not name what is in the description. The checks
+run when the process is due, because earlier processes may have created the files that it needs. What only a
+start can show, such as a file that is not executable, is not checked.
 """
 
 from __future__ import annotations
@@ -18,12 +18,16 @@ if TYPE_CHECKING:
     from actors.launch.planning.process_spec import ProcessSpec
 
 NOT_FOUND_CODE: Final = 127
-"""As shells have it."""
+"""The exit code of shells for a program that does not exist."""
 
 
 def preflight(spec: ProcessSpec) -> Outcome | None:
-    """Return how a process ends that cannot even begin; None if nothing is known to be in its way."""
-    if reason := _illegal(spec):
+    """Return the outcome of a process that cannot be started; None if the checks find no reason.
+
+    Args:
+        spec: The process.
+    """
+    if reason := _illegal_character(spec):
         return Outcome(normal=False, reason=reason)
     if spec.cwd is not None and not _is_folder(spec.cwd):
         return Outcome(normal=False, reason=f"no folder '{escape(spec.cwd)}' to run it in")
@@ -37,8 +41,9 @@ def preflight(spec: ProcessSpec) -> Outcome | None:
     return None
 
 
-def _illegal(spec: ProcessSpec) -> str:
-    """Say what no system takes, if there is anything."""
+def _illegal_character(spec: ProcessSpec) -> str:
+    """Return why no system accepts an argument or variable; an empty string if all are accepted."""
+    # A function of the description has made it, or a substitution: the plan has not seen it.
     for word in spec.command:
         if "\0" in word:
             return f"null character in '{escape(word)}' of its command"
@@ -51,13 +56,13 @@ def _illegal(spec: ProcessSpec) -> str:
 
 
 def _is_missing(spec: ProcessSpec) -> bool:
-    if not hasattr(os, "killpg"):  # Windows: more than the name's file is looked for
+    if not hasattr(os, "killpg"):  # Windows also tries suffixes such as .exe
         return False
     here, program = spec.cwd or "", spec.command[0]
     if os.sep in program:
         return not _is_there(Path(here, program))
     path = spec.environment.get("PATH")
-    if path is None:  # the shell has one of its own then
+    if path is None:  # the shell has a default of its own
         return False
     return not any(_is_there(Path(here, each, program)) for each in path.split(os.pathsep))
 
@@ -71,6 +76,6 @@ def _is_there(path: Path) -> bool:
         path.stat()
     except (FileNotFoundError, NotADirectoryError, ValueError):
         return False
-    except OSError:  # no permission to look: starting it reports that
+    except OSError:  # no permission to look: the start reports that
         return True
     return True

@@ -1,4 +1,4 @@
-"""A process of the launch, killed with it if it dies, whose output is read line by line."""
+"""A process of the launch. A guard kills it if the launch is killed; its output is read line by line."""
 
 from __future__ import annotations
 
@@ -68,9 +68,12 @@ class LaunchedProcess(ProcessExecution):
             return problem
         async with AsyncExitStack() as stack:
             stack.callback(self._close_pipes)
+            # Before the start: a process that writes at once finds somebody who reads.
             readers = [await self._open(stream, stack) for stream in self._streams]
             outcome = await super()._run()
             self._close_pipes()  # they are open if it was stopped before it was started
+            # Lines that are in the pipe must be reported before the end. A daemon that has left the process
+            # group may hold the pipe open for ever, so this has a limit.
             with suppress(TimeoutError):
                 async with asyncio.timeout(REST_TIMEOUT_SEC):
                     for reader in readers:
@@ -81,7 +84,7 @@ class LaunchedProcess(ProcessExecution):
         """Open a pipe or a pseudo-terminal, and begin to read it."""
         reading, writing = open_terminal() if self._spec.emulate_tty and CAN_EMULATE else os.pipe()
         self._pipes.append(writing)
-        source = os.fdopen(reading, "rb", buffering=0)
+        source = os.fdopen(reading, "rb", buffering=0)  # the transport closes it
         reader = _Reader(partial(self._write, stream))
         try:
             transport, _ = await asyncio.get_running_loop().connect_read_pipe(lambda: reader, source)
@@ -97,7 +100,7 @@ class LaunchedProcess(ProcessExecution):
 
     def _begin(self) -> Process:
         spec = self._spec
-        output, errors = self._pipes[0], self._pipes[-1]
+        output, errors = self._pipes[0], self._pipes[-1]  # the same one if the streams are not split
         try:
             return self._guard.start(
                 spec.command, cwd=spec.cwd, env=spec.environment, output=output, errors=errors

@@ -95,6 +95,7 @@ class ProcessTable:
         Returns:
             The entry; None if `MAX_PROCESSES` others are not dead. Otherwise the oldest dead one is dropped.
         """
+        # Dead ones are kept for `restart` only; a launch that goes on making processes must not grow.
         if len(self._processes) >= MAX_PROCESSES:
             dead = self.in_state(ProcessState.DEAD)
             if not dead:
@@ -118,6 +119,7 @@ class ProcessTable:
     def move(self, process: ProcessEntry, state: ProcessState, now: float) -> None:
         """Move a process to another state."""
         dead = ProcessState.DEAD
+        # Counted here, because the machine asks after each event whether anything is left.
         self.living += (state is not dead) - (process.state is not dead)
         process.state, process.since = state, now
         process.generation += 1

@@ -82,16 +82,18 @@ class Runner:
             CancelledError: It was cancelled; all processes have ended nevertheless.
         """
         if self._stopped_before:
-            return True
+            return True  # while it was planned, or while a broker was being found
         self._began = True
         self._driver.begin(partial(self._machine.begin, steps))
         cancelled = await self._driver.wait(partial(self.stop, "interrupted"))
+        # The thread of the function cannot be stopped. It is told that nobody waits for the result.
         if self._call is not None:
             self._call.cancel()
         if self._transitions is not None:
             await self._transitions.close()
         if self._driver.failure is not None:
             raise self._driver.failure
+        # Only now: the processes had to end first, whoever cancelled this.
         if cancelled:
             raise asyncio.CancelledError
         return self._machine.succeeded
@@ -129,6 +131,7 @@ class Runner:
             case ForceStopAll():
                 self._driver.force_stop_all()
             case CallFunction():
+                # The driver's context: variables that the function sets must not leak into the launch.
                 self._call = call_in_thread(partial(call_function, effect.call), self._driver.context)
                 self._call.add_done_callback(partial(self._function_returned, effect))
             case RequestTransition():
@@ -165,6 +168,7 @@ class Runner:
             "on_ended": ended,
             "stop_timeout_sec": self._stop_timeout_sec,
         }
+        # Before the start, so that the first transitions are heard.
         if spec.lifecycle is not None:
             self._transition_client().watch(spec)
         execution: Execution

@@ -39,10 +39,12 @@ class Schedule:
             keep_alive: Whether the launch goes on for it, although no process runs.
         """
         self.keeping_alive += keep_alive
+        # The number decides between equal times; callbacks cannot be compared.
         heapq.heappush(self._entries, (due, next(self._numbers), keep_alive, callback))
 
     def due(self, now: float) -> Iterator[Callback]:
         """Remove and yield the callbacks that are due, also those that are added meanwhile."""
+        # One by one: a callback may end the launch, which clears the rest.
         while self._entries and self._entries[0][0] <= now:
             _, _, keep_alive, callback = heapq.heappop(self._entries)
             self.keeping_alive -= keep_alive

@@ -32,6 +32,7 @@ class Sources:
 
     def add(self, spec: ProcessSpec) -> bool:
         """Add a process; return whether it is new and has sources."""
+        # Each restart reports the same process as started again.
         if spec.label in self._processes or not spec.sources:
             return False
         self._processes[spec.label] = _Process(spec)
@@ -50,11 +51,13 @@ class Sources:
 
         A script that a process runs belongs to that process only, although others have sources in its folder.
         """
+        # Otherwise a folder of ten scripts would restart all ten when one of them is saved.
         own = [label for label, process in self._processes.items() if path in process.scripts]
         return own or [label for label, process in self._processes.items() if process.contains(path)]
 
     def folders(self) -> list[str]:
         """Return the folders to watch, at most `MAX_FOLDERS`, without their subfolders. This blocks."""
+        # Copies: this runs in the thread of the watch, while the event loop adds processes.
         sources = [os.path.realpath(each) for each in tuple(self._launch_files)]
         for process in tuple(self._processes.values()):
             sources += process.sources

@@ -1,4 +1,8 @@
-"""Requests transitions of lifecycle nodes, and listens to them, with a hidden node of its own."""
+"""Requests transitions of lifecycle nodes, and follows them, with a hidden node.
+
+The node is not that of the graph watch: it may be created late, for a lifecycle node that a function returns,
+and a launch without such nodes needs no subscriptions.
+"""
 
 from __future__ import annotations
 
@@ -28,17 +32,17 @@ if TYPE_CHECKING:
 
 
 class TransitionClient:
-    """The client; made for the first lifecycle node of a launch, in the event loop.
+    """The client of all lifecycle nodes of a launch, created in the event loop for the first one.
 
-    A broker that is unreachable, or refuses the hidden node, only makes requests fail.
+    If the broker is unreachable, or refuses the hidden node, requests fail and the launch goes on.
 
     Args:
-        target: The broker, and the number of its graph.
-        name: The hidden node's name.
-        context: Everything runs in copies of it.
-        on_event: Called with the process of a watched node, and each transition event of the node.
-        on_answer: Called at the end of a request: with None if the transition succeeded, otherwise with the
-            reason, which is empty if the node gave none.
+        target: The broker, and the domain.
+        name: The name of the hidden node.
+        context: The context of the launch; tasks and callbacks run in copies of it.
+        on_event: Called with the process of a watched node and each transition event of the node.
+        on_answer: Called at the end of a request with None if the transition succeeded, otherwise with the
+            reason, which is empty if the node has not given one.
     """
 
     def __init__(
@@ -56,7 +60,7 @@ class TransitionClient:
         self._on_event = on_event
         self._on_answer = on_answer
         self._watched: dict[str, ProcessSpec] = {}
-        """By the full names of their nodes, as the subscriptions."""
+        """By the full names of their nodes, as `_subscriptions`."""
         self._subscriptions: dict[str, Subscription[TransitionEvent]] = {}
         self._requests: dict[RequestTransition, asyncio.Task[str | None]] = {}
         self._node: Node | None = None
@@ -66,12 +70,12 @@ class TransitionClient:
         self._running = asyncio.create_task(running, name="launch lifecycle", context=context.copy())
 
     def watch(self, process: ProcessSpec) -> None:
-        """Listen to the transitions of a process's node, from now to the end.
+        """Follow the transitions of the node of a process until the launch ends.
 
         Args:
-            process: Its process. If there are more nodes than a launch has processes, the node that was
-                watched first is forgotten.
+            process: The process. Beyond `MAX_PROCESSES` nodes, the one that was watched first is dropped.
         """
+        # The name stays watched after the end of the process: a restart has the same one.
         name = process.node or ""
         if name not in self._watched and len(self._watched) == MAX_PROCESSES:
             first = next(iter(self._watched))
@@ -85,7 +89,7 @@ class TransitionClient:
         """Request a transition; `on_answer` is called at its end.
 
         Args:
-            request: Which one.
+            request: The request.
         """
         task = asyncio.create_task(
             self._request(request), name=f"launch {request.label}", context=self._context.copy()
@@ -94,11 +98,12 @@ class TransitionClient:
         task.add_done_callback(partial(self._ended, request))
 
     def cancel(self, request: RequestTransition) -> None:
-        """Wait no longer for the end of a transition; `on_answer` is not called.
+        """Stop waiting for the end of a transition; `on_answer` is not called.
 
         Args:
-            request: Which one; one that has ended is ignored.
+            request: The request. One that has ended is ignored.
         """
+        # Removed before it is cancelled: `_ended` reports only requests that are still in the table.
         if (task := self._requests.pop(request, None)) is not None:
             task.cancel()
 
@@ -109,9 +114,10 @@ class TransitionClient:
         await cancel_and_wait(self._running)
 
     async def _run(self) -> None:
+        # `keep_running` runs this again after an unexpected error: with a new node, nothing is subscribed.
         self._entered.clear()
         self._node = node = make_hidden_node(self._name, url=self._target.url, domain=self._target.domain)
-        # Errors only, such as refused endpoints: that the broker is away is in the answers to requests.
+        # Errors only, such as refused endpoints: requests report that the broker is unreachable.
         node.get_logger().set_level(LoggingSeverity.ERROR)
         for name in self._watched:
             self._subscribe(name)
@@ -128,13 +134,14 @@ class TransitionClient:
             self._subscriptions.clear()
 
     def _subscribe(self, name: str) -> None:
-        def heard(event: TransitionEvent) -> None:
+        def on_transition(event: TransitionEvent) -> None:
+            # Looked up now: a restart has replaced the process by another one of that name.
             if (process := self._watched.get(name)) is not None:
                 self._on_event(process, event)
 
         if self._node is not None and name not in self._subscriptions:
             topic = f"{name}/transition_event"
-            self._subscriptions[name] = self._node.create_subscription(TransitionEvent, topic, heard)
+            self._subscriptions[name] = self._node.create_subscription(TransitionEvent, topic, on_transition)
 
     async def _request(self, request: RequestTransition) -> str | None:
         limit = request.timeout_sec
@@ -147,6 +154,7 @@ class TransitionClient:
             return str(error)
 
     async def _change_state(self, request: RequestTransition) -> str | None:
+        # Until the node has entered, it is unknown whether the broker accepts it.
         await self._entered.wait()
         if self._node is None:
             return self._problem

@@ -1,4 +1,8 @@
-"""The queue of transitions that are requested of lifecycle nodes, one at a time for each node."""
+"""The queue of transitions that are requested of lifecycle nodes, one at a time for each node.
+
+A lifecycle node refuses a transition while another one runs. So each request waits for the end of the one
+before it, and `configure` and `activate` can be requested together.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ MAX_WAITING: Final = 100
 
 
 class _Node:
-    """A lifecycle node, and what it is asked to do.
+    """A lifecycle node, and the transitions that are requested of it.
 
     Attributes:
         label: The label of its process.
@@ -73,6 +77,8 @@ class TransitionQueue:
         if node is None or process.lifecycle is None or self._abandoned:
             return
         node.up = True
+        # At the front: what was requested before the start, such as `shutdown`, needs the states that it
+        # passes.
         if process.lifecycle.autostart:
             node.waiting.appendleft(deque(process.lifecycle.autostart))
         self._next(node)
@@ -91,6 +97,7 @@ class TransitionQueue:
             return
         node.request = None
         sequence = node.waiting[0]
+        # The rest of a sequence needs the state that the failed transition would have led to.
         if failure is None:
             sequence.popleft()
         else:

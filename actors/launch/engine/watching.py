@@ -1,4 +1,4 @@
-"""Restarts processes whose source files change.
+"""Restarts processes when their source files change.
 
 `watchfiles` waits in a thread for changes that the system reports. Folders are watched one by one, not
 recursively, so that ignored folders cost nothing.
@@ -47,13 +47,14 @@ OFF: Final = "changed processes are not restarted any more"
 
 
 class SourceWatch:
-    """Restarts processes whose sources change. As a listener of a launch it learns of later processes.
+    """Restarts processes when their sources change. As a listener it also finds processes that start later.
 
     Args:
-        steps: The steps of the launch; the processes that they start are watched from the beginning.
-        launch_files: Files whose changes are reported instead, as they need a new launch. May grow.
-        restart: Called in the loop with a label and the reason.
-        notify: Called with messages in the loop.
+        steps: The steps of the launch. The processes that they start are watched from the beginning.
+        launch_files: Launch files, whose changes are only reported, because they need a new launch. The
+            collection may grow while the launch runs.
+        restart: Called in the event loop with a label and the reason.
+        notify: Called in the event loop with messages.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class SourceWatch:
         """Handle an event of the launch."""
         if isinstance(event, ProcessStarted) and self._sources.add(event.process):
             self._source_added.set()
+        # Those of the file stay: a change is what starts them again after they have died.
         if isinstance(event, ProcessExited) and event.process.made_later:
             self._sources.forget(event.process)
 
@@ -99,21 +101,23 @@ class SourceWatch:
             yield
         finally:
             self._over.set()
+            # A thread cannot be cancelled; on a file system that hangs it is left behind.
             await asyncio.wait({watching}, timeout=END_TIMEOUT_SEC)
             watching.cancel()
 
     # In the thread
 
     def _begin(self) -> Generator[set[str]]:
-        """Begin to watch the current folders, and report their number.
+        """Start to watch the current folders, and report their number.
 
         Raises:
             LaunchError: The system cannot watch them.
         """
+        # Before the folders are read: a process that is added meanwhile leads to another round.
         self._source_added.clear()
         folders = self._sources.folders()
         changes = _changes(folders, self._over)
-        next(changes)
+        next(changes)  # until the system watches them
         if len(folders) != self._folders:
             self._folders = len(folders)
             text = f"watching {_number(len(folders), 'folder')} for changes"
@@ -185,13 +189,13 @@ def _changes(folders: Sequence[str], stop: threading.Event) -> Generator[set[str
 
     batches = watch(
         *folders,
-        watch_filter=None,
+        watch_filter=None,  # `Sources` decides, also about launch files with other suffixes
         debounce=LONGEST_MS,
         step=QUIET_MS,
         stop_event=stop,
         rust_timeout=POLL_INTERVAL_MS,
         yield_on_timeout=True,
-        force_polling=False,
+        force_polling=False,  # an error is better than a loop that reads all folders again and again
         recursive=False,
         ignore_permission_denied=True,
     )

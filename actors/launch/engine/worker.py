@@ -1,4 +1,4 @@
-"""Calls that may block, such as planning and functions of a description, outside of the event loop."""
+"""Runs calls that may block, such as planning and functions of a description, outside of the event loop."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ _abandoned: Final[ContextVar[threading.Event | None]] = ContextVar("abandoned", 
 
 
 def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asyncio.Future[T]:
-    """Call something in a thread of its own, in a copy of a context.
+    """Call a function in a new thread, in a copy of a context.
 
-    A thread cannot be stopped, so it is a daemon: nothing waits for it, not even the end of the interpreter,
-    as it would with `asyncio.to_thread`. If the future is cancelled, `abandoned` is true in the thread.
+    A thread cannot be stopped, so it is a daemon: the interpreter does not wait for it at its end, as it
+    would for `asyncio.to_thread`. If the future is cancelled, `abandoned()` is true in the thread.
 
     Args:
-        call: What to call.
-        context: Which context; None: the current one.
+        call: The function.
+        context: The context; None: the current one.
+
+    Returns:
+        The result of the function, or its exception.
     """
     loop = asyncio.get_running_loop()
     future: asyncio.Future[T] = loop.create_future()
@@ -33,6 +36,7 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
     flag = threading.Event()
 
     def finish(set_result: Callable[[], None]) -> None:
+        # In the event loop: it may have been cancelled since the thread has finished.
         if not future.done():
             set_result()
 
@@ -53,6 +57,6 @@ def call_in_thread(call: Callable[[], T], context: Context | None = None) -> asy
 
 
 def abandoned() -> bool:
-    """Tell a call in its thread whether nobody waits for it any more."""
+    """Return whether the call that runs in this thread has been cancelled."""
     flag = _abandoned.get()
     return flag is not None and flag.is_set()
