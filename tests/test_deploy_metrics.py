@@ -29,7 +29,7 @@ DASHBOARD = DEPLOY / "grafana" / "callboard.json"
 def labels_by_name() -> dict[str, dict[str, set[str]]]:
     """Return the metrics that exist, with the values of their labels."""
     report = BrokerReport(
-        totals=BrokerStats(),
+        totals=BrokerStats(broker="b1"),
         topics={},
         links={},
         brokers={
@@ -91,6 +91,7 @@ def test_promtool_accepts_the_alerts() -> None:
     [
         ("CallboardBrokerDown", "callboard_up", "0x60"),
         ("CallboardBrokerDown", "up", "0x60"),
+        ("CallboardWithholdsNumbers", "callboard_withheld", "1x60"),
         ("CallboardRestarted", "callboard_uptime_seconds", "10 1 10 1 10 1 10+15x60"),
         ("CallboardLoopLag", "callboard_loop_lag_longest_seconds", "0.2x60"),
         ("CallboardLosesMessages", 'callboard_lost_copies_total{reason="depth"}', "0+30x60"),

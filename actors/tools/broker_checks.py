@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from actors.qos.compatibility import disagreements
 from actors.tools.broker_names import BrokerNames
 from actors.tools.check import Check, summed_up
+from actors.tools.overview import WITHHELD
 from proto.wire.codes import Capability, EntryKind
 from proto.wire.identity import VERSION, version_of
 
@@ -108,7 +109,9 @@ def shared_memory(welcome: Mapping[str, object], totals: BrokerStats) -> Check:
         totals: Its counters.
     """
     counts = (
-        f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference and"
+        WITHHELD
+        if totals.withheld
+        else f"{totals.shared_received} messages received, {totals.shared_sent} copies sent by reference and"
         f" {totals.shared_copied} as bytes"
     )
     if Capability.SHARED_MEMORY in str(welcome.get("capabilities", "")).split():
@@ -123,7 +126,14 @@ def numbers(report: BrokerReport) -> list[Check]:
     Args:
         report: The counters.
     """
-    totals = report.totals
+    checks = [Check("load", "skip", WITHHELD)] if report.totals.withheld else _load(report.totals)
+    checks += summed_up("links", _slow_links(report), f"{len(report.links)}, none slow, none silent")
+    return checks + summed_up(
+        "messages", _losing_topics(report), f"{len(report.topics)} topics, nothing lost"
+    )
+
+
+def _load(totals: BrokerStats) -> list[Check]:
     load = f"connections: {totals.connections}; the loop at worst {1000 * totals.lag_longest_sec:.0f} ms late"
     checks = [Check("load", "ok", load)]
     if totals.lag_longest_sec > LATE_SEC:
@@ -134,11 +144,7 @@ def numbers(report: BrokerReport) -> list[Check]:
         remedy = f"its log names the limit to raise: {limits}"
         text = f"{totals.refused_connections} connections turned away: there were too many"
         checks.append(Check("load", "warn", text, remedy))
-    checks += summed_up("limits", _limits_reached(totals), "none reached")
-    checks += summed_up("links", _slow_links(report), f"{len(report.links)}, none slow, none silent")
-    return checks + summed_up(
-        "messages", _losing_topics(report), f"{len(report.topics)} topics, nothing lost"
-    )
+    return checks + summed_up("limits", _limits_reached(totals), "none reached")
 
 
 def _limits_reached(totals: BrokerStats) -> list[Check]:

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 WINDOW: Final = 3
 """Intervals between samples over which a rate is taken: more make the rate of a slow topic steadier."""
 
+WITHHELD: Final = 'the broker keeps its own numbers from this user, who may not administer "/"'
+"""Text in place of a broker's numbers that are withheld."""
+
 LINKED: Final = "linked"
 SUSPENDED: Final = "suspended"
 
@@ -142,7 +145,7 @@ class Totals:
     """The whole broker, all its domains together.
 
     Attributes:
-        broker: The hex id of its instance, which changes with a restart.
+        broker: The hex id of its instance, which changes with a restart; empty if the numbers are `withheld`.
         uptime_sec: Seconds since it began to listen.
         routed_per_sec: Messages per second that had at least one receiver.
         delivered_per_sec: Copies per second handed to a link.
@@ -174,6 +177,16 @@ class Totals:
     longest_lag_sec: float
     connections: int
     suspended: int
+
+    @property
+    def withheld(self) -> bool:
+        """Whether the broker does not tell these numbers: the user may not administer the whole broker."""
+        return not self.broker
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the numbers by name; all are None if the broker withholds them."""
+        found = asdict(self)
+        return {"broker": "", **dict.fromkeys([*found][1:])} if self.withheld else found
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -208,7 +221,7 @@ class Overview:
 
         `seconds`, the former `interval_sec`, stays for one version.
         """
-        return {**asdict(self), "seconds": self.interval_sec}
+        return {**asdict(self), "totals": self.totals.as_dict(), "seconds": self.interval_sec}
 
 
 class Samples:
@@ -273,7 +286,8 @@ def overview(sample: Sample, rates: BrokerReportRates | None) -> Overview:
 
 
 def _totals(report: BrokerReport, rates: BrokerReportRates | None) -> Totals:
-    totals, rise = report.totals, None if rates is None else rates.totals
+    totals = report.totals
+    rise = None if rates is None or totals.withheld else rates.totals
     return Totals(
         broker=totals.broker,
         uptime_sec=totals.uptime_sec,

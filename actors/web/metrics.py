@@ -177,6 +177,17 @@ class _BrokerCollector(Collector):
         yield GaugeMetricFamily("callboard_up", "Whether the broker answers", value=float(report is not None))
         if report is None or snapshot is None:
             return
+        text = 'Whether the broker withholds its numbers: the server\'s user may not administer "/"'
+        yield GaugeMetricFamily("callboard_withheld", text, value=float(report.totals.withheld))
+        yield from self._graph_metrics(snapshot)
+        # Absent, not 0: a 0 would look like a broker without connections and losses.
+        if not report.totals.withheld:
+            yield from self._broker_metrics(report)
+            yield from _mesh_metrics(report)
+        if report.topics or not report.totals.withheld:
+            yield from self._topics.metrics()
+
+    def _broker_metrics(self, report: BrokerReport) -> Iterator[Metric]:
         totals = {**report.totals.as_dict(), "lost_on_break": self._lost}  # as a counter, which never falls
         for name, (field, text) in GAUGES.items():
             yield GaugeMetricFamily(name, text, value=totals[field])
@@ -188,15 +199,15 @@ class _BrokerCollector(Collector):
                 reason, whole, part = REMAINDERS[name]
                 values[reason] = max(0, totals[whole] - totals[part])
             yield _counter_by(name, text, "reason", values)
+        queued = max((link.queued for link in report.links.values()), default=0)
+        text = "Messages that wait for the slowest link of the domain"
+        yield GaugeMetricFamily("callboard_link_queued_messages_longest", text, value=queued)
+
+    def _graph_metrics(self, snapshot: GraphSnapshot) -> Iterator[Metric]:
         yield GaugeMetricFamily("callboard_nodes", "Nodes of the domain", value=len(snapshot.nodes()))
         kinds = Counter(entry.kind for entry in snapshot.entries.values())
         shown = {kind.name.lower(): kinds[kind] for kind in EntryKind if kind != EntryKind.NODE}
         yield _gauge_by("callboard_domain_endpoints", "Endpoints of the domain, by kind", "kind", shown)
-        queued = max((link.queued for link in report.links.values()), default=0)
-        text = "Messages that wait for the slowest link of the domain"
-        yield GaugeMetricFamily("callboard_link_queued_messages_longest", text, value=queued)
-        yield from self._topics.metrics()
-        yield from _mesh_metrics(report)
 
 
 class TopicCounts:

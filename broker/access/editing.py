@@ -33,6 +33,10 @@ allow.administer = ["/**"]
 allow.node = ["/**"]
 allow.subscribe = ["/**"]
 allow.see = ["/**"]
+
+# Reads the broker's statistics, such as for /metrics.
+[roles.monitor]
+allow.administer = ["/**"]
 """
 
 _HEADER: Final = re.compile(r"^[ \t]*\[", re.MULTILINE)

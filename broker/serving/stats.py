@@ -112,7 +112,8 @@ class Statistics:
         numbers = {} if mesh is None else mesh.totals().as_dict()
         if peer is not None and peer.rights is not None:
             if not peer.may(Action.ADMINISTER, WHOLE_BROKER):
-                totals, numbers = BrokerStats(), {}
+                # The time remains: rates of the topics that the user may administer need it.
+                totals, numbers = BrokerStats(stamp_sec=totals.stamp_sec), {}
                 brokers = tuple(MeshBrokerStats(*each[:3]) for each in brokers)
             topics = tuple(topic for topic in topics if peer.may(Action.ADMINISTER, topic.name))
             links = tuple(each for each in links if each.session == link.session or _may_inspect(peer, each))

@@ -78,7 +78,7 @@ class BrokerStats:
     """
 
     broker: str = ""
-    """The broker's instance id in hex; it changes with a restart."""
+    """The broker's instance id in hex; it changes with a restart. Empty if the numbers are `withheld`."""
     stamp_sec: float = 0.0
     """The time of the snapshot, by the monotonic clock of the broker's event loop."""
     uptime_sec: float = 0.0
@@ -176,6 +176,14 @@ class BrokerStats:
     """From all connections, including those that have ended; a batch of messages is one."""
     bytes_received: int = 0
     bytes_sent: int = 0
+
+    @property
+    def withheld(self) -> bool:
+        """Whether the broker tells the asker only the time, and 0 for the rest.
+
+        The access rules do not let the asker's user administer the whole broker.
+        """
+        return not self.broker
 
     @property
     def accounted(self) -> int:

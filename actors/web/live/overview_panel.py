@@ -34,7 +34,7 @@ class OverviewPanel(DocumentPanel):
         found: dict[str, Any] = {"connected": observer.connected, "target": observer.target}
         seen = observer.overview
         if seen is not None:
-            found["totals"] = asdict(seen.totals)
+            found["totals"] = seen.totals.as_dict()
             found["topics"] = {row.name: asdict(row) for row in seen.topics}
             duplicates = observer.snapshot.duplicate_nodes()
             found["nodes"] = {

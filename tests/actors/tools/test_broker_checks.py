@@ -29,11 +29,11 @@ def bad(checks: list[Check]) -> list[tuple[str, str, str]]:
 
 
 def report(
-    *, links: tuple[LinkStats, ...] = (), topics: tuple[TopicStats, ...] = (), **totals: float
+    *, links: tuple[LinkStats, ...] = (), topics: tuple[TopicStats, ...] = (), **totals: float | str
 ) -> BrokerReport:
     """Make a report."""
     return BrokerReport(
-        totals=BrokerStats(**totals),  # type: ignore[arg-type]
+        totals=BrokerStats(**{"broker": "b1", **totals}),  # type: ignore[arg-type]
         topics={each.name: each for each in topics},
         links={each.session: each for each in links},
     )

@@ -189,6 +189,18 @@ def test_hidden_names_can_be_left_out() -> None:
     assert names(seen.without_hidden()) == [["/topic"], ["/node"], ["/service"]]
 
 
+def test_withheld_totals_do_not_take_the_rates_of_topics_away() -> None:
+    """A user who may administer some topics has their rates; what the broker withholds is None, not 0."""
+    samples = Samples()
+    topics = [topic("/chatter", messages=10 * second) for second in range(3)]
+    for second in range(3):
+        seen = samples.add(sample(float(second), PAIR, topics=(topics[second],), broker=""))
+    assert seen.topics[0].messages_per_sec == 10.0
+    assert seen.totals.withheld
+    assert seen.totals.routed_per_sec is None
+    assert {*seen.as_dict()["totals"].values()} == {"", None}
+
+
 def test_an_overview_is_json() -> None:
     """Everything in it is plain."""
     samples = Samples()

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 from contextlib import AsyncExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
@@ -18,17 +20,19 @@ from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
 from broker import Broker, BrokerOptions
 from broker.access.credentials import hash_token
+from broker.access.editing import NEW_FILE, add_user
 from tests.actors.meeting import DEADLINE_SEC, Meeting, until
 from tests.actors.web.site import Page, Site
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-    from pathlib import Path
 
 OPERATOR: Final = "cbt_" + "o" * 43
 ZOE: Final = "cbt_" + "z" * 43
 NOBODY: Final = "cbt_" + "n" * 43
 SERVER: Final = "the-token-of-the-server"
+
+GUIDE: Final = (Path(__file__).resolve().parents[3] / "docs/how-to/browser.md").read_text(encoding="utf-8")
 
 RULES: Final = """
 [users.operator]
@@ -278,9 +282,48 @@ async def test_a_broker_that_has_lost_its_users_lets_nobody_sign_in(
     await site.answer(ZOE, "/api/nodes", 503)
 
 
+async def metrics(site: Site, token: str = "") -> str:
+    """Return what `/metrics` says to somebody with a token (empty: without)."""
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    async with site.client.get("/metrics", headers=headers) as response:
+        assert response.status == 200
+        return await response.text()
+
+
 async def test_users_have_metrics_of_what_they_may_see(site: GuardedSite) -> None:
-    """Names of topics among them."""
+    """Names of topics among them. What the broker withholds is absent: 0 connections would be wrong."""
     for token, seen in ((SERVER, True), (ZOE, False)):
-        async with site.client.get("/metrics", headers={"Authorization": f"Bearer {token}"}) as response:
-            assert response.status == 200
-            assert ('topic="/ours/status"' in await response.text()) is seen
+        text = await metrics(site, token)
+        assert "callboard_up 1.0" in text
+        assert f"callboard_withheld {float(not seen)}" in text
+        for name in ('topic="/ours/status"', "callboard_connections ", "callboard_lost_copies_total"):
+            assert (name in text) is seen
+
+
+async def test_the_roles_of_the_guide_have_all_metrics(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The web server's user gets them from the file that `callboard auth add` makes."""
+    (line,) = re.findall(r"callboard auth add web (.*)", GUIDE)
+    roles = re.findall(r"--role (\w+)", line)
+    rules = tmp_path / "access.toml"
+    rules.write_text(add_user(NEW_FILE, "web", token=hash_token(OPERATOR), roles=roles, source="new file"))
+    monkeypatch.setenv("CALLBOARD_TOKEN", OPERATOR)
+    async with AsyncExitStack() as stack:
+        meeting = Meeting(stack)
+        meeting.broker = Broker(BrokerOptions(port=0, auth=rules))
+        await meeting.open()
+        stack.push_async_callback(meeting.stop_broker)
+        site = await Site(stack, meeting).open()
+        text = await metrics(site)
+        assert "callboard_withheld 0.0" in text
+        assert "callboard_connections 1.0" in text
+        assert (await site.json("/api/overview"))["totals"]["connections"] == 1
+
+
+async def test_who_may_not_administer_the_broker_sees_no_zeros(site: GuardedSite) -> None:
+    """The totals of the overview are null, and the instance is empty."""
+    totals = (await site.answer(ZOE, "/api/overview"))["totals"]
+    assert totals.pop("broker") == ""
+    assert len(totals) > 10
+    assert set(totals.values()) == {None}

@@ -44,7 +44,7 @@ def test_a_user_is_added_at_the_end() -> None:
 def test_a_new_file_has_roles_to_choose_from() -> None:
     """And no user until one is added."""
     changed = add_user(NEW_FILE, "a", token=ONE, roles=["full"], source="f")
-    assert set(parse_rules(changed, "f").roles) == {"full", "observer"}
+    assert set(parse_rules(changed, "f").roles) == {"full", "observer", "monitor"}
     with pytest.raises(AccessFileError, match="no users"):
         parse_rules(NEW_FILE, "f")
 

@@ -35,3 +35,15 @@ def test_only_names_and_versions_are_for_everybody(principal: Any, brokers: Any,
     assert tuple(broker for frame in frames for broker in frame.brokers) == brokers
     assert MeshStats.from_map(frames[0].mesh) == mesh
     assert all(not frame.mesh for frame in frames[1:])
+
+
+def test_withheld_totals_have_the_time_only() -> None:
+    """Rates of the topics that a user may administer need it."""
+    router = Router()
+    peer, _ = router.connect(b"i", b"t", NOTHING)
+    dispatcher: Any = SimpleNamespace(joined={router: {}}, mesh=None)
+    link: Any = SimpleNamespace(peer=peer, session=1)
+    totals = BrokerStats(broker="b", stamp_sec=5.0, connections=7)
+    (frame,) = Statistics("b", dispatcher).answer(0.0, router, link, totals)
+    assert BrokerStats.from_map(frame.totals) == BrokerStats(stamp_sec=5.0)
+    assert BrokerStats.from_map(frame.totals).withheld

@@ -23,7 +23,7 @@ def add_arguments(parser: Parser) -> None:
         metavar="ROLE",
         action="append",
         default=[],
-        help="what the user may do; may be repeated. A new file has the roles full and observer",
+        help="what the user may do; may be repeated. A new file has the roles full, observer and monitor",
     )
     add_token_file_option(parser)
     add_file_option(parser)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from actors.cli.tables import Styled
-from actors.tools.overview import SUSPENDED, NodeRow, ServiceRow, TopicRow
+from actors.tools.overview import SUSPENDED, WITHHELD, NodeRow, ServiceRow, TopicRow
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -192,6 +192,8 @@ def _searched(row: Row) -> str:
 
 def headlines(totals: Totals) -> tuple[list[Styled], list[Styled]]:
     """Return the state and the traffic of the broker, in a few words each."""
+    if totals.withheld:
+        return [Styled(WITHHELD, "warn")], []
     condition = [
         Styled(f"up {duration(totals.uptime_sec)}", ""),
         Styled(f"connections {compact(totals.connections)}", ""),

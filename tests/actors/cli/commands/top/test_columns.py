@@ -18,7 +18,7 @@ from actors.cli.commands.top.columns import (
     rate,
 )
 from actors.cli.tables import Styled
-from actors.tools.overview import Samples
+from actors.tools.overview import WITHHELD, Samples
 from proto.wire.codes import EntryKind
 from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
 
@@ -131,6 +131,11 @@ def test_the_headlines_say_what_is_wrong() -> None:
     assert Styled("queued 7", "warn") in work
     well, idle = headlines(replace(SEEN.totals, suspended=0, queued=0, drops_per_sec=0.0))
     assert {part.style for part in (*well, *idle)} == {""}
+
+
+def test_the_headline_says_that_the_broker_withholds_its_numbers() -> None:
+    """In place of zeros."""
+    assert headlines(replace(SEEN.totals, broker="")) == ([Styled(WITHHELD, "warn")], [])
 
 
 def test_the_headline_has_shared_memory_where_it_is_used() -> None:
