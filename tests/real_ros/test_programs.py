@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-NOT_PROGRAMS = ("environment",)
-"""Modules that answer about their side."""
+NOT_PROGRAMS = ("environment", "message_types")
+"""Modules whose functions are for other tests."""
 
 
 def programs() -> Iterator[str]:

@@ -21,7 +21,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.message import Action, Message, Service, definition, type_hash, type_name
 from actors.interfaces.naming import package_of
-from actors.interfaces.sensor_msgs.msg import Image, NavSatStatus
+from actors.interfaces.sensor_msgs.msg import Image, NavSatFix, NavSatStatus
 from actors.interfaces.std_msgs.msg import Header, String
 
 
@@ -97,6 +97,11 @@ def test_attributes_are_the_fields() -> None:
     assert NavSatStatus.STATUS_FIX == 0
     with pytest.raises(AttributeError):
         status.STATUS_FIX = 1  # type: ignore[misc]
+
+
+def test_a_default_of_a_contained_message_is_kept() -> None:
+    """A fix that nobody has filled in says that nothing is known, and not that there is a fix."""
+    assert NavSatFix().status.status == NavSatStatus.STATUS_UNKNOWN == -2
 
 
 def test_defaults_are_not_shared() -> None:

@@ -20,5 +20,5 @@ class NavSatStatus(Message, type_name="sensor_msgs/msg/NavSatStatus"):
     SERVICE_COMPASS: ClassVar[uint16] = 4
     SERVICE_GALILEO: ClassVar[uint16] = 8
 
-    status: int8 = 0
+    status: int8 = -2
     service: uint16 = 0
