@@ -50,7 +50,7 @@ def echo(options: Options, echoed_topics: Callable[[Node, GraphSnapshot], list[E
     printer = MessagePrinter(options)
 
     async def receive() -> None:
-        async with hidden_node(options) as node:
+        async with hidden_node(options, name=options.node_name) as node:
             snapshot = await graph_of(node)
             topics = echoed_topics(node, snapshot)
             with Listener(

@@ -28,7 +28,7 @@ STOP_TIMEOUT_SEC: Final = 1.0
 
 @asynccontextmanager
 async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -> AsyncGenerator[Node]:
-    """Run a node on the broker that the options choose.
+    """Run a node on the broker that the options choose; with `--use-sim-time` its clock follows `/clock`.
 
     Args:
         options: The command line.
@@ -43,11 +43,13 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
     if options.own_process:
         _set_up_log()
     target = target_of(options)
+    use_sim_time = bool(getattr(options, "use_sim_time", False))
     if name is None:
         node = make_hidden_node(
             hidden_name(NAME),
             url=target.url,
             domain=target.domain,
+            use_sim_time=use_sim_time,
             connect_timeout_sec=CONNECT_TIMEOUT_SEC,
             stop_timeout_sec=STOP_TIMEOUT_SEC,
         )
@@ -57,6 +59,7 @@ async def hidden_node(options: argparse.Namespace, *, name: str | None = None) -
             url=target.url,
             domain=target.domain,
             use_global_arguments=False,
+            parameter_overrides={"use_sim_time": use_sim_time},
             connect_timeout_sec=CONNECT_TIMEOUT_SEC,
             stop_timeout_sec=STOP_TIMEOUT_SEC,
             slow_callback_sec=None,  # a terminal may be slow

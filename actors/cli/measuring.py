@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from actors.cli.parsing import Options
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.graph.snapshot import GraphSnapshot
+    from actors.time.clock import Clock
     from actors.tools.message_filter import MessageFilter
 
 MEASURING: Final = QoSProfile(depth=10_000, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -45,11 +46,20 @@ class Meter:
     Attributes:
         topic: Its full name.
         new: Messages since the last output.
+        clock: The clock of simulated time; None for the wall clock.
     """
 
     def __init__(self, topic: str) -> None:
         self.topic = topic
         self.new = 0
+        self.clock: Clock | None = None
+
+    def receive(self, data: bytes, info: MessageInfo) -> None:
+        """Count a message, unless it arrives before the first time of simulated time."""
+        if self.clock is None:
+            self.add(data, info)
+        elif now_ns := self.clock.now().nanoseconds:
+            self.add(data, info._replace(received_timestamp=now_ns))
 
     def add(self, data: bytes, info: MessageInfo) -> None:
         """Count a message."""
@@ -70,7 +80,7 @@ def measure(
     """Measure until a signal, and call `show` once a second; return the exit code.
 
     Args:
-        options: `once` and `timeout`, `json`, and where the broker is.
+        options: `once` and `timeout`, `json`, `use_sim_time`, and where the broker is.
         topics: As the command line names them.
         meter_of: Makes the meter of a topic.
         show: Prints the meters, and returns whether there was anything to print.
@@ -89,7 +99,8 @@ def measure(
                 for name in names:
                     warn_unpublished(snapshot, name)
                     meter = meter_of(name, snapshot)
-                    listener.subscribe(name, meter.add, MEASURING)
+                    meter.clock = node.get_clock() if options.use_sim_time else None
+                    listener.subscribe(name, meter.receive, MEASURING)
                     meters.append(meter)
                     if len(names) >= announce_from and not options.json:
                         print_out(f"Subscribed to [{name}]")
@@ -164,7 +175,8 @@ class BandwidthMeter(Meter):
 
     def summary(self) -> BandwidthSummary | None:
         """Return the bandwidth until now; None before the first message."""
-        return self._bandwidth.summary(time.time_ns() / 1e9)
+        now_ns = time.time_ns() if self.clock is None else self.clock.now().nanoseconds
+        return self._bandwidth.summary(now_ns / 1e9)
 
 
 class DelayMeter(Meter):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING, Any, cast
+import sys
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.output import print_err, print_json, print_out
@@ -21,11 +22,16 @@ if TYPE_CHECKING:
     from actors.endpoints.subscription.backlog import MessageInfo
 
 
+CLEAR: Final = "\x1b[2J\x1b[H"
+"""Clears a terminal, and returns to its first line."""
+
+
 class MessagePrinter:
     """Prints messages.
 
     Args:
-        options: Those of `add_print_options`, and `field`, `filter`, `raw` and `include_message_info`.
+        options: Those of `add_print_options`, and `field`, `filter`, `raw`, `clear` and
+            `include_message_info`.
 
     Raises:
         InvalidFieldError: `--field` is not a path of fields.
@@ -75,15 +81,22 @@ class MessagePrinter:
         self._matched = True
         return printed
 
+    def _clear(self) -> None:
+        """Clear the terminal; ROS 2 clears a file, too, with escapes that nobody reads."""
+        if self._options.clear and sys.stdout.isatty():
+            sys.stdout.write(CLEAR)
+
     def _print(self, message: Any, info: MessageInfo, decode: Callable[[bytes], Any]) -> bool:
         options = self._options
         info_fields = _info_fields(info) if options.include_message_info else None
         if options.raw and self._chosen is None:
+            self._clear()
             self._show_raw(message, info_fields)
             return True
         whole = decode(message) if isinstance(message, bytes) else message
         if self._chosen is not None and not self._chosen.passes(whole):
             return False
+        self._clear()
         if options.raw:
             self._show_raw(message, info_fields)
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
 from proto.wire.codes import EntryKind
 from proto.wire.names import is_hidden, validate_full_service_name, validate_full_topic_name
 
@@ -184,6 +184,8 @@ def add_find_arguments(named: Named, parser: Parser) -> None:
     parser.add_flag("-c", f"--count-{named.noun}s", help="only how many there are")
     add_hidden_option(named, parser)
     add_json_option(parser, "one array of names")
+    if named is TOPIC:
+        add_ros_options(parser)
     add_broker_options(parser)
 
 
@@ -208,6 +210,8 @@ def add_type_arguments(named: Named, parser: Parser) -> None:
     parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
     add_hidden_option(named, parser)
     add_json_option(parser, "one array of types")
+    if named is TOPIC:
+        add_ros_options(parser)
     add_broker_options(parser)
 
 
@@ -235,6 +239,7 @@ def add_info_arguments(named: Named, parser: Parser) -> None:
     parser.add_argument(named.noun, metavar=named.noun.upper(), help=f"such as {named.example}")
     parser.add_flag("-v", "--verbose", help=f"also each {' and '.join(nouns)}: node, type hash, QoS")
     add_json_option(parser, f"one object: name, types, {', '.join(f'{noun}s' for noun in nouns)}, mismatches")
+    add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -20,10 +20,19 @@ if TYPE_CHECKING:
 SHOWN_LENGTH: Final = 128
 """Characters or elements printed of a string or sequence, as in ROS 2."""
 QOS_PRESETS: Final = (
-    *("default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events"),
-    *("action_status_default", "best_available", "rosout_default"),
+    *("unknown", "default", "system_default", "sensor_data", "services_default", "parameters"),
+    *("parameter_events", "action_status_default", "best_available", "rosout_default"),
 )
-"""The presets of actors.qos.profile.QoSPresetProfiles."""
+"""The presets of actors.qos.profile.QoSPresetProfiles, which importing would cost every verb."""
+QOS_POLICIES: Final = {
+    "history": ("system_default", "keep_last", "keep_all", "unknown"),
+    "reliability": ("system_default", "reliable", "best_effort", "unknown", "best_available"),
+    "durability": ("system_default", "transient_local", "volatile", "unknown", "best_available"),
+    "liveliness": ("system_default", "automatic", "manual_by_topic", "unknown", "best_available"),
+}
+"""The values of its policies."""
+IGNORED: Final = "accepted for ROS 2's sake:"
+"""How the help of an option begins that changes nothing."""
 _CHOICE: Final = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 
@@ -114,6 +123,24 @@ def add_broker_options(parser: Parser) -> None:
     )
 
 
+def add_ros_options(parser: Parser, *, daemon: bool = True, clock: str = "") -> None:
+    """Add the options that ROS 2's verbs have for its discovery, which callboard does not need.
+
+    Args:
+        parser: The verb's.
+        daemon: ROS 2's verb can ask its daemon.
+        clock: What simulated time changes here; "" for nothing.
+    """
+    parser.add_argument(
+        "--spin-time", type=float, metavar="SEC", help=f"{IGNORED} the broker knows the graph at once"
+    )
+    if daemon:
+        parser.add_flag("--no-daemon", help=f"{IGNORED} the broker is asked, and there is no daemon")
+    parser.add_flag(
+        *("-s", "--use-sim-time"), help=clock or f"{IGNORED} nothing that is printed depends on the clock"
+    )
+
+
 def add_json_option(parser: Parser, shape: str = "one document") -> None:
     """Add --json."""
     parser.add_flag("--json", help=f"print JSON, {shape}")
@@ -138,24 +165,24 @@ def add_qos_options(parser: Parser) -> None:
         "--qos-profile", choices=QOS_PRESETS, metavar="NAME", help=f"a preset: {', '.join(QOS_PRESETS)}"
     )
     parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")
-    parser.add_argument("--qos-history", choices=("keep_last", "keep_all"), help="which messages to keep")
-    parser.add_argument(
-        "--qos-reliability", choices=("reliable", "best_effort"), help="whether to keep count"
-    )
-    parser.add_argument(
-        "--qos-durability",
-        choices=("volatile", "transient_local"),
-        help="transient_local: for late joiners, too",
-    )
-    parser.add_argument(
-        "--qos-liveliness",
-        choices=("automatic", "manual_by_topic"),
-        help="how a publisher shows that it is alive",
-    )
+    for policy, about in {
+        "history": "which messages to keep",
+        "reliability": "whether to keep count",
+        "durability": "transient_local: for late joiners, too",
+        "liveliness": "how a publisher shows that it is alive",
+    }.items():
+        parser.add_argument(f"--qos-{policy}", choices=QOS_POLICIES[policy], help=about)
     parser.add_argument(
         "--qos-liveliness-lease-duration-seconds", type=positive, metavar="SEC",
         help="a publisher shows that it is alive at least this often",
     )  # fmt: skip
+
+
+def add_node_name_option(parser: Parser) -> None:
+    """Add ROS 2's option for the name of the verb's own node."""
+    parser.add_argument(
+        "-n", "--node-name", metavar="NAME", help="the name of the verb's node; default: a hidden one"
+    )
 
 
 def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) -> None:
@@ -177,8 +204,8 @@ def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) ->
     if subscribe:
         parser.add_flag(
             "--subscribe",
-            help="measure received messages instead of the broker's counters; always done if another broker"
-            " of the mesh has publishers",
+            help="measure received messages instead of the broker's counters; always done for hz --once, and"
+            " if another broker of the mesh has publishers",
         )
     parser.add_flag("--once", help="print the first result and end")
     parser.add_argument(
@@ -188,6 +215,11 @@ def add_watch_options(parser: Parser, *, window: str, subscribe: bool = True) ->
 
 def add_print_options(parser: Parser) -> None:
     """Add the options for printing messages."""
+    # Those that only `topic echo` has.
+    parser.set_defaults(
+        **dict.fromkeys(("field", "filter", "node_name")),
+        **dict.fromkeys(("raw", "clear", "include_message_info", "no_lost_messages"), False),
+    )
     parser.add_flag("--once", help="print one message and end")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC", help="exit with 124 if no message arrives for this long"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import Parser, add_broker_options, parser_of
+from actors.cli.parsing import IGNORED, Parser, add_broker_options, add_ros_options, parser_of
 from actors.cli.table import VERBS, Group, Verb, load
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _SHARED: Final = {"url", "domain", "context"}
 """The options of `add_broker_options`."""
+_ROS: Final = {"spin_time", "no_daemon", "use_sim_time"}
+"""The options of `add_ros_options`, as far as they change nothing."""
 
 _HEAD: Final = """\
 # The command line
@@ -34,7 +36,7 @@ Generated from the parsers; `callboard VERB --help` prints the same.
 
 def reference() -> str:
     """Return the reference as Markdown."""
-    parts = [_HEAD, _contents(), _broker_options()]
+    parts = [_HEAD, _contents(), _broker_options(), _ros_options()]
     for name, entry in VERBS.items():
         if isinstance(entry, Verb):
             parts.append(_verb(name, entry, "##"))
@@ -59,16 +61,27 @@ def _broker_options() -> str:
     return "\n".join(["## The broker", "", "Verbs that need a broker have these, too:", "", *rows])
 
 
+def _ros_options() -> str:
+    parser = Parser()
+    add_ros_options(parser)
+    rows = _table(each for each in parser._actions if each.dest != "help")  # noqa: SLF001
+    about = "Verbs that wait for discovery in ROS 2 have its options for it:"
+    return "\n".join(["## Options of ROS 2's discovery", "", about, "", *rows])
+
+
 def _verb(command: str, verb: Verb, level: str) -> str:
     module, parser = load(command), parser_of(command, verb)
     lines = [f"{level} callboard {command}", "", _sentence(verb.summary), "", *_examples(module.EXAMPLES)]
     # argparse offers no other way to see its arguments than the text of --help, which is each version's own.
     actions = [each for each in parser._actions if each.help != argparse.SUPPRESS]  # noqa: SLF001
     shared = {each.dest for each in actions} & _SHARED if command != "broker" else set[str]()
-    own = [each for each in actions if each.dest not in {"help", *shared}]
+    ros = {each.dest for each in actions if each.dest in _ROS and str(each.help).startswith(IGNORED)}
+    own = [each for each in actions if each.dest not in {"help", *shared, *ros}]
     lines += _table(own)
-    if shared:
-        lines += ["It has the options for [the broker](#the-broker).", ""]
+    links = ["for [the broker](#the-broker)"] * bool(shared)
+    links += ["of [ROS 2's discovery](#options-of-ros-2s-discovery)"] * bool(ros)
+    if links:
+        lines += [f"It has the options {' and '.join(links)}.", ""]
     return "\n".join(lines)
 
 

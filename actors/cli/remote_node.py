@@ -6,7 +6,7 @@ import asyncio
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from actors.cli.parsing import Options, Parser, add_broker_options, positive
+from actors.cli.parsing import Options, Parser, add_broker_options, add_ros_options, positive
 
 # Reading arguments needs nothing else.
 # ruff: noqa: PLC0415
@@ -27,8 +27,14 @@ def add_node_argument(parser: Parser) -> None:
     parser.add_argument("node", metavar="NODE", help="such as /talker")
 
 
-def add_remote_options(parser: Parser, *, timeout_sec: float = TIMEOUT_SEC) -> None:
-    """Add the options that all such verbs have."""
+def add_remote_options(parser: Parser, *, timeout_sec: float = TIMEOUT_SEC, ros: bool = True) -> None:
+    """Add the options that all such verbs have.
+
+    Args:
+        parser: The verb's.
+        timeout_sec: The limit without `--timeout`.
+        ros: ROS 2 has the verb, too.
+    """
     parser.add_flag("--include-hidden-nodes", help="also a node with a leading _")
     parser.add_argument(
         "--timeout", type=positive, metavar="SEC",
@@ -36,6 +42,8 @@ def add_remote_options(parser: Parser, *, timeout_sec: float = TIMEOUT_SEC) -> N
         f"default: {timeout_sec:g} for the answer of a node that is there",
     )  # fmt: skip
     parser.set_defaults(default_timeout_sec=timeout_sec)
+    if ros:
+        add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -113,7 +113,10 @@ def _fields(text: str) -> dict[str, Any]:
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
-    """Return `default`, or the preset of --qos-profile, changed by the other --qos options."""
+    """Return `default`, or the preset of --qos-profile, changed by the other --qos options.
+
+    What they leave open (`unknown`, `best_available`) is as in `default`, which fits the other endpoints.
+    """
     preset = options.qos_profile
     base = default if preset is None else QoSPresetProfiles.get_from_short_key(preset)
     policies = {
@@ -129,7 +132,15 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
         changes["depth"] = options.qos_depth
     if options.qos_liveliness_lease_duration_seconds is not None:
         changes["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
-    return replace(base, **changes)
+    chosen = replace(base, **changes)
+    left_open = {
+        name: getattr(default, name)
+        for name in policies
+        if getattr(chosen, name).short_key in {"unknown", "best_available"}
+    }
+    if "history" in left_open and options.qos_depth is None:
+        left_open["depth"] = default.depth
+    return replace(chosen, **left_open)
 
 
 def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> None:

@@ -29,6 +29,7 @@ def make_hidden_node(
     domain: int,
     token: str | None = None,
     shared_name: bool = False,
+    use_sim_time: bool = False,
     connect_timeout_sec: float | None = None,
     stop_timeout_sec: float = GOODBYE_SEC,
 ) -> Node:
@@ -43,6 +44,7 @@ def make_hidden_node(
         domain: The number of the graph.
         token: As for `Node`.
         shared_name: As for `Node`.
+        use_sim_time: Its clock follows `/clock`.
         connect_timeout_sec: As for `Node`.
         stop_timeout_sec: As for `Node`; default: for a node that has nothing to send but its goodbye.
     """
@@ -53,7 +55,7 @@ def make_hidden_node(
         token=token,
         shared_name=shared_name,
         use_global_arguments=False,
-        parameter_overrides={"start_type_description_service": False},
+        parameter_overrides={"start_type_description_service": False, "use_sim_time": use_sim_time},
         start_parameter_services=False,
         enable_rosout=False,
         start_diagnostics_service=False,

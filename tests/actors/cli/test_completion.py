@@ -75,7 +75,7 @@ def test_options_are_offered_when_a_dash_is_typed() -> None:
 
 def test_values_of_options_are_offered() -> None:
     """Behind the option or behind its =; where anything may stand nothing is."""
-    assert words("topic echo --qos-history ") == ["keep_last", "keep_all"]
+    assert words("topic echo --qos-history ") == ["system_default", "keep_last", "keep_all", "unknown"]
     assert words("topic echo --qos-history=keep_l") == ["--qos-history=keep_last"]
     assert words("topic echo --timeout ") == []
     assert words("completion ") == ["bash", "zsh", "fish"]

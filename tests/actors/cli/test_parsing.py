@@ -8,6 +8,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli import parsing
+from actors.qos.profile import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSPresetProfiles,
+    ReliabilityPolicy,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,3 +65,14 @@ def test_options_are_not_abbreviated() -> None:
     with pytest.raises(SystemExit) as stop:
         parser.parse_args(["--tim", "1"])
     assert stop.value.code == 2
+
+
+def test_every_policy_and_preset_is_a_choice() -> None:
+    """The names in the parser, which imports no policies, are theirs, in their order."""
+    assert list(parsing.QOS_PRESETS) == QoSPresetProfiles.short_keys()
+    assert {name: list(keys) for name, keys in parsing.QOS_POLICIES.items()} == {
+        "history": HistoryPolicy.short_keys(),
+        "reliability": ReliabilityPolicy.short_keys(),
+        "durability": DurabilityPolicy.short_keys(),
+        "liveliness": LivelinessPolicy.short_keys(),
+    }

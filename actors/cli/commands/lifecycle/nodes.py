@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
 
 EXAMPLES: Final = {"callboard lifecycle nodes": "the full names of all nodes with states"}
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_flag("-a", "--include-hidden-nodes", help="also hidden ones, with a leading _")
+    parser.add_flag("-a", "--all", "--include-hidden-nodes", help="also hidden ones, with a leading _")
     parser.add_flag("-c", "--count-nodes", help="only how many there are")
     add_json_option(parser, "one array of nodes: name")
+    add_ros_options(parser)
     add_broker_options(parser)
 
 
@@ -30,7 +31,7 @@ def run(options: Options) -> int:
     served = dict(snapshot.names_and_types(EntryKind.SERVICE))
     found = [
         name
-        for name in visible_nodes(snapshot, hidden=options.include_hidden_nodes)
+        for name in visible_nodes(snapshot, hidden=options.all)
         if "lifecycle_msgs/srv/GetState" in served.get(f"{name}/get_state", ())
     ]
     if options.count_nodes:

@@ -17,7 +17,7 @@ def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     add_node_argument(parser)
     add_json_option(parser, "one object: node, host, pid, uptime_sec, callbacks and so on")
-    add_remote_options(parser)
+    add_remote_options(parser, ros=False)
 
 
 def run(options: Options) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.named import absolute, unknown
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
 
 if TYPE_CHECKING:
     from actors.cli.errors import CommandError
@@ -30,6 +30,7 @@ def add_arguments(parser: Parser) -> None:
     add_json_option(
         parser, "one object: name, subscribers, publishers, service_servers, service_clients and so on"
     )
+    add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
 from proto.wire.codes import EntryKind
 
 EXAMPLES: Final = {"callboard node list": "the full names of all nodes"}
@@ -15,6 +15,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_flag("-a", "--all", help="also hidden ones, with a leading _")
     parser.add_flag("-c", "--count-nodes", help="only how many there are")
     add_json_option(parser, "one array of nodes: name; in a mesh also broker, duplicate")
+    add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -33,7 +33,7 @@ def add_arguments(parser: Parser) -> None:
         help="only these names and those below them",
     )
     parser.add_argument(
-        "--filter", metavar="REGEX", default="", help="only names that this expression matches"
+        "--filter", metavar="REGEX", default="", help="only names that begin with a match of it"
     )
     parser.add_flag("--param-type", help="print types, too")
     add_json_option(parser, "one array of nodes: node, parameters (name, and with --param-type type)")
@@ -53,7 +53,7 @@ def run(options: Options) -> int:
     answers = run_async(lambda: _of_one(options) if options.node else _of_all(options))
     found = print_failures(answers)
     chosen = {
-        node: {name: types[name] for name in sorted(types) if pattern.search(name)}
+        node: {name: types[name] for name in sorted(types) if pattern.match(name)}
         for node, types in found.items()
     }
     _print(options, chosen)
@@ -78,7 +78,7 @@ def _print(options: Options, found: dict[str, dict[str, str]]) -> None:
         )
         return
     for node, types in found.items():
-        if not options.node:
+        if types and not options.node:
             print_out(f"{node}:")
         for name, kind in types.items():
             line = f"  {name} (type: {kind})" if options.param_type else f"  {name}"

@@ -32,9 +32,6 @@ def add_arguments(parser: Parser) -> None:
     add_print_options(parser)
     add_qos_options(parser)
     add_broker_options(parser)
-    parser.set_defaults(
-        field=None, filter=None, raw=False, include_message_info=False, no_lost_messages=False
-    )
 
 
 def run(options: Options) -> int:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.commands.topic.hz import SILENCE
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_watch_options
+from actors.cli.parsing import (
+    Options,
+    Parser,
+    add_broker_options,
+    add_json_option,
+    add_ros_options,
+    add_watch_options,
+)
 
 if TYPE_CHECKING:
     from actors.cli.broker_counters import WatchedTopic
@@ -25,6 +32,7 @@ def add_arguments(parser: Parser) -> None:
         "one document a second and topic: topic, bytes_per_sec, messages, mean_bytes; "
         "with --subscribe min_bytes, max_bytes",
     )
+    add_ros_options(parser, daemon=False, clock="measure in the time of /clock; subscribes")
     add_broker_options(parser)
 
 
@@ -32,7 +40,9 @@ def run(options: Options) -> int:
     """Print bandwidths until a signal."""
     from actors.cli.broker_counters import publishes_elsewhere, watch
 
-    options.subscribe = options.subscribe or publishes_elsewhere(options, options.topics)
+    options.subscribe = (
+        options.subscribe or options.use_sim_time or publishes_elsewhere(options, options.topics)
+    )
     if options.subscribe:
         from actors.cli.measuring import BandwidthMeter, measure
 

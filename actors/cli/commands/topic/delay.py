@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.commands.topic.hz import SILENCE, spread, spread_fields
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_watch_options
+from actors.cli.parsing import (
+    Options,
+    Parser,
+    add_broker_options,
+    add_json_option,
+    add_ros_options,
+    add_watch_options,
+)
 
 if TYPE_CHECKING:
     from actors.cli.measuring import DelayMeter
@@ -20,6 +27,7 @@ def add_arguments(parser: Parser) -> None:
     add_json_option(
         parser, "one document a second: topic, new, window, mean_sec, min_sec, max_sec, std_dev_sec"
     )
+    add_ros_options(parser, daemon=False, clock="measure in the time of /clock")
     add_broker_options(parser)
 
 

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_print_options, add_qos_options
+from actors.cli.parsing import (
+    Options,
+    Parser,
+    add_broker_options,
+    add_node_name_option,
+    add_print_options,
+    add_qos_options,
+    add_ros_options,
+)
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
@@ -37,10 +45,15 @@ def add_arguments(parser: Parser) -> None:
         help="only messages for which this Python expression about m holds (it is evaluated): 'm.data > 3'",
     )
     parser.add_flag("--raw", help="the bytes as they travel (msgpack)")
-    parser.add_flag("--include-message-info", help="with times, number and publisher of each message")
+    parser.add_flag(
+        *("-i", "--include-message-info"), help="with times, number and publisher of each message"
+    )
+    parser.add_flag("-c", "--clear", help="clear the terminal before each message")
+    add_node_name_option(parser)
     parser.add_flag("--no-lost-messages", help="say nothing of lost messages")
     add_print_options(parser)
     add_qos_options(parser)
+    add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_watch_options
+from actors.cli.parsing import (
+    Options,
+    Parser,
+    add_broker_options,
+    add_json_option,
+    add_ros_options,
+    add_watch_options,
+)
 
 if TYPE_CHECKING:
     from actors.cli.broker_counters import WatchedTopic
@@ -29,13 +36,14 @@ def add_arguments(parser: Parser) -> None:
         metavar="EXPR",
         help="count messages for which this Python expression about m holds (it is evaluated); subscribes",
     )
-    parser.add_flag("--wall-time", help="accepted for ROS 2's sake: the wall clock is always used")
+    parser.add_flag("--wall-time", help="measure with the wall clock even with --use-sim-time")
     add_watch_options(parser, window="10000")
     add_json_option(
         parser,
         "one document a second and topic: topic, rate, new, window; "
-        "with --subscribe min_sec, max_sec, std_dev_sec",
+        "with --once, --subscribe or --filter min_sec, max_sec, std_dev_sec",
     )
+    add_ros_options(parser, daemon=False, clock="measure in the time of /clock; subscribes")
     add_broker_options(parser)
 
 
@@ -43,7 +51,14 @@ def run(options: Options) -> int:
     """Print rates until a signal."""
     from actors.cli.broker_counters import publishes_elsewhere, watch
 
-    options.subscribe = options.subscribe or options.filter or publishes_elsewhere(options, options.topics)
+    options.use_sim_time = options.use_sim_time and not options.wall_time
+    options.subscribe = (
+        options.subscribe
+        or options.once  # after a second the counters know the rate of a slow topic to a few tenths only
+        or options.filter
+        or options.use_sim_time
+        or publishes_elsewhere(options, options.topics)
+    )
     if options.subscribe:
         return _run_subscribed(options)
     from actors.tools.rates import RATE_WINDOW

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from actors.cli.named import TOPIC, add_hidden_option, add_list_options, list_names, types_shown
-from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
 
 EXAMPLES: Final = {
     "callboard topic list -t": "all topics, with their types",
@@ -21,6 +21,7 @@ def add_arguments(parser: Parser) -> None:
     add_json_option(
         parser, "one array of topics: name, types; with -v also publisher_count, subscription_count"
     )
+    add_ros_options(parser)
     add_broker_options(parser)
 
 

@@ -11,8 +11,9 @@ from actors.cli.parsing import (
     Parser,
     add_broker_options,
     add_json_option,
+    add_node_name_option,
     add_qos_options,
-    count,
+    add_ros_options,
     count_or_zero,
     positive,
 )
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.publisher.publisher import Publisher
     from actors.interfaces.message import Message
+    from actors.time.clock import Clock
     from actors.tools.stamps import Stamps
 
     Stamped = tuple[Message, Stamps]
@@ -62,6 +64,7 @@ def add_arguments(parser: Parser) -> None:
     _add_times(parser)
     add_json_option(parser, "one document a line")
     add_qos_options(parser)
+    add_ros_options(parser, daemon=False, clock="'auto' and 'now' are the time of /clock")
     add_broker_options(parser)
 
 
@@ -72,7 +75,9 @@ def _add_times(parser: Parser) -> None:
     )
     times = parser.add_mutually_exclusive_group()
     times.add_argument("-1", "--once", action="store_true", help="wait for a subscription, publish once, end")
-    times.add_argument("-t", "--times", type=count, metavar="N", help="publish N times and end")
+    times.add_argument(
+        "-t", "--times", type=count_or_zero, metavar="N", help="publish N times and end; 0: until Ctrl-C"
+    )
     parser.add_argument(
         "-w", "--wait-matching-subscriptions", type=count_or_zero, metavar="N",
         help="wait for N subscriptions first; default: 1 with --once and --times, else 0",
@@ -87,10 +92,11 @@ def _add_times(parser: Parser) -> None:
     parser.add_argument(
         "--keep-alive", type=positive, metavar="SEC", help="stay for this long after the last message"
     )
+    add_node_name_option(parser)
     parser.add_argument(
-        "-n", "--node-name", metavar="NAME", help="the publishing node's; default: a hidden one"
-    )
-    parser.add_argument("-p", "--print", type=count, metavar="N", default=1, help="print every Nth message")
+        *("-p", "--print"), type=count_or_zero, metavar="N", default=1,
+        help="print every Nth message; 0: none",
+    )  # fmt: skip
 
 
 def run(options: Options) -> int:
@@ -126,7 +132,7 @@ async def _publish(options: Options, msg_type: type[Message], stamped: Stamped |
         else:
             coming, rate = _repeat(stamped), options.rate or DEFAULT_HZ
         async with aclosing(coming) as messages:
-            await _publish_all(options, publisher, messages, rate)
+            await _publish_all(options, publisher, messages, rate, node.get_clock())
         await publisher.flush(FLUSH_TIMEOUT_SEC)
         if options.keep_alive:
             await asyncio.sleep(options.keep_alive)
@@ -143,7 +149,7 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
 
     wanted = options.wait_matching_subscriptions
     if wanted is None:
-        wanted = 1 if options.once or options.times is not None else 0
+        wanted = 1 if options.once or options.times else 0
     if not wanted:
         return
     await publisher.flush()  # the broker has reported the subscriptions
@@ -164,23 +170,25 @@ async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message
 
 
 async def _publish_all(
-    options: Options, publisher: Publisher[Message], messages: AsyncGenerator[Stamped], rate: float | None
+    options: Options,
+    publisher: Publisher[Message],
+    messages: AsyncGenerator[Stamped],
+    rate: float | None,
+    clock: Clock,
 ) -> None:
     """Publish at the given rate, without drift, and the given number of times."""
-    import time
-
     from actors.cli.rate_limit import RateLimit
     from actors.interfaces.convert import message_to_ordereddict
 
-    times = 1 if options.once else options.times
+    times = 1 if options.once else options.times or None
     rate_limit = RateLimit(rate)
     number = 0
     async for message, stamps in messages:
         number += 1
         await publisher.ready(None)
-        stamps.set(message, time.time_ns())
+        stamps.set(message, clock.now().nanoseconds)
         publisher.publish(message)
-        if number % options.print == 0:
+        if options.print and number % options.print == 0:
             if options.json:
                 print_json({"number": number, "message": message_to_ordereddict(message)})
             else:

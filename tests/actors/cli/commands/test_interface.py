@@ -230,6 +230,10 @@ def test_package_lists_its_types(capsys: pytest.CaptureFixture[str]) -> None:
     assert names == [f"std_srvs/srv/{name}" for name in ("Empty", "SetBool", "Trigger")]
     main(["interface", "package", "std_srvs", "--json"])
     assert json.loads(capsys.readouterr().out) == names
+    main(["interface", "package", "-s", "lifecycle_msgs"])
+    services = capsys.readouterr().out.split()
+    assert services
+    assert all("/srv/" in name for name in services)
 
 
 def test_unknown_package(capsys: pytest.CaptureFixture[str]) -> None:

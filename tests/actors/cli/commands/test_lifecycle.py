@@ -41,6 +41,7 @@ async def test_nodes(desk: Desk) -> None:
             await node.get_graph()
         assert await desk.callboard("lifecycle", "nodes") == (0, "/b\n", "")
         assert (await desk.callboard("lifecycle", "nodes", "-a")).out == "/_a\n/b\n"
+        assert (await desk.callboard("lifecycle", "nodes", "--all")).out == "/_a\n/b\n"
         assert (await desk.callboard("lifecycle", "nodes", "-c")).json == 1
         assert (await desk.callboard("lifecycle", "nodes", "--json")).json == [{"name": "/b"}]
 

@@ -69,6 +69,9 @@ async def test_list_one(desk: Desk) -> None:
         assert whole == (0, "".join(f"  {name}\n" for name in names), "")
         typed = await desk.callboard("param", "list", "driver", "--param-type", "--filter", "^s.*d$")
         assert typed == (0, "  speed (type: double)\n", "")
+        # As ROS 2 does, from the beginning of a name; and no heading of a node without a match.
+        assert await desk.callboard("param", "list", "--filter", "peed") == (0, "", "")
+        assert (await desk.callboard("param", "list", "--filter", "spee")).out == "/driver:\n  speed\n"
         below = await desk.callboard("param", "list", "/driver", "--param-prefixes", "arm")
         assert below == (0, "  arm.joints\n", "")
         unknown = await desk.callboard("param", "list", "/drivr")

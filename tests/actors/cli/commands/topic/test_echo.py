@@ -327,3 +327,41 @@ def test_options_that_exclude_each_other(other: str, capsys: pytest.CaptureFixtu
     """No broker is needed to say so."""
     assert main(["topic", "echo", "/x", "--csv", other]) == 2
     assert capsys.readouterr().err == f"Give --csv or {other}, not both\n"
+
+
+async def test_echo_with_what_it_knows_of_a_message_first(desk: Desk) -> None:
+    """-i is --include-message-info."""
+    short, long = [
+        await echoed(desk, String(data="hello"), each) for each in ("-i", "--include-message-info")
+    ]
+    assert short.out.startswith("source_timestamp: ")
+    assert [line.partition(":")[0] for line in short.out.splitlines()] == [
+        line.partition(":")[0] for line in long.out.splitlines()
+    ]
+
+
+async def test_echo_clears_a_terminal_only(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """-c writes the escapes before a message, and none into a file."""
+    assert (await echoed(desk, String(data="hello"), "-c")).out == "data: hello\n---\n"
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert (await echoed(desk, String(data="hello"), "-c")).out == "\x1b[2J\x1b[Hdata: hello\n---\n"
+
+
+async def test_echo_under_a_name(desk: Desk) -> None:
+    """-n names the node, which others can see."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "said", LATCHED)
+        await node.get_graph()
+        command = desk.start("topic", "echo", "/said", "-n", "listener", "--once", "--timeout", "20")
+        await desk.matched(publisher)
+        assert "/listener" in (await node.get_graph()).nodes()
+        publisher.publish(String(data="hello"))
+        assert (await command).out == "data: hello\n---\n"
+
+
+@pytest.mark.parametrize("value", ["unknown", "best_available"])
+async def test_echo_with_an_open_policy_takes_what_fits(desk: Desk, value: str) -> None:
+    """Left open, a policy is that of the publisher: a latched message arrives."""
+    options = ("--qos-durability", value, "--qos-reliability", value)
+    assert (await echoed(desk, String(data="hello"), *options)).out == "data: hello\n---\n"
+    assert (await echoed(desk, String(data="hello"), "--qos-profile", value)).out == "data: hello\n---\n"

@@ -10,8 +10,10 @@ import pytest
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
+from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.sensor_msgs.msg import Imu
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_msgs.msg import Header, String
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -240,3 +242,37 @@ async def test_pub_as_a_named_node(desk: Desk) -> None:
     assert [info.node_name for info in publishers] == ["speaker"]
     assert (taken.code, bad.code) == (1, 2)
     assert "/fellow" in taken.err
+
+
+async def test_pub_without_an_end_and_without_words(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """-t 0 has no limit, and -p 0 prints no message, as in ROS 2."""
+    async with desk.node() as node:
+        subscription = node.create_subscription(String, "said", qos_profile=10)
+        await node.get_graph()
+        (tmp_path / "said").write_text("data: a\n---\ndata: b\n", encoding="utf-8")
+        with (tmp_path / "said").open(encoding="utf-8") as stream:
+            monkeypatch.setattr(sys, "stdin", stream)
+            ended = await desk.callboard(*READ, "-t", "0", "-p", "0")
+        received = aiter(subscription)
+        assert [(await anext(received)).data for _ in range(2)] == ["a", "b"]
+    assert ended == (0, "publisher: beginning loop\n", "")
+
+
+async def test_pub_stamps_with_simulated_time(desk: Desk) -> None:
+    """With -s, 'now' is the time of /clock."""
+    async with desk.node() as node:
+        clock = node.create_publisher(
+            Clock, "clock", actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        )
+        node.create_timer(0.01, lambda: clock.publish(Clock(clock=Time(sec=7))))
+        subscription = node.create_subscription(Header, "head", qos_profile=100)
+        await node.get_graph()
+        command = desk.start(
+            *("topic", "pub", "head", "std_msgs/msg/Header", "{stamp: now}", "-s", "-r", "100", "-t", "50")
+        )
+        stamps = [(await anext(aiter(subscription))).stamp.sec for _ in range(50)]
+        assert (await command).code == 0
+    assert set(stamps) <= {0, 7}
+    assert stamps[-1] == 7
