@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import msgspec
 
+from actors.interfaces.comments import Documentation
 from actors.interfaces.definition import action_definition, message_definition, service_definition
 from actors.interfaces.fields import fields_of
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
@@ -114,6 +115,7 @@ def _adopt(owner: type, parts: tuple[str, ...], kind: str, type_name: str | None
     """
     name = type_name or f"{package_of(owner.__module__)}/{kind}/{owner.__name__}"
     setattr(owner, TYPE_NAME, name)
+    owner.__doc__ = cast("str", Documentation(owner.__dict__.get("__doc__")))
     for part in parts:
         message = getattr(owner, part, None)
         if not isinstance(message, MessageType):
@@ -158,6 +160,9 @@ class _ActionImpl:
     """Gives an action's `Impl` on first use."""
 
     def __get__(self, instance: object, owner: Any) -> ActionImpl:
+        # `help` asks the bases of a class, too.
+        if owner is Action:
+            return cast("ActionImpl", self)
         from actors.interfaces.action import action_impl  # noqa: PLC0415 - circular, and seldom needed
 
         return action_impl(owner)

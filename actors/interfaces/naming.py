@@ -11,6 +11,8 @@ from typing import Any, Final, cast, dataclass_transform, get_origin
 
 import msgspec
 
+from actors.interfaces.comments import Documentation
+
 TYPE_NAME: Final = "__ros_type_name__"
 """The attribute, in the class's own dict, with a declared or derived name."""
 
@@ -39,6 +41,8 @@ def package_of(module: str) -> str:
 @dataclass_transform(field_specifiers=(msgspec.field,))
 class MessageType(msgspec.StructMeta):
     """The class of message classes: accepts `type_name=` in addition to msgspec's options."""
+
+    __doc__ = cast("str", Documentation(__doc__))
 
     def __new__(  # noqa: PYI034 - Self is not for metaclasses
         mcls,

@@ -4,14 +4,17 @@
     int32 LIMIT=10              a constant         int32[3] x [1, 2, 3]    arrays: T[], T[n], T[<=n]
     string<=10 label            a bounded string   geometry_msgs/Pose at   another package's message
 
-A `.srv` has two parts separated by a line `---`, an `.action` three. A `#` starts a comment.
+A `.srv` has two parts separated by a line `---`, an `.action` three. A `#` starts a comment. Comments in the
+first lines of a part belong to it, others to the field or constant in whose line or above which they stand.
 """
 
 from __future__ import annotations
 
 import keyword
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
+from textwrap import dedent
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.interfaces.errors import InterfaceSyntaxError
@@ -50,20 +53,22 @@ _CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """A field: its name, type, and default (None: zero or empty)."""
+    """A field: its name, type, default (None: zero or empty), and comment."""
 
     name: str
     type: FieldType
     default: object | None = None
+    comment: str = ""
 
 
 @dataclass(frozen=True)
 class ConstantSpec:
-    """A constant of a primitive type."""
+    """A constant of a primitive type, and its comment."""
 
     name: str
     type: FieldType
     value: object
+    comment: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,7 @@ class MessageSpec:
 
     fields: tuple[FieldSpec, ...]
     constants: tuple[ConstantSpec, ...]
+    comment: str = ""
 
     @property
     def dependencies(self) -> set[str]:
@@ -112,28 +118,44 @@ class _Reader:
         raise InterfaceSyntaxError(self._source, self._line, reason)
 
     def part(self, lines: list[tuple[int, str]]) -> MessageSpec:
-        fields: list[FieldSpec] = []
-        constants: list[ConstantSpec] = []
         self._seen = {}
+        own = [raw for _, raw in takewhile(lambda numbered: numbered[1].startswith("#"), lines)]
+        elements: list[FieldSpec | ConstantSpec] = []
+        comments: list[list[str]] = []  # of the elements
+        above: list[str] = []
         # The line is kept in the object, so that every error names it without being told.
-        for self._line, raw in lines:
-            line = without_comment(raw).strip()
-            if not line:
-                continue
-            type_text, _, rest = line.replace("\t", " ").partition(" ")
-            field_type = self.type(type_text)
-            rest = rest.strip()
-            if not rest:
-                self.fail(f"'{line}' has a type but no name; write '<type> <name>'")
-            # By the `=`: a default is written without one, which is the only difference to a constant.
-            constant = _CONSTANT.fullmatch(rest)
-            if constant is not None:
-                constants.append(self.constant(field_type, constant["name"], constant["value"].strip()))
-            else:
-                fields.append(self.field(field_type, *rest.split(None, 1)))
+        for self._line, raw in lines[len(own) :]:
+            line = without_comment(raw)
+            comment = [raw[len(line) :].lstrip("#")] if len(line) < len(raw) else []
+            if line.strip():
+                elements.append(self._element(line.strip()))
+                comments.append(above + comment)
+                above = []
+            elif not line:
+                above += comment
+            elif comments:
+                # An indented comment goes on with that of the line above.
+                comments[-1] += comment
             if len(self._seen) > MAX_FIELDS:
                 self.fail(f"More than {MAX_FIELDS} fields; split the message")
-        return MessageSpec(tuple(fields), tuple(constants))
+        found = [replace(each, comment=_joined(text)) for each, text in zip(elements, comments, strict=True)]
+        return MessageSpec(
+            tuple(each for each in found if isinstance(each, FieldSpec)),
+            tuple(each for each in found if isinstance(each, ConstantSpec)),
+            _joined([line.lstrip("#") for line in own]),
+        )
+
+    def _element(self, line: str) -> FieldSpec | ConstantSpec:
+        type_text, _, rest = line.replace("\t", " ").partition(" ")
+        field_type = self.type(type_text)
+        rest = rest.strip()
+        if not rest:
+            self.fail(f"'{line}' has a type but no name; write '<type> <name>'")
+        # By the `=`: a default is written without one, which is the only difference to a constant.
+        constant = _CONSTANT.fullmatch(rest)
+        if constant is not None:
+            return self.constant(field_type, constant["name"], constant["value"].strip())
+        return self.field(field_type, *rest.split(None, 1))
 
     def field(self, field_type: FieldType, name: str, default: str = "") -> FieldSpec:
         if not _FIELD_NAME.fullmatch(name):
@@ -228,6 +250,12 @@ def without_comment(line: str) -> str:
             return line[:index]
     # An apostrophe without a partner, as in `# don't`, opens no string.
     return line.partition("#")[0] if quote else line
+
+
+def _joined(lines: list[str]) -> str:
+    """Return a comment without the indentation, blank lines at its ends, and repeated blank lines."""
+    text = "\n".join(line.rstrip() for line in lines).replace("\t", " ")
+    return re.sub(r"\n{3,}", "\n\n", dedent(text).strip())
 
 
 def parse(text: str, package: str, kind: str, name: str, source: str = "") -> InterfaceSpec:

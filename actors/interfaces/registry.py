@@ -19,6 +19,7 @@ from actors.interfaces.catalog import (
     standard_packages,
     unknown_package,
 )
+from actors.interfaces.comments import comments_of
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.fields import FieldType, constants_of, fields_of
 from actors.interfaces.literals import render_value
@@ -171,25 +172,52 @@ def _field_line(cls: type[Message], name: str, field_type: FieldType) -> str:
     return f"{line} {render_value(field_type, default)}"
 
 
-def _message_text(cls: type[Message]) -> list[str]:
-    constants = [f"{kind} {name}={render_value(kind, value)}" for name, kind, value in constants_of(cls)]
-    return constants + [_field_line(cls, field.name, field.type) for field in fields_of(cls)]
+def _commented(line: str, comment: str) -> list[str]:
+    """Return a line with its comment: behind it, or above it if that has several lines."""
+    if "\n" not in comment:
+        return [f"{line}  # {comment}"] if comment else [line]
+    return [*_comment_lines(comment), line]
 
 
-def source_of(cls: type[Message | Service | Action]) -> str:
+def _comment_lines(comment: str) -> list[str]:
+    return [f"# {line}".rstrip() for line in comment.splitlines()]
+
+
+def _message_text(cls: type[Message], own: str, comments: dict[str, str]) -> list[str]:
+    lines = {name: f"{kind} {name}={render_value(kind, value)}" for name, kind, value in constants_of(cls)}
+    lines |= {field.name: _field_line(cls, field.name, field.type) for field in fields_of(cls)}
+    body = [text for name, line in lines.items() for text in _commented(line, comments.get(name, ""))]
+    # Comments above the first blank line are the message's, below it the first field's.
+    if own or (body and body[0].startswith("#")):
+        return [*_comment_lines(own), "", *body]
+    return body
+
+
+def source_of(cls: type[Message | Service | Action], *, comments: bool = False) -> str:
     """Return the `.msg`, `.srv` or `.action` text of a class, generated or hand-written.
+
+    Args:
+        cls: The class.
+        comments: Whether to include its comments.
 
     Raises:
         TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
-    kind = type_name(cls).split("/")[1]
+
+    def text_of(part: type[Message], *owners: Any) -> list[str]:
+        if not comments:
+            return _message_text(part, "", {})
+        own = (comments_of(each).own for each in (*owners, part))
+        return _message_text(part, "\n\n".join(filter(None, own)), comments_of(part).fields)
+
     if issubclass(cls, Message):
-        parts: list[type[Message]] = [cls]
+        lines = text_of(cls)
     else:
-        parts = [getattr(cls, part) for part in PARTS[kind]]
-    lines: list[str] = []
-    for part in parts:
-        lines += (["---"] if part is not parts[0] else []) + _message_text(part)
+        first, *others = (getattr(cls, name) for name in PARTS[type_name(cls).split("/")[1]])
+        # What is above the first part is about the whole.
+        lines = text_of(first, cls)
+        for part in others:
+            lines += ["---", *text_of(part)]
     return "\n".join(lines) + "\n" if lines else ""
 
 

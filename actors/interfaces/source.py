@@ -7,9 +7,10 @@ pyright strict.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.interfaces.comments import placeholder
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import BINARY
 from actors.interfaces.parser import PARTS
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from actors.interfaces.parser import ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
 
 WIDTH: Final = 110
+_INDENT: Final = "    "
 _BUILTIN: Final = {"bool": "bool", "string": "str"}
 _CAMEL: Final = {"int": "Int", "uint": "UInt", "float": "Float"}
 _ZERO: Final = {
@@ -140,57 +142,63 @@ class _Module:
             return f'float("{value}")'
         return 'float("nan")' if value != value else repr(value)  # noqa: PLR0124 - only NaN differs from itself
 
-    def _array_default(self, field_type: FieldType, default: object) -> str:
+    def _array_default(self, field_type: FieldType, default: object) -> str | _Group:
         base = field_type.base
         if base in BINARY:
             if default is not None:
                 values = cast("list[Any]", default)
                 return _double(repr(bytes(each[0] if isinstance(each, bytes) else each for each in values)))
             return f"bytes({field_type.high})" if field_type.is_fixed else 'b""'
-        self._needs_msgspec = True
         is_list = base in {"bool", "string", "wstring"} or "/" in base
+        content: str | _Group = ""
         if default is not None:
-            items = ", ".join(self._literal(each) for each in cast("list[object]", default))
-            content = f"[{items}]"
+            content = _Group("[", [self._literal(each) for each in cast("list[object]", default)], "]")
         elif field_type.is_fixed and "/" in base:
             # Made one by one: `[Pose()] * 3` would be one object three times.
-            content = f"[{self._message(base)}() for _ in range({field_type.high})]"
+            content = _Group("[", [f"{self._message(base)}() for _ in range({field_type.high})"], "]")
         elif field_type.is_fixed:
             content = f"[{_ZERO.get(base, '0')}] * {field_type.high}"
-        else:
-            content = ""
         if not is_list:
             array = self._type(f"{sequence_name(base)}Array")
-            factory = f"lambda: {array}({content})" if content else array
-        else:
-            element = self._scalar(replace(field_type, is_array=False, low=0, high=None))
-            factory = f"lambda: {content}" if content else f"list[{element}]"
-        return f"msgspec.field(default_factory={factory})"
+            return self._made_by(_Group(f"lambda: {array}(", [content], ")") if content else array)
+        if isinstance(content, _Group):
+            return self._made_by(replace(content, head="lambda: ["))
+        element = self._scalar(replace(field_type, is_array=False, low=0, high=None))
+        return self._made_by(f"lambda: {content}" if content else f"list[{element}]")
 
-    def default(self, field: FieldSpec) -> str:
+    def _made_by(self, factory: str | _Group) -> _Group:
+        """Return the default that a factory makes."""
+        self._needs_msgspec = True
+        if isinstance(factory, _Group):
+            factory = replace(factory, head=f"default_factory={factory.head}")
+        else:
+            factory = f"default_factory={factory}"
+        return _Group("msgspec.field(", [factory], ")")
+
+    def default(self, field: FieldSpec) -> str | _Group:
         """Return the Python expression of a field's default."""
         if field.type.is_array:
             return self._array_default(field.type, field.default)
         if "/" in field.type.base:
-            self._needs_msgspec = True
-            return f"msgspec.field(default_factory={self._message(field.type.base)})"
+            return self._made_by(self._message(field.type.base))
         if field.default is not None:
             return self._literal(field.default)
         return _ZERO.get(field.type.base, "0")
 
-    def _constant(self, constant: ConstantSpec) -> str:
+    def _constant(self, constant: ConstantSpec) -> _Attribute:
         self._import("typing", "ClassVar")
         annotation = f"ClassVar[{self._scalar(constant.type)}]"
-        return f"{constant.name}: {annotation} = {self._literal(constant.value)}"
+        return _Attribute(constant.name, annotation, self._literal(constant.value), constant.comment)
 
-    def body(self, message: MessageSpec) -> list[str]:
+    def body(self, message: MessageSpec, indent: str) -> list[str]:
         """Return the lines of a message class's body, after its docstring."""
         # Names that annotations and defaults of this class use. In a class body a field hides them for what
         # follows.
         self._used = set()
         constants = [self._constant(constant) for constant in message.constants]
         fields = [
-            f"{field.name}: {self.annotation(field.type)} = {self.default(field)}" for field in message.fields
+            _Attribute(field.name, self.annotation(field.type), self.default(field), field.comment)
+            for field in message.fields
         ]
         clash = sorted(self._used & {field.name for field in message.fields})
         if clash:
@@ -199,29 +207,28 @@ class _Module:
                 0,
                 f"Field '{clash[0]}' hides the Python type of that name; rename the field",
             )
-        return constants + ([""] if constants and fields else []) + fields
-
-    def _class(self, name: str, arguments: str, docstring: str, body: list[str]) -> list[str]:
-        head = f"class {name}({arguments}):"
-        lines = [head] if len(head) <= WIDTH else [f"class {name}(", f"    {arguments}", "):"]
-        lines.append(f'    """{docstring}"""')
-        inner = [indented for line in body for indented in _indented(line, "    ")]
-        return [*lines, "", *inner] if body else lines
+        lines = [[line for each in group for line in each.lines(indent)] for group in (constants, fields)]
+        return lines[0] + ([""] if constants and fields else []) + lines[1]
 
     def text(self) -> str:
         """Return the whole module."""
         spec = self._spec
         arguments = f'{_BASES[spec.kind]}, type_name="{spec.type_name}"'
         if spec.kind == "msg":
-            body = self.body(spec.parts[0])
+            body = self.body(spec.parts[0], _INDENT)
         else:
             body = list[str]()
             for part, message in zip(PARTS[spec.kind], spec.parts, strict=True):
                 if body:
                     body.append("")
-                body += self._class(part, "Message", f"The {part.lower()}.", self.body(message))
-        main = self._class(spec.name, arguments, f"{spec.type_name}.", body)
-        return "\n".join([f'"""{spec.type_name}."""', "", *self._import_lines(), "", "", *main]) + "\n"
+                # The comment above the first part is about the whole.
+                comment = message.comment if body else ""
+                inner = self.body(message, 2 * _INDENT)
+                body += _class(f"{part}(Message)", comment or placeholder(part), inner, _INDENT)
+        comment = spec.parts[0].comment or placeholder(spec.type_name)
+        main = _class(f"{spec.name}({arguments})", comment, body)
+        head = [f'"""{placeholder(spec.type_name)}"""', "", *self._import_lines(), "", ""]
+        return "\n".join([*head, *main]) + "\n"
 
     def _import_lines(self) -> list[str]:
         # In sections, sorted as ruff's isort rules do it in the package's own project.
@@ -254,18 +261,92 @@ def _import_line(module: str, names: set[str]) -> str:
     return "\n".join([f"from {module} import (", *(f"    {name}," for name in ordered), ")"])
 
 
-def _indented(line: str, indent: str) -> list[str]:
-    """Indent a statement and, if it is too long, wrap it where the formatter would: inside its call."""
-    if not line:
-        return [""]
-    target, _, value = line.partition(" = ")
-    head, bracket, inner = value.partition("(")
-    if len(indent + line) <= WIDTH or not bracket or line.startswith(" "):
-        return [indent + line]
-    if len(f"{indent}{target} = {head}(") > WIDTH and target.endswith("]"):
-        name, _, annotation = target.partition("Annotated[")
-        return [f"{indent}{name}Annotated[", f"{indent}    {annotation[:-1]}", f"{indent}] = {value}"]
-    return [f"{indent}{target} = {head}(", f"{indent}    {inner[:-1]}", f"{indent})"]
+@dataclass(frozen=True)
+class _Group:
+    """An expression in brackets, which may be written over several lines."""
+
+    head: str  # up to and with the opening bracket
+    items: list[str | _Group]
+    tail: str
+
+    def __str__(self) -> str:
+        return f"{self.head}{', '.join(map(str, self.items))}{self.tail}"
+
+    def lines(self, indent: str, prefix: str) -> list[str]:
+        """Return the lines of a statement that begins with `prefix`, as the formatter breaks it."""
+        flat = f"{indent}{prefix}{self}"
+        if len(flat) <= WIDTH:
+            return [flat]
+        inner = indent + _INDENT
+        body = inner + ", ".join(map(str, self.items))
+        if self.head.endswith("[") and len(self.items) > 1:
+            items = [line for each in self.items for line in _expression(each, inner, "", ",")]
+        else:
+            # Every call in these modules has one argument.
+            items = [body] if len(body) <= WIDTH else _expression(self.items[0], inner, "")
+        return [f"{indent}{prefix}{self.head}", *items, f"{indent}{self.tail}"]
+
+
+def _expression(value: str | _Group, indent: str, prefix: str, suffix: str = "") -> list[str]:
+    lines = [f"{indent}{prefix}{value}"] if isinstance(value, str) else value.lines(indent, prefix)
+    return [*lines[:-1], lines[-1] + suffix]
+
+
+@dataclass(frozen=True)
+class _Attribute:
+    """A field or constant in a class body."""
+
+    name: str
+    annotation: str
+    value: str | _Group
+    comment: str
+
+    def lines(self, indent: str) -> list[str]:
+        """Return its statement, and its comment as the docstring below it."""
+        prefix = f"{self.name}: {self.annotation} = "
+        value, before = self.value, list[str]()
+        head = value.head if isinstance(value, _Group) else "("
+        if len(f"{indent}{prefix}{value}") > WIDTH:
+            if len(f"{indent}{prefix}{head}") > WIDTH and self.annotation.endswith("]"):
+                outer, _, inner = self.annotation.partition("[")
+                before = [f"{indent}{self.name}: {outer}[", f"{indent}{_INDENT}{inner[:-1]}"]
+                prefix = "] = "
+            # The formatter does this to whatever is too long beside a type with brackets.
+            elif isinstance(value, str) and (
+                self.annotation.endswith("]") or len(f"{indent}{_INDENT}{value}") <= WIDTH
+            ):
+                value = _Group("(", [value], ")")
+        return [*before, *_expression(value, indent, prefix), *_docstring(self.comment, indent)]
+
+
+def _docstring(text: str, indent: str) -> list[str]:
+    """Return the lines of a docstring, none for an empty text."""
+    if not text:
+        return []
+    # Of what cannot be printed only a newline may stand for itself.
+    escaped = "".join(
+        each if each == "\n" or (each.isprintable() and each != "\\") else repr(each)[1:-1] for each in text
+    ).replace('"""', r"\"\"\"")
+    first, *rest = escaped.split("\n")
+    if first.startswith('"'):
+        first = f" {first}"
+    if rest:
+        inner = [f"{indent}{line}" if line else "" for line in rest]
+        return [f'{indent}"""{first}', *inner, f'{indent}"""']
+    # A quotation mark cannot stand beside those that end it.
+    if first.endswith('"'):
+        first = first[:-1] + r"\""
+    return [f'{indent}"""{first}"""']
+
+
+def _class(head: str, comment: str, body: list[str], indent: str = "") -> list[str]:
+    """Return the lines of a class, whose head is such as "SetBool(Service)"."""
+    lines = [f"{indent}class {head}:"]
+    if len(lines[0]) > WIDTH:
+        name, _, arguments = head.partition("(")
+        lines = [f"{indent}class {name}(", f"{indent}{_INDENT}{arguments[:-1]}", f"{indent}):"]
+    lines += _docstring(comment, indent + _INDENT)
+    return [*lines, "", *body] if body else lines
 
 
 def render_module(spec: InterfaceSpec, module_of: Callable[[str], str], root: str) -> str:

@@ -45,11 +45,12 @@ def full_name(name: str) -> str:
     return type_name(find_interface(name))
 
 
-def local_text(name: str) -> str | None:
-    """Return the definition of an installed type: its file with comments, or the text of its class.
+def local_text(name: str, *, comments: bool = False) -> str | None:
+    """Return the definition of an installed type: its file, or the text of its class.
 
     Args:
         name: The type's full name.
+        comments: Whether the text of a class has its comments; that of a file always has.
 
     Returns:
         The text; None if the type is not installed.
@@ -61,7 +62,7 @@ def local_text(name: str) -> str | None:
     if file is not None:
         return read_source(file)
     found = installed_interface(name)
-    return None if found is None else source_of(found)
+    return None if found is None else source_of(found, comments=comments)
 
 
 def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:

@@ -6,7 +6,8 @@
 
 `kind` is "boolean", "integer", "number", "text" or "message"; the latter's fields are in `types` under
 `message`, so that types that contain each other end. A sequence has `array` with `low` and `high` (null: no
-limit). `choices` are constants that may be meant for the field; `required` fields have no default.
+limit). `choices` are constants that may be meant for the field; `required` fields have no default. `comment`
+is what the definition says about the field.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import msgspec
 
+from actors.interfaces.comments import comments_of
 from actors.interfaces.fields import BINARY, constants_of, fields_of, nested_classes
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import type_name
@@ -42,6 +44,7 @@ def form_of(cls: type[Message]) -> dict[str, Any]:
 def _fields(cls: type[Message]) -> list[dict[str, Any]]:
     fields = fields_of(cls)
     choices = _choices(cls, fields)
+    comments = comments_of(cls).fields
     described: list[dict[str, Any]] = []
     for field in fields:
         found = {"name": field.name, "type": str(field.type), **_kind(field.type)}
@@ -52,6 +55,8 @@ def _fields(cls: type[Message]) -> list[dict[str, Any]]:
                 found["default"] = default
         else:
             found["required"] = True
+        if field.name in comments:
+            found["comment"] = comments[field.name]
         described.append(found)
     return described
 

@@ -66,6 +66,7 @@ class Tree(Message, type_name="forms_test/msg/Tree"):
     """A type that contains itself, a bound, and defaults of its own."""
 
     name: str
+    """How it is called."""
     limit: float = float("inf")
     pose: Pose = Pose(orientation=Quaternion(w=0.5))
     children: list[Tree] = msgspec.field(default_factory=list)
@@ -76,6 +77,8 @@ def test_a_type_that_contains_itself_ends() -> None:
     form = form_of(Tree)
     name, limit, pose, children = form["types"]["forms_test/msg/Tree"]
     assert name["required"]
+    assert name["comment"] == "How it is called."
+    assert "comment" not in limit
     assert "default" not in name
     assert limit["default"] == "inf"
     assert pose["default"]["orientation"]["w"] == 0.5

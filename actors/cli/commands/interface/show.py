@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import USAGE, CommandError
@@ -74,7 +75,7 @@ def _find(name: str, options: Options) -> tuple[str, Callable[[str], str | None]
     from actors.tools.definitions import full_name, local_text, texts_in_graph
 
     try:
-        return full_name(name), local_text
+        return full_name(name), partial(local_text, comments=True)
     except UnknownInterfaceError:
         texts: dict[str, str] = {}
         if name.count("/") == 2:

@@ -129,7 +129,7 @@ export class Form {
       const own = Object.hasOwn(initial, field.name);
       const control = this._field(field, field.name, own ? initial[field.name] : initialOf(field), own);
       controls.push([field.name, control]);
-      element.append(control.element);
+      element.append(commented(control.element, field.comment));
     }
     if (!controls.length) {
       element.append(h("p", { class: "dim" }, "No fields."));
@@ -279,6 +279,24 @@ export class Form {
       },
     };
   }
+}
+
+/**
+ * Add what the definition says about a field: behind its control, or below the heading of a group.
+ *
+ * @param {HTMLElement} element
+ * @param {string | undefined} comment
+ */
+function commented(element, comment) {
+  if (comment) {
+    const note = h("span", { class: "comment dim" }, comment);
+    if (element.matches(".field")) {
+      element.append(note);
+    } else {
+      element.firstElementChild?.after(note);
+    }
+  }
+  return element;
 }
 
 /**

@@ -15,6 +15,7 @@
  * @property {{name: string, value: any}[]} [choices]
  * @property {any} [default]
  * @property {boolean} [required]
+ * @property {string} [comment]
  */
 
 /** A text that does not fit; its message says what would. */
