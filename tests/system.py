@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import socket
 import tempfile
 import time
+from functools import partial
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
+from actors.graph import inspector
 from broker.serving import connection, periodic_check
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import pytest
 
     from broker.access.origin import Origin
@@ -56,6 +62,13 @@ def forbid_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
 
     monkeypatch.setattr(socket, "socket", forbidden)
+
+
+def stop_inspectors(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Stop the clock of inspectors; return a function that lets all their deadlines pass."""
+    now = [0.0]
+    monkeypatch.setattr(inspector, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    return partial(now.__setitem__, 0, math.inf)
 
 
 def move_wall_clock(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:

@@ -213,22 +213,23 @@ class Listener:
         Raises:
             CommandError: No message arrived within the limit.
         """
-        due = self._loop.time() + period_sec
+        # From the same moment as the limit: how late the machine wakes this up does not change which of them
+        # comes first.
+        due = self._received_at + period_sec
         while True:
-            end = self._received_at + self._timeout_sec
-            wake = min(due, end)
+            wake = min(due, self._received_at + self._timeout_sec)
             left = None if wake == math.inf else max(0.0, wake - self._loop.time())
             await asyncio.wait({self._done}, timeout=left)
             if self._done.done():
                 self._done.result()
                 return
-            now = self._loop.time()
-            if now >= self._received_at + self._timeout_sec:
-                names = ", ".join(each.subscription.topic_name for each in self._subscriptions)
-                raise CommandError(f"No message on {names} within {self._timeout_sec:g} s", TIMEOUT)
-            if now >= due:
+            now, end = self._loop.time(), self._received_at + self._timeout_sec
+            if due <= min(now, end):
                 due = max(due + period_sec, now)
                 yield
+            elif end <= now:
+                names = ", ".join(each.subscription.topic_name for each in self._subscriptions)
+                raise CommandError(f"No message on {names} within {self._timeout_sec:g} s", TIMEOUT)
 
 
 def warn_unpublished(snapshot: GraphSnapshot, topic: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING, get_origin
 
@@ -68,15 +68,28 @@ def test_messages_become_bytes_and_back() -> None:
 
 
 def test_one_message_is_waited_for(context: Context) -> None:
-    """The latched one comes at once; without a message the time ends the wait, and a shutdown, too."""
+    """The latched one comes at once; without a message the time ends the wait."""
     node = Node("node", namespace="ns", context=context)
     profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node.create_publisher(String, "t", profile).publish(String(data="x"))
     found = wait_for_message(String, node, "t", qos_profile=profile, time_to_wait=DEADLINE_SEC)
     assert found == (True, String(data="x"))
     assert wait_for_message(String, node, "none", time_to_wait=0.01) == (False, None)
-    threading.Timer(0.05, context.shutdown).start()
-    assert wait_for_message(String, node, "none") == (False, None)
+
+
+def test_a_shutdown_ends_the_wait_for_a_message(context: Context) -> None:
+    """It has a subscription by then."""
+    node = Node("node", context=context)
+
+    def shut_down() -> None:
+        while not node.count_subscribers("none"):
+            pass
+        context.shutdown()
+
+    with ThreadPoolExecutor() as pool:
+        ended = pool.submit(shut_down)
+        assert wait_for_message(String, node, "none") == (False, None)
+        ended.result(DEADLINE_SEC)
 
 
 def test_profiles_are_found_by_short_keys() -> None:
