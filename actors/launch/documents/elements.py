@@ -117,6 +117,7 @@ _KINDS: Final[dict[str, Kind]] = {
     "Iterable[tuple[Text, Text]]": Pairs("from", "to"),
     "Sequence[Parameters]": ParametersKind(),
     "ParameterEntry": ParameterKind(),
+    # Only the Python class or the label of a process; the others cannot be written in a document.
     "Factory | str | None": PLAIN_NAME,
     "Target": PLAIN_NAME,
     "LifecycleNode | str | None": PLAIN_NAME,
@@ -166,26 +167,26 @@ class Element:
 
     Attributes:
         names: The name, and its aliases.
-        made: The class of the action or event handler.
+        cls: The class of the action or event handler.
         alternatives: Sets of options of which exactly one must be given, completely; empty: no such rule.
         listed: The key that gets the value if that is a list; empty: it cannot be a list.
     """
 
     names: tuple[str, ...]
-    made: type[Action | EventHandler]
+    cls: type[Action | EventHandler]
     alternatives: tuple[tuple[str, ...], ...] = ()
     listed: str = ""
 
     @property
     def about(self) -> str:
         """The first line of the docstring of the class, for users."""
-        return (self.made.__doc__ or "").partition("\n")[0]
+        return (self.cls.__doc__ or "").partition("\n")[0]
 
     @property
     def keys(self) -> tuple[Key, ...]:
         """All keys."""
-        own = [_key(self.made, each) for each in options_of(self.made) if each.keys]
-        extra = [_ROS_PARAMETERS] if issubclass(self.made, Node) else []
+        own = [_key(self.cls, each) for each in options_of(self.cls) if each.keys]
+        extra = [_ROS_PARAMETERS] if issubclass(self.cls, Node) else []
         return (*own, *extra, *_CONDITIONS)
 
     def read(self, value: object, location: Location) -> Action:
@@ -195,8 +196,9 @@ class Element:
             DocumentError: It is malformed.
         """
         if self.listed and isinstance(value, list):
-            alone = next(key for key in self.keys if self.listed in key.names)
-            return self._make({alone.target: alone.kind.read(cast("object", value), location)}, location)
+            only = next(key for key in self.keys if self.listed in key.names)
+            return self._action({only.target: only.kind.read(cast("object", value), location)}, location)
+        # An element without keys is written without a value, such as `- reset_env:`.
         body = read_mapping({} if value is None else value, location)
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = {}
@@ -206,22 +208,24 @@ class Element:
             if key is None:
                 hint = did_you_mean(name, by_name) or f"; there is {', '.join(sorted(by_name))}"
                 raise location.inner(name).error(f"no such key{hint}")
+            # Two aliases, or `if` and `unless`: one of them would be ignored.
             if key.target in given:
                 raise location.error(f"'{given[key.target]}' and '{name}' cannot both be there")
             given[key.target] = name
             found = key.kind.read(each, location.inner(name))
             values[key.target] = _condition(name, found) if key in _CONDITIONS else found
         self._check(values, location)
-        return self._make(values, location)
+        return self._action(values, location)
 
-    def _make(self, values: dict[str, Any], location: Location) -> Action:
+    def _action(self, values: dict[str, Any], location: Location) -> Action:
         condition = {"condition": values.pop("condition")} if "condition" in values else {}
-        made: Any = self.made
-        if issubclass(self.made, EventHandler):
-            action: Action = RegisterEventHandler(made(**values), **condition)
+        cls: Any = self.cls
+        # A condition belongs to an action; an event handler becomes one when it is registered.
+        if issubclass(self.cls, EventHandler):
+            action: Action = RegisterEventHandler(cls(**values), **condition)
         else:
-            action = made(**values, **condition)
-        # Errors that are found later, when the action is planned, can name its line then.
+            action = cls(**values, **condition)
+        # Errors that are found when the action is planned can name its line then. It is frozen otherwise.
         object.__setattr__(action, "describe_location", location.describe)
         return action
 
@@ -231,6 +235,7 @@ class Element:
                 raise location.error(f"'{key.names[0]}' is missing")
         if not self.alternatives:
             return
+        # One that is begun must be complete: with `pkg` alone, the error is a missing `exec`.
         begun = [targets for targets in self.alternatives if not values.keys().isdisjoint(targets)]
         if len(begun) != 1 or not values.keys() >= set(begun[0]):
             first = {key.target: key.names[0] for key in reversed(self.keys)}
@@ -239,21 +244,23 @@ class Element:
 
     def schema(self) -> Schema:
         """Return its JSON schema."""
+        # Aliases are keys of their own: JSON schema has no other way to name them.
         properties = {
             name: {**key.kind.schema(), "description": key.about} for key in self.keys for name in key.names
         }
-        made: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+        mapping: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
         rules = list(self._rules())
         if rules:
-            made["allOf"] = rules
+            mapping["allOf"] = rules
         needed = any(key.required for key in self.keys) or self.alternatives
-        shapes = [made]
+        forms = [mapping]
         if self.listed:
-            shapes.append(properties[self.listed])
+            forms.append(properties[self.listed])
         if not needed:
-            shapes.append({"type": "null"})
-        whole = made if len(shapes) == 1 else {"anyOf": shapes}
-        return {"description": self.about, **whole}
+            forms.append({"type": "null"})
+        # Editors show clearer errors for one schema than for a choice of one.
+        schema = mapping if len(forms) == 1 else {"anyOf": forms}
+        return {"description": self.about, **schema}
 
     def _rules(self) -> Iterator[Schema]:
         """Yield the rules beyond single keys: what must be given, and what excludes each other."""
@@ -263,9 +270,11 @@ class Element:
         for key in self.keys:
             if key.required:
                 yield _given(names[key.target])
+        # Draft 7 has no keyword for keys that exclude each other, so each pair is a rule.
         for each in names.values():
             for at, name in enumerate(each):
                 yield from ({"not": {"required": [name, other]}} for other in each[at + 1 :])
+        # At least one alternative completely, and keys of one only.
         if self.alternatives:
             given = [[_given(names[target]) for target in targets] for targets in self.alternatives]
             yield {"oneOf": [{"anyOf": each} for each in given]}
@@ -273,7 +282,7 @@ class Element:
 
 
 def _key(cls: type, option: Option) -> Key:
-    kind = _EXCEPTIONS.get((cls, option.name))
+    kind = _EXCEPTIONS.get((cls, option.name))  # by class: `cmd` of one is not `cmd` of another
     if kind is None and option.choices:
         kind = OneOf(option.choices)
     elif kind is None and option.least:
@@ -287,20 +296,22 @@ def _given(names: list[str]) -> Schema:
 
 
 def _condition(word: str, value: Any) -> IfCondition | UnlessCondition:
+    # YAML has read `if: true` as a bool; conditions compare strings, as in ROS 2.
     predicate = str(value).lower() if isinstance(value, bool) else value
     return IfCondition(predicate) if word == "if" else UnlessCondition(predicate)
 
 
 def _element(
     names: str,
-    made: type[Action | EventHandler],
+    cls: type[Action | EventHandler],
     *,
     alternatives: tuple[tuple[str, ...], ...] = (),
     listed: str = "",
 ) -> Element:
-    return Element(tuple(names.split()), made, alternatives, listed)
+    return Element(tuple(names.split()), cls, alternatives, listed)
 
 
+# What a node runs: `pkg` and `exec` together, or one of the others.
 _PROGRAMS: Final = (("package", "executable"), ("script",), ("node",))
 
 ELEMENTS: Final = (
@@ -338,6 +349,7 @@ BY_NAME: Final = {name: element for element in ELEMENTS for name in element.name
 
 def _read_element(value: object, location: Location) -> Action:
     found = read_mapping(value, location)
+    # The usual cause is a body that is not indented, so that its keys stand beside the element.
     if len(found) != 1:
         listed = (
             f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""

@@ -30,7 +30,10 @@ NAME: Final[Schema] = {**SCALAR, "not": {"type": "string", "pattern": r"\$\("}}
 
 
 class Kind(ABC):
-    """A kind of value. All that its schema allows can be read, except malformed `$(…)`."""
+    """A kind of value.
+
+    All that its schema allows can be read, except malformed `$(…)`, so that editors propose nothing wrong.
+    """
 
     @abstractmethod
     def read(self, value: object, location: Location) -> Any:
@@ -72,6 +75,7 @@ class OneOf(Kind):
 
     def read(self, value: object, location: Location) -> Text:
         text = read_text(value, location)
+        # With substitutions the value is checked when it is planned.
         if isinstance(text, str) and text not in self.choices:
             hint = did_you_mean(text, self.choices) or f"; it can be {', '.join(self.choices)}"
             raise location.error(f"it cannot be '{escape(text)}'{hint}")
@@ -94,12 +98,13 @@ class BoundedNumber(Kind):
     whole: bool = False
 
     def read(self, value: object, location: Location) -> float | Text:
+        # A string may have substitutions, so its number is checked when it is planned.
         if isinstance(value, str):
             return read_text(value, location)
         good = isinstance(value, int | float) and not isinstance(value, bool) and value >= self.least
         if not good or (self.whole and float(cast("float", value)) % 1):
-            what = "a whole number" if self.whole else "a number"
-            raise location.error(f"expected {what}, {self.least:g} or more, not {_what(value)}")
+            number = "a whole number" if self.whole else "a number"
+            raise location.error(f"expected {number}, {self.least:g} or more, not {_describe(value)}")
         return int(cast("float", value)) if self.whole else float(cast("float", value))
 
     def schema(self) -> Schema:
@@ -124,7 +129,7 @@ class Texts(Kind):
             found = tuple(
                 read_text(each, location.inner(at)) for at, each in enumerate(cast("list[object]", value))
             )
-        elif self.split:
+        elif self.split:  # before substitutions are evaluated: a path with spaces stays one word
             found = _words(read_plain(value, location), location)
         elif self.least and isinstance(value, str) and not value.strip():
             found = ()
@@ -180,7 +185,8 @@ class Pairs(Kind):
             listed = read_list(value, location)
             return tuple(self._pair(each, location.inner(at)) for at, each in enumerate(listed))
         mapping = cast("dict[str, object]", value)
-        if mapping.keys() == {self.first, self.second}:  # probably meant as one pair
+        # {from: a, to: b} is hardly meant as two pairs, of which one renames the topic "from".
+        if mapping.keys() == {self.first, self.second}:
             raise location.error(f"expected a list of such pairs: - {self.first}: …")
         return tuple(
             (self._first(name, location.inner(name)), read_text(each, location.inner(name)))
@@ -200,6 +206,7 @@ class Pairs(Kind):
 
     def _schema(self, first: Schema, **names: Schema) -> Schema:
         text = {"$ref": "#/definitions/text"}
+        # The mapping that `read` refuses.
         alone = {"required": [self.first, self.second], "maxProperties": 2}
         mapping: Schema = {"type": "object", "additionalProperties": text, "not": alone, **names}
         record = record_schema({self.first: first, self.second: text})
@@ -210,7 +217,7 @@ class Named(Pairs):
     """Pairs whose first strings are names; the last pair of a name counts."""
 
     def read(self, value: object, location: Location) -> Any:
-        return dict(super().read(value, location))
+        return dict(super().read(value, location))  # as in ROS 2, the last of two counts
 
     def _first(self, value: object, location: Location) -> Text:
         return read_name(value, location)
@@ -222,15 +229,16 @@ class Named(Pairs):
 def read_plain(value: object, location: Location) -> str:
     """Return a string, number or truth value as a string."""
     if isinstance(value, bool):
-        return "true" if value else "false"
+        return "true" if value else "false"  # str() would give Python's words
     if not isinstance(value, str | int | float):
-        raise location.error(f"expected a string, not {_what(value)}")
+        raise location.error(f"expected a string, not {_describe(value)}")
     return str(value)
 
 
 def read_name(value: object, location: Location) -> str:
     """Return a string without substitutions, which is needed when the file is read."""
     name = read_plain(value, location)
+    # It would silently become a part of the name.
     if "$(" in name:
         raise location.error(f"expected a name without $(…), not '{escape(name)}'")
     return name
@@ -239,6 +247,7 @@ def read_name(value: object, location: Location) -> str:
 def read_text(value: object, location: Location) -> Text:
     """Return a string with its substitutions."""
     plain = read_plain(value, location)
+    # Parsed when the file is read, so that a malformed `$(` is found in branches that are not taken, too.
     try:
         return template(plain)
     except LaunchError as error:
@@ -247,13 +256,14 @@ def read_text(value: object, location: Location) -> Text:
 
 def _read_flag(value: object, location: Location) -> bool | Text:
     if isinstance(value, bool | int | float) and value in {0, 1}:
-        return bool(value)
+        return bool(value)  # as ROS 2 reads a condition; YAML has made the numbers of it
     return read_text(value, location) if isinstance(value, str) else _read_switch(value, location)
 
 
 def _read_switch(value: object, location: Location) -> bool:
+    # No strings: the options of this kind are bools in Python too, and have no substitutions.
     if not isinstance(value, bool):
-        raise location.error(f"expected true or false, not {_what(value)}")
+        raise location.error(f"expected true or false, not {_describe(value)}")
     return value
 
 
@@ -261,7 +271,7 @@ def _read_number(value: object, location: Location) -> float | Text:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value)
     if not isinstance(value, str):
-        raise location.error(f"expected a number, not {_what(value)}")
+        raise location.error(f"expected a number, not {_describe(value)}")
     return read_text(value, location)
 
 
@@ -275,14 +285,14 @@ def _words(text: str, location: Location) -> tuple[Text, ...]:
 def read_list(value: object, location: Location) -> list[object]:
     """Return a list."""
     if not isinstance(value, list):
-        raise location.error(f"expected a list, not {_what(value)}")
+        raise location.error(f"expected a list, not {_describe(value)}")
     return cast("list[object]", value)
 
 
 def read_mapping(value: object, location: Location) -> Mapping[str, object]:
     """Return a mapping."""
     if not isinstance(value, dict):
-        raise location.error(f"expected a mapping, not {_what(value)}")
+        raise location.error(f"expected a mapping, not {_describe(value)}")
     return cast("dict[str, object]", value)
 
 
@@ -292,6 +302,7 @@ def read_fields(value: object, location: Location, names: Sequence[str]) -> Mapp
     for name in names:
         if name not in found:
             raise location.error(f"'{name}' is missing")
+    # A misspelled key that is ignored would be a setting without effect.
     for name in found:
         if name not in names:
             raise location.inner(name).error(f"no such key{did_you_mean(name, names)}")
@@ -308,8 +319,8 @@ def record_schema(fields: Mapping[str, Schema]) -> Schema:
     }
 
 
-def _what(value: object) -> str:
-    """Describe a value in an error."""
+def _describe(value: object) -> str:
+    """Return a description of a value for an error."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
@@ -317,6 +328,7 @@ def _what(value: object) -> str:
     if isinstance(value, str):
         return f"the string '{escape(value)}'"
     names: dict[type, str] = {type(None): "nothing", dict: "a mapping", list: "a list"}
+    # TOML has dates, which are no values of launch files.
     return names.get(type(value), f"a {type(value).__name__}; put it in quotes")
 
 

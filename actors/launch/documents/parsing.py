@@ -1,7 +1,7 @@
-"""Parsing: plain data of YAML and TOML files, within limits.
+"""Parses YAML and TOML files to plain data, within limits.
 
-Data are None, booleans, numbers, texts, lists, and mappings of texts to data. In YAML a date is a text, keys
-are texts as they are written, and a key that is in a mapping twice is an error, as in TOML.
+Data is None, booleans, numbers, strings, lists, and mappings from strings to data. In YAML a date is a
+string, keys are strings as they are written, and a duplicate key is an error, as in TOML.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _MERGE: Final = f"{_YAML}merge"
 
 
 def toml_data(source: bytes) -> object:
-    """Return what a TOML file says.
+    """Return the data of a TOML file.
 
     Raises:
-        DocumentError: It is no TOML, or beyond a limit.
+        DocumentError: It is not TOML, or exceeds a limit.
     """
     try:
         data: object = tomllib.loads(source.decode("utf-8"))
@@ -38,6 +38,7 @@ def toml_data(source: bytes) -> object:
         raise Location().error(f"it is not TOML: {error}") from None
     except RecursionError:
         raise Location().error("it is nested too deeply") from None
+    # The readers of the data are recursive.
     _require_shallow(data, Location())
     return data
 
@@ -52,12 +53,12 @@ def _require_shallow(data: object, location: Location) -> None:
 
 
 def yaml_data(source: bytes) -> object:
-    """Return what a YAML file says.
+    """Return the data of a YAML file.
 
     Raises:
-        DocumentError: It is no YAML, or beyond a limit.
+        DocumentError: It is not YAML, or exceeds a limit.
     """
-    import yaml  # noqa: PLC0415 - takes time, and Python and TOML files need none
+    import yaml  # noqa: PLC0415 - takes time, and Python and TOML files do not need it
 
     try:
         return _Builder(source).data()
@@ -74,17 +75,18 @@ def yaml_line(source: bytes, location: Location) -> int | None:
 
 
 class _Builder:
-    """A YAML file, and what has been made of it."""
+    """Builds data from the nodes of a YAML file, which have lines."""
 
     def __init__(self, source: bytes) -> None:
         self._loader, self._root = parse_yaml(source, max_depth=MAX_DEPTH)
         self._values = 0
 
     def data(self) -> object:
-        """Return all of it."""
+        """Return the data of the whole file."""
         return None if self._root is None else self._value(self._root, Location())
 
     def _value(self, node: Any, location: Location) -> object:
+        # Each use of an alias counts: ten levels of ten aliases would be 10^10 values in a small file.
         self._values += 1
         if self._values > MAX_VALUES:
             raise DocumentError(f"the file has more than {MAX_VALUES} values", Location())
@@ -97,6 +99,7 @@ class _Builder:
         return self._mapping(node, location)
 
     def _scalar(self, node: Any, location: Location) -> object:
+        # A date would be a value that no option has, and `=` is a tag of YAML 1.1 that nobody means.
         if node.tag in _TEXTS:
             return node.value
         if node.tag not in _SCALARS:
@@ -110,16 +113,18 @@ class _Builder:
         made: dict[str, object] = {}
         merged: dict[str, object] = {}
         for key, each in node.value:
+            # Keys are names of elements, options and parameters.
             if key.id != "scalar":
                 raise _error("a key must be a string", key, location)
-            name: str = key.value
+            name: str = key.value  # as it is written: `on` and `010` are names, no values
             if key.tag == _MERGE:
                 merged = {**self._merged(each, location.inner(name)), **merged}
+            # YAML parsers usually take the last one in silence.
             elif name in made:
                 raise _error(f"the key '{escape(name)}' is there twice", key, location)
             else:
                 made[name] = self._value(each, location.inner(name))
-        return {**merged, **made}
+        return {**merged, **made}  # keys of the mapping itself win over merged ones, wherever they stand
 
     def _merged(self, node: Any, location: Location) -> dict[str, object]:
         """Return what `<<` takes in: a mapping, or several, of which earlier ones count."""
@@ -145,7 +150,7 @@ class _Builder:
                 continue
             found = [(key, each) for key, each in node.value if key.value == step]
             if not found:
-                break
+                break  # a merged value: its mapping is somewhere else
             key, node = found[0]
             line = key.start_mark.line + 1
         return line

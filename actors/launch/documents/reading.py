@@ -1,4 +1,4 @@
-"""Reading: the description that a YAML, TOML or XML file gives."""
+"""Reads the description from a YAML, TOML or XML file."""
 
 from __future__ import annotations
 
@@ -20,18 +20,20 @@ XML_SUFFIXES: Final = (".xml", ".launch")
 
 
 def read_document(path: str, source: bytes) -> LaunchDescription:
-    """Return what a file describes; its suffix says whether that is TOML or XML; else it is YAML.
+    """Return the description in a launch file. Its suffix tells TOML and XML; others are YAML.
 
     Args:
-        path: Its path.
-        source: What is in it.
+        path: The path of the file.
+        source: Its content.
 
     Raises:
-        LaunchFileError: Something in it is not as it should be; the text says what, and where.
+        LaunchFileError: It is malformed; the text says what is wrong, and in which line.
     """
     suffix = PurePath(path).suffix
 
     def describe(location: Location, line: int | None = None) -> str:
+        # Parsed a second time, because data keeps no lines; this happens for errors only. tomllib has no
+        # lines.
         if line is None and location.path and suffix != ".toml":
             line = (
                 XmlDocument(source).line(location) if suffix in XML_SUFFIXES else yaml_line(source, location)
@@ -52,6 +54,7 @@ def read_document(path: str, source: bytes) -> LaunchDescription:
 
 def _actions(data: object, location: Location) -> tuple[Action, ...]:
     if not isinstance(data, dict):
+        # An empty file, a bare list, or another kind of file.
         raise location.error("a launch file begins with 'launch:' and a list of elements")
     return Elements().read(
         read_fields(cast("object", data), location, ("launch",))["launch"], location.inner("launch")

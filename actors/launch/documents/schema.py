@@ -10,7 +10,7 @@ from actors.launch.documents.kinds import NAME, SCALAR, Schema
 from actors.launch.documents.parameters import definitions
 
 _DRAFT: Final = "http://json-schema.org/draft-07/schema#"
-"""The one that editors know best."""
+"""The draft that most editors support."""
 _WIDTH: Final = 110
 
 
@@ -25,10 +25,12 @@ def schema() -> Schema:
         "required": ["launch"],
         "additionalProperties": False,
         "definitions": {
-            "text": {"description": "A text; $(var NAME) in it is an argument's value.", **SCALAR},
-            "plain": {"description": "A text, as it is.", **SCALAR},
+            "text": {"description": "A string; $(var NAME) in it is the value of an argument.", **SCALAR},
+            "plain": {"description": "A string without substitutions: $( has no meaning in it.", **SCALAR},
             "name": {"description": "A name, without $(…).", **NAME},
             **definitions(),
+            # Definitions are shared by the aliases of an element; written out, the schema would be twice as
+            # long.
             **{f"element_{each.names[0]}": each.schema() for each in ELEMENTS},
             "elements": {"type": "array", "items": {"$ref": "#/definitions/element"}},
             "element": {

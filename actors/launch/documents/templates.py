@@ -83,6 +83,7 @@ def words(text: str) -> tuple[Text, ...]:
     Raises:
         LaunchError: A substitution in it is malformed or unknown, or a quote is not closed.
     """
+    # Substitutions are marked while the text is split, so that spaces in their arguments split nothing.
     pieces = _Reader(text).pieces()
     marked = (each if isinstance(each, str) else f"{_MARK}{at}{_MARK}" for at, each in enumerate(pieces))
     try:
@@ -113,14 +114,18 @@ class _Reader:
     """A string that is being parsed, and the position in it."""
 
     def __init__(self, text: str) -> None:
-        if _MARK in text:
+        if _MARK in text:  # `words` needs it, and no program could get it as an argument
             raise LaunchError("A text cannot have a null character in it")
         self._text = text
         self._at = 0
         self._depth = 0
 
     def pieces(self, end: str = "") -> list[Piece]:
-        """Read up to one of these characters, or to the end."""
+        """Read up to one of these characters, or to the end.
+
+        Args:
+            end: A quote, or what ends an argument without quotes; empty: the string itself.
+        """
         pieces: list[Piece] = []
         literal = ""
         while (char := self._char()) and char not in end:
@@ -128,19 +133,24 @@ class _Reader:
                 pieces += [literal, self._substitution()]
                 literal = ""
                 continue
+            # A backslash at the end is one: there is nothing to escape.
             if char == "\\" and self._at + 1 < len(self._text):
                 self._at += 1
+            # In the middle of an argument they are nearly always a slip, such as a missing space.
             elif end == _ENDS and char in "'\"(":
                 raise self._error(f"{char} needs a backslash before it, or quotes around the whole argument")
             literal += self._char()
             self._at += 1
+        # Without the empty strings between adjacent substitutions, one alone is not a list.
         return [each for each in (*pieces, literal) if each != ""]
 
     def _substitution(self) -> Substitution:
         begin = self._at
         self._depth += 1
+        # The reader and the evaluation are recursive.
         if self._depth > MAX_DEPTH:
             raise LaunchError(f"Substitutions are nested deeper than {MAX_DEPTH}")
+        # An error and not text: a misspelled substitution would reach the program as it is.
         named = _NAME.match(self._text, begin + 2)
         if named is None:
             raise self._error(r"$( needs the name of a substitution; write \$( for the text itself")
@@ -166,7 +176,7 @@ class _Reader:
             while (char := self._char()) and char in _SPACES:
                 self._at += 1
             if not char:
-                self._at = begin
+                self._at = begin  # the error shows where it was opened
                 raise self._error("$( is not closed")
             if char == ")":
                 self._at += 1
@@ -177,6 +187,7 @@ class _Reader:
 
     def _argument(self) -> Text:
         quote = self._char()
+        # In quotes spaces belong to the argument, and substitutions are evaluated all the same.
         if quote not in "'\"":
             return _joined(self.pieces(_ENDS))
         begin = self._at

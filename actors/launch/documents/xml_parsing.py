@@ -5,10 +5,11 @@
       <node pkg="my_package" exec="talker"><param name="speed" value="$(var speed)"/></node>
     </launch>
 
-Attributes are keys. An element within another is an entry of the key that it is named after, such as `param`,
-or else an action: an entry of `children` or `do`. As in ROS 2, what an include sets applies after it, too,
-unless it is `scoped`. Declarations of document types, with which a small file can
-become any size, are errors.
+Attributes are keys. An element within another one is an entry of the key of its name, such as `param`, or
+else an action: an entry of `children` or `do`. As in ROS 2, what an include sets also applies after it,
+unless it is `scoped`.
+
+The same table of elements reads YAML, TOML and XML. So a new option or element needs no code here.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
 from proto.untrusted_text import escape
 
 _ROOT_ATTRIBUTES: Final = {"version", "deprecated"}
-"""Of ROS 2's files; they say nothing that is needed here."""
+"""Attributes of ROS 2's files without a meaning here."""
 
 
 @dataclass
@@ -45,10 +46,10 @@ class XmlDocument:
         source: Its bytes.
 
     Raises:
-        DocumentError: It is no XML, or not as launch files are.
+        DocumentError: It is not XML, or not a launch file.
 
     Attributes:
-        data: What a YAML file with the same contents gives.
+        data: The data of a YAML file with the same content.
     """
 
     def __init__(self, source: bytes) -> None:
@@ -65,7 +66,7 @@ class XmlDocument:
         self.data = {"launch": self._elements(root.children, ("launch",))}
 
     def line(self, location: Location) -> int | None:
-        """Return the line, from 1, of a location in it; None if it has none."""
+        """Return the line, from 1, of a location in it, or of the element around it; None for the file."""
         ends = range(len(location.path), 0, -1)
         return next(
             (self._lines[location.path[:end]] for end in ends if location.path[:end] in self._lines), None
@@ -78,18 +79,21 @@ class XmlDocument:
         _rewrite(node)
         path = (*path, node.tag)
         self._lines[path[:-1]] = self._lines[path] = node.line
+        # An unknown element is passed on: the table reports it, as in YAML.
         known = BY_NAME.get(node.tag)
         keys = {name: key for key in known.keys for name in key.names} if known else {}
         body: dict[str, object] = {}
         for name, text in node.attributes.items():
             kind = keys[name].kind if name in keys else None
+            # All attributes are strings. Kinds that read strings need no help; these two would not.
             body[name] = _switch(text) if kind is SWITCH else text
             if isinstance(kind, ParameterKind):
                 body[name] = _parameter(text)
         inner = next((name for name in ("children", "do") if name in keys), None)
         if inner:
-            body.setdefault(inner, [])
+            body.setdefault(inner, [])  # a group without actions is allowed, as in ROS 2
         for child in node.children:
+            # `<param>` in a node is a key. In a group it would be an action, which the table then refuses.
             key = child.tag if child.tag in keys or inner is None else inner
             listed = body.setdefault(key, [])
             if not isinstance(listed, list):
@@ -105,6 +109,7 @@ class XmlDocument:
         body: dict[str, object] = dict(node.attributes)
         if node.tag == "param" and "value" in body:
             text, separator = node.attributes["value"], body.pop("value-sep", "")
+            # With a type the string is converted when it is planned.
             read = str if "type" in body else _parameter
             body["value"] = [read(each) for each in text.split(str(separator))] if separator else read(text)
         if node.children:
@@ -118,9 +123,10 @@ class XmlDocument:
 
 
 def _rewrite(node: _Node) -> None:
-    """Replace an element that ROS 2 has for what another one can say."""
+    """Replace an element of ROS 2 by a more general one."""
     if node.tag == "include":
-        node.attributes = {"scoped": "false", **node.attributes}  # as in ROS 2
+        # In ROS 2 what an included file sets applies after the include, too.
+        node.attributes = {"scoped": "false", **node.attributes}
     elif node.tag == "ros_timer":
         node.tag = "timer"
     elif node.tag == "set_use_sim_time":
@@ -137,7 +143,7 @@ def _switch(text: str) -> bool | str:
 def _parameter(text: str) -> object:
     """Return the value that a text is in YAML; the text itself if it is no value of a parameter."""
     if "$(" in text:
-        return text
+        return text  # its value is read as YAML when it is known
     try:
         value = yaml_data(text.encode())
     except DocumentError:
@@ -151,6 +157,7 @@ def _is_value(value: object) -> bool:
 
 
 def _parse(source: bytes) -> _Node:
+    # expat and not ElementTree, which has no lines.
     parser = expat.ParserCreate()
     stack = [_Node("", {}, 0)]
 
@@ -168,10 +175,11 @@ def _parse(source: bytes) -> _Node:
         stack.pop()
 
     def characters(text: str) -> None:
-        if text.strip():
+        if text.strip():  # ROS 2 ignores it; it is a value that was meant to be an attribute
             raise error(f"text outside of attributes: '{escape(text.strip())}'")
 
     def declaration(*_given: object) -> None:
+        # With entities that refer to each other a small file can become any size.
         raise error("document types and entities cannot be declared")
 
     parser.StartElementHandler, parser.EndElementHandler = start, end

@@ -77,8 +77,7 @@ class TransitionQueue:
         if node is None or process.lifecycle is None or self._abandoned:
             return
         node.up = True
-        # At the front: what was requested before the start, such as `shutdown`, needs the states that it
-        # passes.
+        # At the front: transitions that were requested before the start, such as `deactivate`, follow it.
         if process.lifecycle.autostart:
             node.waiting.appendleft(deque(process.lifecycle.autostart))
         self._next(node)

@@ -26,10 +26,10 @@ MAX_INCLUDES: Final = 32
 def all_declared(
     actions: Iterable[Action], scope: Scope, library: LaunchLibrary
 ) -> list[DeclareLaunchArgument]:
-    """Return the arguments that can be given, each once, whatever conditions say.
+    """Return the arguments that users can give, whatever the conditions of their declarations.
 
-    Files count whose path is known without further arguments. Arguments that an include sets itself cannot
-    be given.
+    Included files are searched if their paths are known without further arguments. An argument that an
+    include sets is not an argument of the launch.
 
     Args:
         actions: The actions of the launch file.
@@ -62,6 +62,7 @@ class _Search:
             case DeclareLaunchArgument(name=name, default_value=default):
                 if name not in given:
                     self.found.setdefault(name, action)
+                # Defaults count: the path of an include often depends on one.
                 if name not in scope.configurations and default is not None:
                     scope.configurations[name] = resolve(default, scope)
             case Setting():
@@ -69,11 +70,14 @@ class _Search:
             case IncludeLaunchDescription():
                 self._include(action, scope, given)
             case _:
+                # Also into groups and handlers whose conditions are false: another argument may make them
+                # true.
                 shared = isinstance(action, GroupAction) and not action.scoped
                 self.search(getattr(action, "actions", ()), scope if shared else scope.inner(), given)
 
     def _include(self, action: IncludeLaunchDescription, scope: Scope, given: frozenset[str]) -> None:
         inner = included_scope(action, scope)
+        # With other arguments given, another part of the same file may be undeclared, so both are the key.
         given |= {name for name, _ in action.given}
         if inner.file is None or (inner.file, given) in self._seen or self._depth == MAX_INCLUDES:
             return

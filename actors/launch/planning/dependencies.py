@@ -26,7 +26,7 @@ class KnownNodes:
     """The names of the nodes that have been planned, by their actions."""
 
     def __init__(self) -> None:
-        # The action is kept, so that its id is not another's.
+        # By identity: two equal actions start two nodes. The action is kept, so that its id is not reused.
         self._names: dict[int, tuple[ProcessAction, str | None]] = {}
 
     def add(self, action: ProcessAction, node: str | None) -> None:
@@ -65,10 +65,10 @@ def dependencies(
         InvalidNameError: A name is not valid.
     """
     listed = [depends_on] if isinstance(depends_on, str | Substitution | Node) else depends_on
-    return tuple(dict.fromkeys(_each(listed, nodes, scope, namespace)))
+    return tuple(dict.fromkeys(_presences(listed, nodes, scope, namespace)))
 
 
-def _each(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -> Iterator[Presence]:
+def _presences(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -> Iterator[Presence]:
     for each in listed:
         if isinstance(each, Node):
             yield nodes.presence(each)
@@ -79,7 +79,7 @@ def _each(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -
             kind = PresenceKind(word)
         except ValueError:
             raise LaunchError(
-                f"depends_on: '{escape(text)}' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"
+                f"depends_on: '{escape(text)}' must be 'node NAME', 'topic NAME', 'service NAME' or a Node"
             ) from None
         yield presence(kind, name.strip(), namespace)
 
@@ -90,6 +90,7 @@ def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
     Raises:
         InvalidNameError: The name is not valid.
     """
+    # Checked here: a name that cannot exist would be waited for until the time limit.
     full = prefix_namespace(normalize_namespace(namespace or ""), name) or ""
     if kind is PresenceKind.SERVICE:
         validate_full_service_name(full)

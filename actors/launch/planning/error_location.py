@@ -1,4 +1,8 @@
-"""Errors that say where in a description they are."""
+"""Errors that say where in a description they are.
+
+Planning knows the action and its file, but not what is wrong with them. So errors are raised without a
+location, and get one here, once: `has_location` says that this has happened.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,7 @@ def with_location(error: BaseException, action: Action, file: str | None) -> Lau
     if action.describe_location is not None:
         where = [action.describe_location()]
     else:
-        # Errors of launch arguments name the argument already.
+        # Errors about launch arguments name the argument already.
         summary = None if isinstance(action, DeclareLaunchArgument) else action_label(action)
         where = [each for each in (file, summary) if each]
     kind = LaunchFileError if isinstance(error, LaunchFileError) else LaunchError
@@ -47,9 +51,10 @@ def function_error(function: Callable[..., Any], error: BaseException, file: str
     if isinstance(error, LaunchError) and error.has_location:
         return error
     code = getattr(function, "__code__", None)
+    # A line of the launch file says more than one of a library that the function calls.
     path = file if file is not None and line_in(file, error) else getattr(code, "co_filename", None)
     line = None if path is None else line_in(path, error)
-    if line is None and code is not None:  # calling it failed
+    if line is None and code is not None:  # the call failed, such as with a wrong number of arguments
         path, line = code.co_filename, code.co_firstlineno
     where = f"{path}, line {line}: " if line else ""
     return _located(LaunchError(f"{where}{function_name(function)}: {_text(error)}"))

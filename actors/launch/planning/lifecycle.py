@@ -34,9 +34,10 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
         LaunchError: There is no such transition.
     """
     matcher: Matcher = event.lifecycle_node_matcher
-    transitions = (_transition(event.transition_id, scope),)
+    transitions = (_transition(event.transition_id, scope),)  # now, so that a wrong one is found at once
     if isinstance(matcher, matches_action):
         action = matcher.action
+        # By identity: two equal actions start two nodes.
         return ChangeStates(
             what=action_label(action), matches=lambda spec: spec.origin is action, transitions=transitions
         )
@@ -76,7 +77,7 @@ def lifecycle_transition(action: LifecycleTransition, scope: Scope) -> list[Step
 def state_transitions(
     handler: OnStateTransition, scope: Scope
 ) -> tuple[Callable[[StateTransition], bool], list[str]]:
-    """Return a function that tells which state transitions a handler reacts to, and its conditions as texts.
+    """Return a function that matches the state transitions of a handler, and its conditions for messages.
 
     Raises:
         LaunchError: There is no such state or transition.
@@ -90,15 +91,15 @@ def state_transitions(
     }
     wanted = {name: value for name, value in given.items() if value is not None}
 
-    def fits(event: StateTransition) -> bool:
+    def matches(event: StateTransition) -> bool:
         return all(getattr(event, name) == value for name, value in wanted.items())
 
-    return fits, [f"{name} {value}" for name, value in wanted.items()]
+    return matches, [f"{name} {value}" for name, value in wanted.items()]
 
 
-def transition_label(wanted: int | str) -> str:
-    """Return the label of a transition that is given by its number or label."""
-    return next((each.label for each in REQUESTS if each.id == wanted), str(wanted))
+def transition_label(transition: int | str) -> str:
+    """Return the label of a transition that is given by its id or label."""
+    return next((each.label for each in REQUESTS if each.id == transition), str(transition))
 
 
 def _has_name(node: str) -> Callable[[ProcessSpec], bool]:
@@ -106,7 +107,9 @@ def _has_name(node: str) -> Callable[[ProcessSpec], bool]:
 
 
 def _transition(given: int | Text, scope: Scope) -> int | str:
-    """Return the number or label of a transition that can be requested."""
+    """Return the id or label of a transition that can be requested."""
+    # Three transitions have the label "shutdown", so a label is not turned into an id: the node knows its
+    # state.
     text = str(given) if isinstance(given, int) else resolve(given, scope)
     labels = {each.label for each in REQUESTS}
     if text in labels:

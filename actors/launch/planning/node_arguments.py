@@ -30,7 +30,7 @@ def ros_arguments(node: Node, scope: Scope) -> list[str]:
         LaunchError: A parameter or parameter file is not valid, or a substitution has no value.
         InvalidNameError: The name or namespace is not valid.
     """
-    arguments = list(_each(node, scope))
+    arguments = list(_arguments(node, scope))
     return ["--ros-args", *arguments] if arguments else []
 
 
@@ -45,13 +45,15 @@ def full_name(node: Node, scope: Scope) -> str | None:
     return None if name is None else full_node_name(_namespace(node, scope) or "/", name)
 
 
-def _each(node: Node, scope: Scope) -> Iterator[str]:
+def _arguments(node: Node, scope: Scope) -> Iterator[str]:
     node_name, namespace = _name(node, scope), _namespace(node, scope)
     if node_name is not None:
         yield from ("-r", f"__node:={node_name}")
     if namespace is not None:
         yield from ("-r", f"__ns:={namespace}")
-    # Of two values for a parameter the last one counts, of two rules for a name the first one.
+    # The last of several values of a parameter counts, but the first of several rules for a name. So the
+    # node's own come last: its parameters override those of `SetParameter`, and its rules do not override
+    # `SetRemap`.
     for path in scope.parameter_files:
         yield from ("--params-file", path)
     for name, value in scope.parameters.items():
@@ -104,7 +106,7 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
 def _yaml(name: str, value: Any, scope: Scope) -> str:
     """Return a value as YAML that is read as the same value and type."""
     match value:
-        case bool():
+        case bool():  # before int, whose subclass it is
             text = "true" if value else "false"
         case int():
             text = str(value)
@@ -120,7 +122,7 @@ def _yaml(name: str, value: Any, scope: Scope) -> str:
             text = _yaml_list(name, cast("Sequence[object]", value), scope)
         case _:
             raise LaunchError(f"Parameter '{escape(name)}' cannot be {value!r}")
-    return text or '""'
+    return text or '""'  # an empty text would be null
 
 
 def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:

@@ -31,6 +31,7 @@ def option_value(action: Action, name: str, scope: Scope) -> Any:
     Raises:
         LaunchError: A substitution has no value there, or the value is out of range.
     """
+    # None stands for the default of the launch, such as its stop timeout, and not for a value.
     option = next(each for each in options_of(type(action)) if each.name == name)
     value: object = getattr(action, name)
     return None if value is None else _READERS[option.type](option, value, scope)
@@ -72,8 +73,9 @@ def _number(option: Option, value: Any, scope: Scope) -> float:
     try:
         number = float(text)
     except ValueError:
-        number = math.nan
+        number = math.nan  # as "nan" itself: no comparison below holds for it
     whole = option.type.startswith("int")
+    # An infinite respawn delay or stop timeout would be a process that is never started, or never ends.
     most = math.inf if option.unlimited else sys.float_info.max
     if not option.least <= number <= most or (whole and number % 1):
         what = "a whole number" if whole else "a number of seconds" if option.unit else "a number"
@@ -89,4 +91,4 @@ _READERS: Final[dict[str, Callable[[Option, Any, Scope], Any]]] = {
     "float | Text": _number,
     "float | Text | None": _number,
 }
-"""What reads an option, by its annotation."""
+"""Functions that evaluate an option, by its annotation."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.launch.description.action import Action, Setting, known_actions
 from actors.launch.description.actions import (
@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Event
     from actors.launch.planning.steps import Step
 
+T = TypeVar("T")
+
 
 def make_plan(
     description: LaunchDescription,
@@ -79,6 +81,7 @@ def make_plan(
         LaunchError: The description has another error; the text names the action and its file.
     """
     planner = _Planner(library, output)
+    # Copies: actions change the scope, and a launch may be planned again with the same arguments.
     scope = Scope(
         library=library,
         configurations=dict(arguments),
@@ -87,9 +90,10 @@ def make_plan(
         folder=folder,
         file=description.file,
     )
-    outer = scope.inner()
+    outer = scope.inner()  # as it is before the first action, for the search below
     steps = planner.plan(description.actions, scope)
     known = planner.declared | {each.name for each in declared_arguments(description.actions)}
+    # An argument that nothing declares may still be read with a default: then it is used.
     unknown = [name for name in arguments if name not in known | scope.used]
     if unknown and not planner.partial:
         raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
@@ -117,12 +121,16 @@ class _Planner:
         self.partial = False
         self._library = library
         self._output = output
-        self._includes = 0
-        self._numbers = 0
-        self._left = MAX_PROCESSES
+        self._include_depth = 0
+        self._last_number = 0
+        self._processes_left = MAX_PROCESSES
+        # Depth of timers and handlers around the current action. In them functions are called when they are
+        # due.
         self._deferred = 0
+        # Whether the launch runs, so that what is planned now comes from a function.
         self._running = False
         self._nodes = KnownNodes()
+        # Names that handlers refer to, checked when all processes are known.
         self._targets: list[str] = []
 
     def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
@@ -134,15 +142,15 @@ class _Planner:
         steps: list[Step] = []
         for action in actions:
             try:
-                steps += self._each(action, scope)
+                steps += self._plan_action(action, scope)
             except NoEventError:
-                raise
+                raise  # to the handler around it, which is planned again with its event
             except CallboardError as error:
                 if isinstance(error, LaunchError) and error.has_location:
                     raise
                 raise with_location(error, action, scope.file) from error
             except (KeyboardInterrupt, Exception):
-                raise
+                raise  # a bug: its traceback says more than the action
             except BaseException as error:  # of a substitution or condition, such as that of pytest.fail
                 raise with_location(error, action, scope.file) from error
         return steps
@@ -157,7 +165,7 @@ class _Planner:
             if target not in names and not self.partial
         ]
         labels: dict[str, str] = {}
-        for step in steps:  # what event handlers start may be in another's place
+        for step in steps:  # not those of handlers, which may start a node in place of another one
             if isinstance(step, Start) and step.process.node is not None:
                 label, node = step.process.label, step.process.node
                 first = labels.setdefault(node, label)
@@ -165,9 +173,10 @@ class _Planner:
                     warnings.append(f"Two nodes have the name {node}: {first} and {label}")
         return warnings
 
-    def _each(self, action: Action, scope: Scope) -> Iterable[Step]:
+    def _plan_action(self, action: Action, scope: Scope) -> Iterable[Step]:
         if action.condition is None or action.condition.holds(scope):
             return self._steps(action, scope)
+        # What it would have declared or started is unknown now, so warnings about that could be wrong.
         if isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
             self.partial = True
         return []
@@ -202,6 +211,7 @@ class _Planner:
                 return lifecycle_transition(action, scope)
             case Shutdown():
                 return [End(reason=resolve(action.reason, scope))]
+            # An action class of the user: what ROS 2 calls with the context.
             case _ if callable(execute := getattr(action, "execute", None)):
                 return self._opaque(OpaqueFunction(function=execute), scope)
             case _:
@@ -213,6 +223,7 @@ class _Planner:
         if not name:
             raise LaunchError("A launch argument needs a name")
         self.declared.add(name)
+        # One that an outer file has set counts, so that a file can set arguments of those that it includes.
         if name not in scope.configurations:
             if action.default_value is None:
                 about = f" ({action.description})" if action.description else ""
@@ -227,6 +238,7 @@ class _Planner:
     def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
         inner = scope.inner() if action.scoped else scope
         given = {name: resolve(value, inner) for name, value in action.launch_configurations.items()}
+        # The given ones are evaluated before this: they may pass on arguments from outside.
         if not action.forwarding:
             inner.configurations.clear()
         inner.configurations.update(given)
@@ -235,23 +247,26 @@ class _Planner:
     def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
         inner = included_scope(action, scope)
         path = str(inner.file)
-        if self._includes == MAX_INCLUDES:
+        if self._include_depth == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
-        self._includes += 1
+        self._include_depth += 1
         steps = self.plan(self._library.description(path).actions, inner)
-        self._includes -= 1
+        self._include_depth -= 1
+        # In ROS 2's own format an include is not scoped: files set what later actions of the including one
+        # use.
         if not action.scoped:
             scope.adopt(inner)
         return steps
 
     def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
-        if self._left == 0:
+        if self._processes_left == 0:
             raise LaunchError(f"The description has more than {MAX_PROCESSES} processes")
-        self._left -= 1
-        self._numbers += 1
-        spec = make_spec(action, scope, number=self._numbers, nodes=self._nodes)
+        self._processes_left -= 1
+        self._last_number += 1  # never reused, so that a label means one process in all logs
+        spec = make_spec(action, scope, number=self._last_number, nodes=self._nodes)
         spec = replace(spec, output=self._output or spec.output, made_later=self._running)
         self._nodes.add(action, spec.node)
+        # A Shutdown alone has made the process a required one, which needs no handler.
         if action.on_exit is not None and ending(action.on_exit) is None:
             handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
             (reaction,) = self._react(handler, scope)
@@ -265,9 +280,11 @@ class _Planner:
             target = handler.target_action
         elif isinstance(handler, OnStateTransition):
             target = handler.target_lifecycle_node
+        # A handler that a function returns may name a process that has ended and been forgotten.
         if isinstance(target, str) and not self._running:
             self._targets.append(target)
         found = triggers(handler, scope, self._nodes)
+        # A scope for each: the settings of one reaction must not apply to another.
         return [self._reaction(step, reaction, scope.inner()) for reaction, step in found]
 
     def _reaction(self, step: AddHandler, reaction: Reaction, scope: Scope) -> AddHandler:
@@ -275,19 +292,16 @@ class _Planner:
             self.partial = True
 
             def react(event: Event) -> list[Step]:
-                inner = replace(scope.inner(), event=event)  # so that settings do not pile up
+                inner = replace(scope.inner(), event=event)  # or settings of each event would add up
                 return self._replan(call_reaction(reaction, event, inner), inner)
 
             return replace(step, steps=react, calls=True)
         try:
             steps = self._deferring(known_actions(reaction), scope)
         except NoEventError:  # it needs the event, so it is planned when that happens
-            return self._reaction(step, partial(_given, known_actions(reaction)), scope)
+            return self._reaction(step, partial(_ignore_event, known_actions(reaction)), scope)
 
-        def give(_event: Event) -> list[Step]:
-            return steps
-
-        return replace(step, steps=give, preview=tuple(steps))
+        return replace(step, steps=partial(_ignore_event, steps), preview=tuple(steps))
 
     def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
         """Call the function now; in a timer or handler, when that is due."""
@@ -310,9 +324,10 @@ class _Planner:
 
     def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
         """Plan the actions that a function has returned while the launch runs."""
-        self._left, self._running = MAX_PROCESSES, True
+        # A limit for each call: a launch that replaces its processes for weeks may start any number of them.
+        self._processes_left, self._running = MAX_PROCESSES, True
         return self.plan(actions, scope)
 
 
-def _given(actions: Sequence[Action], _event: Event) -> Sequence[Action]:
-    return actions
+def _ignore_event(value: T, _event: Event) -> T:
+    return value

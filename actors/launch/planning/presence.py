@@ -46,7 +46,8 @@ _KINDS = {
 
 
 def presence_of(entry: GraphEntry) -> Presence | None:
-    """Return the presence that a graph entry stands for; None for subscriptions and clients."""
+    """Return the presence of a graph entry; None for subscriptions and clients."""
+    # A topic that only has subscriptions has nobody who would send anything, so nobody waits for it.
     kind = _KINDS.get(EntryKind(entry.kind))
     if kind is None:
         return None

@@ -34,7 +34,15 @@ MAX_NAME_CHARACTERS: Final = 200
 
 
 class _Program(NamedTuple):
-    """A program: its name, its command, the command as users would type it, and its sources."""
+    """A program.
+
+    Attributes:
+        name: The default name of its process.
+        command: The command, or for a node in this process its arguments.
+        typed: The command as users would type it.
+        sources: Files and folders whose changes restart it with `--watch`.
+        factory: Creates the node that runs in this process.
+    """
 
     name: str
     command: Sequence[str]
@@ -59,6 +67,7 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     namespace = scope.namespace
     if isinstance(action, Node):
         program = _node(action, scope)
+        # Names in `depends_on` are relative to the node's own namespace.
         own = None if action.namespace is None else resolve(action.namespace, scope)
         namespace = prefix_namespace(scope.namespace, own)
     else:
@@ -69,10 +78,11 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
     end = ending(action.on_exit)
+    # A program that dies at once would otherwise keep the machine busy.
     delay = max(options["respawn_delay_sec"], LEAST_RESPAWN_DELAY_SEC)
     options |= {
         "output": OutputMode(options["output"]),
-        # As in ROS 2, whose Shutdown comes before the next start.
+        # As in ROS 2, where the Shutdown comes before the next start.
         "respawn": options["respawn"] and end is None,
         "respawn_delay_sec": delay,
         "respawn_max_delay_sec": max(options["respawn_max_delay_sec"], delay),
@@ -122,7 +132,7 @@ def _node(action: Node, scope: Scope) -> _Program:
     own = [resolve(each, scope) for each in action.arguments]
     arguments = own + ros_arguments(action, scope)
     if action.node is not None:
-        return _own(action, action.node, arguments, library)
+        return _embedded(action, action.node, arguments, library)
     if action.script is not None:
         path = str(PurePath(scope.folder, resolve(action.script, scope)))
         name, typed, command = PurePath(path).stem, [path], library.script(path)
@@ -135,16 +145,19 @@ def _node(action: Node, scope: Scope) -> _Program:
         name = resolve(cast("Any", action.executable), scope)
         typed, command = [package, name], library.program(package, name)
         sources = library.sources(package=package)
+    # An executable alone is a program of the system; the others are what `callboard run` takes.
     if action.package is not None or action.script is not None:
         typed = [*library.run_command, *typed]
     if to_bool(action.shell, scope):
+        # Only the user's arguments are for the shell. The others have values that it must not expand.
         line = " ".join((shlex.join(command), *own, shlex.join(arguments[len(own) :])))
         return _Program(name, ["/bin/sh", "-c", line], [*typed, *arguments], sources)
     return _Program(name, [*command, *arguments], [*typed, *arguments], sources)
 
 
-def _own(action: Node, node: Factory | str, arguments: Sequence[str], library: Library) -> _Program:
+def _embedded(action: Node, node: Factory | str, arguments: Sequence[str], library: Library) -> _Program:
     """Return a node that runs in the launch's process."""
+    # They belong to processes: setting them here would change them for the launch and all other nodes.
     for option in ("cwd", "env", "additional_env", "prefix", "shell"):
         if getattr(action, option):
             raise LaunchError(f"A Node with node= runs in the launch's process: {option}= is not for it")
@@ -166,7 +179,7 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
         line = " ".join(command)
         command = ["/bin/sh", "-c", line]
         word = PurePath(next(iter(line.split()), "")).name
-        # The user has not chosen this name, so one that is not valid is no error.
+        # The first word may be anything, such as `FOO=1`. Users have not chosen it, so it is never an error.
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
     return _Program(name, scope.library.python_program(command), command)
@@ -184,5 +197,6 @@ def ending(reaction: object) -> Shutdown | None:
     listed = cast("Sequence[object]", reaction) if isinstance(reaction, list | tuple) else (reaction,)
     if len(listed) != 1 or (isinstance(listed[0], Action) and listed[0].condition is not None):
         return None
+    # ROS 2's form is EmitEvent(event=Shutdown()).
     found = listed[0].event if isinstance(listed[0], EmitEvent) else listed[0]
     return found if isinstance(found, Shutdown) and found.condition is None else None

@@ -37,25 +37,25 @@ class LifecycleSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessSpec:
-    """A process to start; or, with `program`, a node in this process.
+    """A process to start, or with `program` a node to run in this process.
 
-    Fields that are named like an option of `ProcessAction` have its value. Without a value of its own a
-    process is stopped with the timeouts of the launch, and gets the working folder of the launch.
+    Fields that are named like an option of `ProcessAction` have its value. None stands for the stop timeouts
+    and the working folder of the launch.
 
     Attributes:
-        label: What its lines begin with, such as "talker-1"; unique in the launch.
+        label: The prefix of its lines, such as "talker-1"; unique in the launch.
         name: The label without its number.
         node: The full name of its node; None: the program chooses it.
-        lifecycle: What is requested of its lifecycle node; None if its node has no states.
-        command: The program and its arguments. Of a node in this process: the arguments.
-        program: Makes the node that runs in this process; None for a process of its own.
+        lifecycle: The requests to its lifecycle node; None if the node has no lifecycle.
+        command: The program and its arguments; for a node in this process, the arguments.
+        program: Creates the node that runs in this process; None for a separate process.
         shown: The command as users would type it.
-        environment: All of it.
-        own_environment: What the description adds for this process alone, to be shown.
+        environment: The whole environment.
+        own_environment: The variables that the description adds for this process only, for `--dry-run`.
         origin: The action that it comes from.
-        end_reason: Why the launch ends with it, to be shown; empty: because it is required.
-        made_later: Whether a function has made it while the launch ran.
-        sources: Folders and files that it is made of.
+        end_reason: The reason to show when the launch ends with it; empty: it is required.
+        made_later: Whether a function returned its action while the launch ran.
+        sources: Folders and files whose changes restart it with `--watch`.
     """
 
     label: str

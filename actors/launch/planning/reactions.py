@@ -1,11 +1,11 @@
-"""Which events a handler reacts to, and the calls of its functions."""
+"""The events that a handler reacts to, and the calls of its functions."""
 
 from __future__ import annotations
 
 import inspect
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from actors.launch.description.action import Action, EventHandler
 from actors.launch.description.event_handlers import (
@@ -49,20 +49,12 @@ if TYPE_CHECKING:
     from actors.launch.planning.dependencies import KnownNodes
 
 
-class Trigger(NamedTuple):
-    """An event that a handler reacts to, and its reaction.
-
-    Attributes:
-        reaction: The reaction, not planned yet.
-        step: The step that adds the handler, without steps to carry out yet.
-    """
-
-    reaction: Reaction
-    step: AddHandler
+Trigger: TypeAlias = "tuple[Reaction, AddHandler]"
+"""A reaction that is not planned yet, and the step that adds its handler, without steps to carry out."""
 
 
 def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Trigger]:
-    """Return the events that a handler reacts to.
+    """Return the reactions of a handler, and the events that they react to.
 
     Raises:
         LaunchError: It is of an unknown class, or waits for a node whose name is not known.
@@ -85,15 +77,18 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
             found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
         case _:
             raise LaunchError(f"{type(handler).__name__} is not an event handler")
-    return [Trigger(each.reaction, replace(each.step, once=handler.handle_once)) for each in found]
+    return [(reaction, replace(step, once=handler.handle_once)) for reaction, step in found]
 
 
 def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> Sequence[Action]:
-    """Call the function of a handler with the event, and with the context if it has two parameters.
+    """Call the function of a handler with the event, and the context if it has a second parameter.
+
+    In ROS 2 handlers have both; many that were written for callboard need only the event.
 
     Raises:
         LaunchError: It fails, or returns something else than actions.
     """
+    # The signature decides, not a failed call: a TypeError may come from inside of the function.
     try:
         inspect.signature(function).bind(event, scope)
     except TypeError:
@@ -124,11 +119,11 @@ def call_function(
     except BaseException as error:  # also CancelledError, and those of pytest.fail and pytest.skip
         raise function_error(function, error, file) from error
     if given is None:
-        return ()
+        return ()  # most functions only do something
     try:
         actions = (given,) if isinstance(given, Action) else tuple(given)
     except TypeError:
-        actions = (None,)
+        actions = (None,)  # reported below, as other results that are not actions
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # it is a generator
@@ -139,7 +134,7 @@ def call_function(
 
 
 def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **options: Any) -> Trigger:
-    return Trigger(reaction, AddHandler(what=what, matches=matches, steps=lambda _event: [], **options))
+    return reaction, AddHandler(what=what, matches=matches, steps=lambda _event: [], **options)
 
 
 def _of_process(
@@ -147,21 +142,21 @@ def _of_process(
     verb: str,
     kind: type[ProcessEvent],
     reaction: Reaction,
-    fits: Callable[[Any], bool] | None = None,
+    condition: Callable[[Any], bool] | None = None,
     **options: Any,
 ) -> Trigger:
     def matches(event: Event) -> bool:
-        if not isinstance(event, kind) or (fits is not None and not fits(event)):
+        if not isinstance(event, kind) or (condition is not None and not condition(event)):
             return False
         process = event.process
         if isinstance(target, str):
             return target in {process.name, process.label}
         if callable(target):
             return process.origin is not None and bool(target(process.origin))
+        # By identity: two equal actions start two processes.
         return target is None or process.origin is target
 
-    who = "a process" if target is None else _who(target)
-    return _trigger(reaction, f"{who} {verb}", matches, **options)
+    return _trigger(reaction, f"{_target_name(target)} {verb}", matches, **options)
 
 
 def _of_graph(
@@ -186,9 +181,9 @@ def _of_output(handler: OnProcessIO) -> list[Trigger]:
         found.append(_of_process(target, "writes", ProcessIO, handler.on_output))
     for reaction, stream in ((handler.on_stdout, Stream.STDOUT), (handler.on_stderr, Stream.STDERR)):
         if reaction is not None:
-            fits = partial(_is_of_stream, stream)
+            condition = partial(_is_of_stream, stream)
             verb = f"writes to {stream.value}"
-            found.append(_of_process(target, verb, ProcessIO, reaction, fits, split=True))
+            found.append(_of_process(target, verb, ProcessIO, reaction, condition, split=True))
     return found
 
 
@@ -197,9 +192,9 @@ def _is_of_stream(stream: Stream, event: ProcessIO) -> bool:
 
 
 def _of_transition(handler: OnStateTransition, scope: Scope) -> Trigger:
-    fits, facts = state_transitions(handler, scope)
-    verb = "changes its state" + (f" ({', '.join(facts)})" if facts else "")
-    return _of_process(handler.target_lifecycle_node, verb, StateTransition, handler.entities, fits)
+    condition, texts = state_transitions(handler, scope)
+    verb = "changes its state" + (f" ({', '.join(texts)})" if texts else "")
+    return _of_process(handler.target_lifecycle_node, verb, StateTransition, handler.entities, condition)
 
 
 def _is_shutdown(event: Event) -> bool:
@@ -217,7 +212,9 @@ def _awaited(kind: PresenceKind, name: Text, scope: Scope) -> Presence:
     return presence(kind, resolve(name, scope), scope.namespace)
 
 
-def _who(target: ProcessAction | str | Callable[..., bool]) -> str:
+def _target_name(target: Target) -> str:
+    if target is None:
+        return "a process"
     if isinstance(target, str):
         return target
     if callable(target):

@@ -51,6 +51,7 @@ def apply_setting(action: Setting, scope: Scope) -> None:
         case SetLaunchConfiguration():
             scope.configurations[resolve(action.name, scope)] = resolve(action.value, scope)
         case SetEnvironmentVariable():
+            # Of the programs only: changing os.environ would change the launch itself.
             scope.environment.update(variables({resolve(action.name, scope): action.value}, scope))
         case UnsetEnvironmentVariable():
             scope.environment.pop(resolve(action.name, scope), None)
@@ -59,6 +60,7 @@ def apply_setting(action: Setting, scope: Scope) -> None:
         case SetParameter():
             scope.parameters.update(parameter_texts({action.name: action.value}, scope))
         case SetRemap():
+            # In order: the first rule that matches a name counts.
             scope.remappings.append((resolve(action.src, scope), resolve(action.dst, scope)))
         case SetParametersFromFile():
             path = str(PurePath(scope.folder, resolve(action.filename, scope)))
@@ -74,6 +76,7 @@ def _save_or_restore(action: Setting, scope: Scope) -> None:
         case PopLaunchConfigurations():
             _replace(scope.configurations, _last(action, scope.saved_configurations))
         case ResetLaunchConfigurations():
+            # Evaluated first: the values may use the arguments that are forgotten.
             given = {name: resolve(value, scope) for name, value in action.launch_configurations.items()}
             _replace(scope.configurations, given)
         case UnsetLaunchConfiguration():
@@ -89,6 +92,7 @@ def _save_or_restore(action: Setting, scope: Scope) -> None:
 
 
 def _last(action: Setting, saved: list[dict[str, str]]) -> dict[str, str]:
+    # A scope begins with empty stacks, so that a group cannot pop what was pushed outside of it.
     if not saved:
         raise LaunchError(f"{type(action).__name__}: nothing has been pushed in this group or file")
     return saved.pop()
@@ -106,6 +110,7 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
         LaunchError: A substitution has no value in the scope, or the name or value is not valid.
     """
     found = {name: resolve(value, scope) for name, value in given.items()}
+    # The start of each process would fail with an error that does not name the action.
     for name, value in found.items():
         if not name or "=" in name or "\0" in name + value:
             raise LaunchError(f"There can be no environment variable '{escape(f'{name}={value}')}'")

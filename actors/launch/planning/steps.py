@@ -1,4 +1,8 @@
-"""The steps of a plan, each with the time when it is due. The machine carries them out."""
+"""The steps of a plan, each with the time when it is due. The machine carries them out.
+
+Steps are plain data, so that `--dry-run` can show them and tests can compare them. Functions in them cannot
+be called earlier: their results depend on events.
+"""
 
 from __future__ import annotations
 
@@ -124,6 +128,7 @@ def all_steps(steps: Iterable[Step]) -> Iterator[Step]:
 
 def awaits_graph(steps: Iterable[Step]) -> bool:
     """Return whether something in these steps depends on the graph, or may."""
+    # Following the graph costs a hidden node and its traffic. A function may return anything.
     return any(
         isinstance(step, Call)
         or (isinstance(step, Start) and bool(step.process.depends_on))

@@ -39,11 +39,11 @@ def test_an_option_is_a_parameter_with_its_default_and_sentence(cls: type) -> No
 @pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: element.names[0])
 def test_documents_have_the_options_of_their_class(element: Any) -> None:
     """Each parameter is an option, and the schema has its names in documents, and no others."""
-    rows = options_of(element.made)
-    assert {each.name for each in rows} == set(inspect.signature(element.made).parameters)
+    rows = options_of(element.cls)
+    assert {each.name for each in rows} == set(inspect.signature(element.cls).parameters)
     made: Any = schema()["definitions"][f"element_{element.names[0]}"]
     properties = made.get("properties") or made["anyOf"][0]["properties"]
-    ros = {"param"} if issubclass(element.made, actors.launch.Node) else set[str]()
+    ros = {"param"} if issubclass(element.cls, actors.launch.Node) else set[str]()
     assert properties.keys() == {name for each in rows for name in each.keys} | {"if", "unless"} | ros
     for each in rows:
         assert all(properties[name]["description"] == each.about for name in each.keys)

@@ -48,8 +48,8 @@ def test_names_are_seen_from_the_namespace(depends_on: Any, namespace: str | Non
 @pytest.mark.parametrize(
     ("depends_on", "error"),
     [
-        ("add", "depends_on: 'add' is none of 'node NAME', 'topic NAME', 'service NAME', a Node"),
-        (["servce add"], "'servce add' is none of"),
+        ("add", "depends_on: 'add' must be 'node NAME', 'topic NAME', 'service NAME' or a Node"),
+        (["servce add"], "'servce add' must be"),
         (UNNAMED, "Node 'b.py' is a dependency, and needs a name="),
         (UNKNOWN, "Node 'c' is a dependency, but is not started before that"),
         ([7], "Expected a string"),
