@@ -70,7 +70,7 @@ def walk(actions: Iterable[Action]) -> Iterator[Action]:
 
 
 def format_actions(actions: Iterable[Action], indent: str = "") -> Iterator[str]:
-    """Yield the lines of a text about actions: one line each, and the actions within it indented below."""
+    """Yield lines that describe actions: a line for each, and the actions within it indented below."""
     for each in actions:
         yield f"{indent}{format_entity(each)}"
         yield from format_actions(getattr(each, "actions", ()), f"{indent}    ")

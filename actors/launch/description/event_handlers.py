@@ -2,8 +2,8 @@
 
     RegisterEventHandler(OnProcessExit(target_action=talker, on_exit=[LogInfo(msg="bye"), Shutdown()]))
 
-What is done is an action, a list of them, or a function. A function is called with the event and the
-`LaunchContext`, in a worker thread, and returns actions or None.
+A reaction is an action, a list of actions, or a function. A function is called in a worker thread with the
+event and the `LaunchContext`, and returns actions or None.
 """
 
 from __future__ import annotations

@@ -75,10 +75,10 @@ def option(
 
 
 def options_of(cls: type[Any]) -> tuple[Option, ...]:
-    """Return the options of an action or event handler, with those of its bases.
+    """Return the options of an action or event handler, including those of its base classes.
 
     Args:
-        cls: Its class.
+        cls: The class.
     """
     return _options_of(cls)  # type: ignore[arg-type]  # mypy takes no class for hashable
 

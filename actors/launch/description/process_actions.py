@@ -21,8 +21,8 @@ ParameterItem: TypeAlias = "Scalar | Substitution | Sequence[Substitution | str]
 ParameterEntry: TypeAlias = (
     "Scalar | Substitution | ParameterValue | Sequence[ParameterItem] | Mapping[str, ParameterEntry]"
 )
-"""A parameter's value. What a substitution gives is read as YAML, so that "3" is a number; a list
-with one in it is a text in pieces."""
+"""The value of a parameter. The result of a substitution is read as YAML, so that "3" is a number; a list
+that contains a substitution is one string in pieces."""
 Parameters: TypeAlias = "Text | Mapping[str, ParameterEntry]"
 """Parameters by name, or the path of a YAML file of them."""
 
@@ -50,14 +50,14 @@ class OutputMode(Enum):
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """A parameter's value whose type is said, so that a text stays one that looks like something else.
+    """A parameter's value with an explicit type, so that a string that looks like a number stays a string.
 
         Node(…, parameters=[{"robot_description": ParameterValue(Command(["xacro ", path]), value_type=str)}])
 
     Attributes:
         value: The value.
-        value_type: `str`, `int`, `float` or `bool`, or a list of one, such as `list[str]`; None: as YAML
-            reads it.
+        value_type: `str`, `int`, `float` or `bool`, or a list of one, such as `list[str]`; None: the type
+            that YAML gives it.
     """
 
     value: Scalar | Text | Sequence[Scalar]

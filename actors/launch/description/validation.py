@@ -46,7 +46,7 @@ class Entity:
         for each in fields(cast("Any", self)):
             value: object = getattr(self, each.name)
             if isinstance(value, Iterator):
-                # Descriptions are looked at more than once; an iterator would be empty the second time.
+                # Descriptions are read more than once; an iterator would be empty the second time.
                 value = tuple(cast("Iterator[object]", value))
                 object.__setattr__(self, each.name, value)
             expected = ARGUMENT_TYPES.get(str(each.type))
@@ -73,7 +73,7 @@ class ArgumentType:
 
 
 def excerpt(value: object) -> str:
-    """Return the representation of a value, shortened."""
+    """Return the shortened `repr` of a value."""
     text = escape(repr(value))
     return text if len(text) <= MAX_SHOWN else f"{text[:MAX_SHOWN]}…"
 

@@ -58,7 +58,7 @@ class JsonReport:
 
 
 def _of_output(event: ProcessIO, stamp: float) -> bytes:
-    # This must be fast: processes may write many lines, whose objects differ only in the line.
+    # Processes may write many lines, whose objects differ only in the line, so the rest is made once.
     begin = _line("output", stamp, **_process(event), stream=event.stream.value).removesuffix(b"}\n").decode()
     lines = (json.dumps(line.decode(errors="replace")) for line in event.lines)
     return "".join([f'{begin}, "line": {line}}}\n' for line in lines]).encode()

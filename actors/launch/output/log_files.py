@@ -94,6 +94,7 @@ class LogFiles:
         return not self._thread.is_alive() and not self.lost_lines
 
     def _begin(self) -> None:
+        # A launch whose processes only write to the screen leaves no folder behind.
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="launch log files", daemon=True)
             self._thread.start()

@@ -3,8 +3,8 @@
     ~/.local/state/callboard/log/2026-11-21T15-46-00Z-4711/launch.log
     ~/.local/state/callboard/log/latest                               a link to the newest
 
-A launch has a lock on its folder while it runs. Only the newest folders are kept; one that is locked, or has
-something in it that no launch has written, is let alone.
+A launch holds a lock on its folder while it runs. When a launch begins, all but the newest folders are
+removed, except those that are locked or contain files that no launch has written.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MAX_FOLDERS: Final = 50
-"""Older ones are removed when a new one is made."""
+"""Number of folders that are kept."""
 MAX_FILE_BYTES: Final = 64 * 1024 * 1024
-"""A file that would grow beyond it becomes its own predecessor, `.1`; there is one of these."""
+"""A file that would become larger is renamed to `.1`, in place of an earlier one, and a new one is begun."""
 MAX_OPEN_FILES: Final = 64
-"""The file that was written longest ago is closed then; it is opened again when it is needed."""
+"""Beyond it, the least recently written file is closed. It is opened again for its next lines."""
 
 LATEST: Final = "latest"
 
@@ -41,16 +41,16 @@ _MAX_TRIES: Final = 100
 
 
 class LogFolder:
-    """A new folder, and the files in it. All of it may block.
+    """The log folder of one launch, and its files. All methods may block.
 
     Args:
-        root: The folder that all of these folders are in. It is made if it is not there.
+        root: The folder with the folders of all launches. It is created if it does not exist.
 
     Raises:
-        OSError: It cannot be made.
+        OSError: The folder cannot be created.
 
     Attributes:
-        path: Where it is.
+        path: The path of the new folder.
     """
 
     def __init__(self, root: Path) -> None:
@@ -62,10 +62,10 @@ class LogFolder:
         _remove_old(root)
 
     def write(self, name: str, data: bytes) -> None:
-        """Write at the end of a file.
+        """Append data to a file.
 
         Raises:
-            OSError: Not all of it could be written.
+            OSError: Not all of the data could be written.
         """
         descriptor, size = self._opened(name)
         if size and size + len(data) > MAX_FILE_BYTES:
@@ -73,6 +73,7 @@ class LogFolder:
             path = self.path / name
             path.replace(path.with_name(f"{name}.1"))
             descriptor, size = self._opened(name)
+        # The size is kept up to date within the loop: a full disk ends it with an exception.
         rest = memoryview(data)
         while rest:
             written = os.write(descriptor, rest)
@@ -81,7 +82,7 @@ class LogFolder:
             self._files[name] = (descriptor, size)
 
     def close(self) -> None:
-        """Close all files and give the lock back. The folder may be removed by later launches then."""
+        """Close all files and release the lock, so that later launches may remove the folder."""
         for name in tuple(self._files):
             self._close(name)
         if self._lock is not None:
@@ -105,6 +106,7 @@ class LogFolder:
 
 
 def _make(root: Path) -> Path:
+    # The time sorts them; the process id tells launches of the same second apart.
     begin = f"{datetime.now(UTC):%Y-%m-%dT%H-%M-%SZ}-{os.getpid()}"
     for number in range(1, _MAX_TRIES):
         path = root / (begin if number == 1 else f"{begin}-{number}")
@@ -115,10 +117,10 @@ def _make(root: Path) -> Path:
 
 
 def _locked(folder: Path) -> int | None:
-    """Lock a folder until what is returned is closed; None: that is not possible here.
+    """Lock a folder until the returned file descriptor is closed; None: this system has no such locks.
 
     Raises:
-        OSError: Another process has it, or it is gone.
+        OSError: Another process holds the lock, or the folder does not exist.
     """
     if fcntl is None:
         return None
@@ -132,7 +134,8 @@ def _locked(folder: Path) -> int | None:
 
 
 def _link(root: Path, name: str) -> None:
-    """Let the link point to the newest folder, where there are links, and nothing else has its name."""
+    """Let the link point to the newest folder, if the system has links and no other file has its name."""
+    # A new link replaces the old one at once: readers of `latest` never find nothing.
     latest, new = root / LATEST, root / f".{LATEST}-{os.getpid()}"
     if latest.exists() and not latest.is_symlink():
         return
@@ -154,6 +157,7 @@ def _remove(folder: Path) -> None:
     lock = _locked(folder)
     if lock is None:
         return
+    # Through the descriptor: a folder that somebody puts in its place meanwhile is not touched.
     try:
         names = os.listdir(lock)  # noqa: PTH208 - pathlib takes no descriptor
         if all(_FILE.fullmatch(name) and _is_file(name, lock) for name in names):

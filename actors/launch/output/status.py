@@ -105,6 +105,7 @@ class Status:
 
     def _forget_one(self) -> None:
         """Forget the name of the process that ended first; it stays counted."""
+        # A launch whose functions start processes for ever must not grow.
         for name, state in self._states.items():
             if state in {State.DEAD, State.FINISHED}:
                 del self._states[name]

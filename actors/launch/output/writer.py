@@ -76,6 +76,7 @@ class WriteQueue(Generic[T]):
             lines: How many lines are lost if it is dropped.
         """
         with self._changed:
+            # The newest lines are dropped: the older ones may be half written already.
             if self._abandoned or self._ended or self._queued_bytes + size_bytes > MAX_QUEUED_BYTES:
                 self.lost_lines += lines
                 self._unreported_lines += lines

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
 COMMAND_TIMEOUT_SEC: Final = 30.0
-"""Users wait for it, as nothing has been started yet."""
+"""Limit of a command. Nothing has been started yet, and users wait."""
 REST_TIMEOUT_SEC: Final = 1.0
-"""How long its output is read after its end. Only background processes can keep it open."""
+"""How long the output is read after the end of the command. Only background processes keep it open."""
 POLL_INTERVAL_SEC: Final = 0.05
-"""How soon its end is noticed if background processes keep its output open."""
+"""How soon the end of the command is noticed while background processes keep its output open."""
 MAX_OUTPUT_BYTES: Final = 1 << 20
 """Limit of the output."""
 _KEPT_ERROR_BYTES: Final = 1 << 12
@@ -73,7 +73,7 @@ def command_output(command: Sequence[str], environment: Mapping[str, str]) -> st
 def _started(
     command: Sequence[str], environment: Mapping[str, str], name: str
 ) -> Generator[subprocess.Popen[bytes]]:
-    """Start a command under watch; in the end nothing of it runs."""
+    """Start a command with its watcher; on leaving, none of its processes runs any more."""
     reading, writing = os.pipe()
     with os.fdopen(writing, "wb", 0) as alive:
         with os.fdopen(reading, "rb", 0) as watched:
@@ -93,11 +93,11 @@ def _started(
                 yield process
             finally:
                 alive.close()
-                process.kill()  # in case somebody has killed the watcher
+                process.kill()  # the watcher may have been killed
 
 
 def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple[bytes, bytes]:
-    """Return all of its stdout, and the beginning of its stderr."""
+    """Return the stdout of a command, and the beginning of its stderr."""
     assert process.stdout is not None
     assert process.stderr is not None
     output, errors = bytearray(), bytearray()
@@ -127,7 +127,7 @@ def _read(process: subprocess.Popen[bytes], name: str, deadline: float) -> tuple
 
 
 def _wait(process: subprocess.Popen[bytes], name: str, deadline: float) -> int:
-    """Return its exit code, when it has ended."""
+    """Wait for the end of a command and return its exit code."""
     while True:
         with suppress(subprocess.TimeoutExpired):
             return process.wait(POLL_INTERVAL_SEC)
@@ -136,7 +136,7 @@ def _wait(process: subprocess.Popen[bytes], name: str, deadline: float) -> int:
 
 
 def _checked(name: str) -> float:
-    """Return the time, if the output is still wanted."""
+    """Return the current time, unless nobody waits for the output any more."""
     if abandoned():
         raise LaunchError(f"Command '{name}' was interrupted")
     return time.monotonic()
