@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, Typ
 from actors.actions.states import TERMINAL_STATES, GoalState
 from actors.callbacks.must_await import must_await
 from actors.endpoints.context import in_flight, time_limit
+from actors.endpoints.iteration import Iteration
 from actors.errors import GoalRejected, GoalUnknown, NodeDestroyed, WaitTimeout
 from actors.interfaces.message import Message
 from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable
+    from collections.abc import Callable
 
     from actors.interfaces.action_msgs.srv import CancelGoal
     from actors.interfaces.builtin_interfaces.msg import Time
@@ -232,27 +233,35 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
             raise GoalRejected(f"{self._receiver.what} was rejected")
         return await self._client.cancel(self.goal_id, timeout_sec)
 
-    async def __aiter__(self) -> AsyncGenerator[FeedbackT, None]:
+    def __aiter__(self) -> Iteration[FeedbackT]:
         """Iterate over the feedback, until the goal has ended.
 
         At most 100 messages wait; then the oldest are dropped, and counted in `dropped`.
 
         Returns:
-            An iterator of the action's feedback messages. One task at a time may use it.
+            An iterator of the action's feedback messages, with `aclose`. One task at a time may use it. A
+            step that is cancelled takes no message, and the next step goes on.
 
         Raises:
             TypeError: The goal was sent with a feedback callback.
-            RuntimeError: Another task is iterating.
-            CallFailed, GoalRejected, NodeDestroyed: As for `result`.
+            RuntimeError: Another task is iterating (at a step that waits).
+            CallFailed, GoalRejected, NodeDestroyed: As for `result` (at the last step).
         """
-        receiver = self._receiver
-        if receiver.callback is not None:
+        if self._receiver.callback is not None:
             raise TypeError("This goal has a feedback callback; send it without one to iterate")
-        while True:
-            while receiver.feedback:
-                yield receiver.feedback.popleft()
-            if receiver.ended.is_set():
-                break
+        return _Feedback(self._receiver)
+
+
+class _Feedback(Iteration[FeedbackT], Generic[FeedbackT]):
+    """The feedback of a goal that has not been read yet."""
+
+    def __init__(self, receiver: GoalReceiver) -> None:
+        super().__init__()
+        self._receiver = receiver
+
+    async def __anext__(self) -> FeedbackT:
+        receiver = self._receiver
+        while not (self.closed or receiver.feedback or receiver.ended.is_set()):
             if receiver.iterating:
                 raise RuntimeError("Another task is iterating over the feedback of this goal")
             # Only while it waits: a task may leave the loop and another may go on from there.
@@ -265,7 +274,15 @@ class ClientGoalHandle(Generic[ResultT, FeedbackT]):
                     await receiver.news.wait()
             finally:
                 receiver.iterating = False
-        receiver.raise_error()
+        if not self.closed:
+            if receiver.feedback:
+                message: FeedbackT = receiver.feedback.popleft()
+                return message
+            receiver.raise_error()
+        raise StopAsyncIteration
+
+    def _wake(self) -> None:
+        self._receiver.news.set()
 
 
 def goal_result(response: Any) -> GoalResult[Any]:

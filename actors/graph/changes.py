@@ -7,19 +7,19 @@ queue: it does not see endpoints that appeared and disappeared meanwhile, and th
 from __future__ import annotations
 
 import asyncio
-from collections import defaultdict
+from collections import defaultdict, deque
 from enum import Enum
 from itertools import count
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from actors.endpoints.endpoint import Endpoint, Handle
+from actors.endpoints.iteration import Iteration
+from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
 from proto.wire import frames
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
-
     from actors.endpoints.context import NodeContext
     from proto.wire.frames import GraphEntry
 
@@ -63,38 +63,75 @@ class GraphWatch(Handle["_WatchEndpoint"]):
         """The graph as the broker has reported it so far in this session."""
         return self._endpoint.snapshot
 
-    async def __aiter__(self) -> AsyncGenerator[GraphChange, None]:
+    def __aiter__(self) -> Iteration[GraphChange]:
         """Iterate over the changes, one by one.
 
         Returns:
-            An iterator. One task at a time may use it.
+            An iterator with `aclose`. One task at a time may use it. A step that is cancelled takes no
+            change, and the next step goes on; what one iterator leaves, the next one gets.
 
         Raises:
+            BrokerUnreachable: The broker refuses to report changes (at a step that would wait for it).
             RuntimeError: The node does not run (at the first step).
         """
-        async for changes in self.batches():
-            for change in changes:
-                yield change
+        return _Changes(self._endpoint)
 
-    async def batches(self) -> AsyncGenerator[list[GraphChange], None]:
+    def batches(self) -> Iteration[list[GraphChange]]:
         """Iterate over the changes, at each step those that have arrived together.
 
-        When it yields, `snapshot` is complete, and the sum of all changes.
+        When it returns, `snapshot` is complete, and the sum of all changes.
 
         Returns:
-            An iterator. One task at a time may use it.
+            An iterator, as above.
 
         Raises:
-            RuntimeError: The node does not run (at the first step).
+            BrokerUnreachable, RuntimeError: As above.
         """
+        return _Batches(self._endpoint)
+
+
+class _Batches(Iteration[list[GraphChange]]):
+    def __init__(self, endpoint: _WatchEndpoint) -> None:
+        super().__init__()
+        self._endpoint = endpoint
+
+    async def __anext__(self) -> list[GraphChange]:
         endpoint = self._endpoint
-        endpoint.context.require_loop()
-        while not endpoint.destroyed:
+        while not (self.closed or endpoint.destroyed):
+            endpoint.context.require_loop()
             endpoint.news.clear()
-            if endpoint.complete and (changes := endpoint.compare()):
-                yield changes
-            if not endpoint.destroyed:
-                await endpoint.news.wait()
+            endpoint.read()
+            if endpoint.complete and endpoint.unread:
+                changes = list(endpoint.unread)
+                endpoint.unread.clear()
+                return changes
+            await endpoint.wait()
+        raise StopAsyncIteration
+
+    def _wake(self) -> None:
+        self._endpoint.news.set()
+
+
+class _Changes(Iteration[GraphChange]):
+    def __init__(self, endpoint: _WatchEndpoint) -> None:
+        super().__init__()
+        self._endpoint = endpoint
+
+    async def __anext__(self) -> GraphChange:
+        endpoint = self._endpoint
+        while not (self.closed or endpoint.destroyed):
+            endpoint.context.require_loop()
+            endpoint.news.clear()
+            # Those that arrived together are compared once: each comparison reads the whole graph.
+            if not endpoint.unread:
+                endpoint.read()
+            if endpoint.unread:
+                return endpoint.unread.popleft()
+            await endpoint.wait()
+        raise StopAsyncIteration
+
+    def _wake(self) -> None:
+        self._endpoint.news.set()
 
 
 class _WatchEndpoint(Endpoint):
@@ -104,6 +141,7 @@ class _WatchEndpoint(Endpoint):
         snapshot: The graph as the broker has reported it so far.
         complete: Whether that is the whole graph.
         news: Set when there may be changes to report.
+        unread: Changes that no iterator has returned yet.
     """
 
     kind: ClassVar = "graph watch"
@@ -113,6 +151,7 @@ class _WatchEndpoint(Endpoint):
         self.snapshot = GraphSnapshot()
         self.complete = False
         self.news = asyncio.Event()
+        self.unread: deque[GraphChange] = deque()
         # Whether keys may have changed: another broker, or the same one after a restart, numbers its
         # entries afresh.
         self._restarted = False
@@ -129,8 +168,27 @@ class _WatchEndpoint(Endpoint):
             self.complete = True
             self.news.set()
 
-    def compare(self) -> list[GraphChange]:
-        """Return the changes since the last call."""
+    def refused(self, code: int, text: str) -> None:
+        """Let the iteration raise the refusal."""
+        super().refused(code, text)
+        self.news.set()
+
+    async def wait(self) -> None:
+        """Wait until there may be changes to report.
+
+        Raises:
+            BrokerUnreachable: The broker of this session refuses to report any.
+        """
+        if self.refusal:
+            raise BrokerUnreachable(f"The broker does not report changes: {self.refusal}")
+        await self.news.wait()
+
+    def read(self) -> None:
+        """Add the changes since the last call to `unread`, unless the graph is not complete."""
+        if self.complete:
+            self.unread += self._compare()
+
+    def _compare(self) -> list[GraphChange]:
         now, suspended = self.snapshot.entries, self.snapshot.suspended
         if self._restarted:
             self._restarted = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import aclosing
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.endpoints.context import in_flight, time_limit
 from actors.endpoints.endpoint import endpoint_of
@@ -52,9 +52,9 @@ async def wait_for_message(
         # A callback that waits here lets the node's other callbacks run, as it does with a call; otherwise
         # the message could wait behind the callback that waits for it.
         with in_flight():
-            async with time_limit(limit), aclosing(endpoint.consumer.iterate()) as messages:
+            async with time_limit(limit), aclosing(aiter(subscription)) as messages:
                 async for message in messages:
-                    return cast("MessageT", message)
+                    return message
     except TimeoutError as error:
         raise WaitTimeout(f"No message on '{subscription.topic_name}' within {limit:g} s") from error
     finally:

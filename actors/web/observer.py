@@ -13,13 +13,14 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.tools.broker_names import BrokerNames
 from actors.tools.hidden_node import hidden_name, make_hidden_node
 from actors.tools.overview import Overview, Sample, Samples
-from proto.aio.tasks import cancel_and_wait, keep_running
+from proto.aio.tasks import RESTART_PAUSE_SEC, cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import TracebackType
 
     from actors.graph.broker_report import BrokerReport
+    from actors.graph.changes import GraphWatch
 
 NAME: Final = hidden_name("callboard_web")
 """The name that all nodes of this process share."""
@@ -170,15 +171,21 @@ class Observer:
     async def _watch(self) -> None:
         watch = self.node.watch_graph()
         try:
-            async for _ in watch.batches():
-                self.snapshot = self._without_own(watch.snapshot)
-                for listener in tuple(self._graph_listeners):
-                    listener()
-                # `batches` combines the changes of this time, so that a busy graph costs ten updates a
-                # second.
-                await asyncio.sleep(CHANGE_PERIOD_SEC)
+            while True:
+                try:
+                    return await self._follow(watch)
+                except BrokerUnreachable:  # the broker refuses it, which the node has logged
+                    await asyncio.sleep(RESTART_PAUSE_SEC)
         finally:
             watch.destroy()
+
+    async def _follow(self, watch: GraphWatch) -> None:
+        async for _ in watch.batches():
+            self.snapshot = self._without_own(watch.snapshot)
+            for listener in tuple(self._graph_listeners):
+                listener()
+            # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
+            await asyncio.sleep(CHANGE_PERIOD_SEC)
 
     def _without_own(self, snapshot: GraphSnapshot) -> GraphSnapshot:
         # The page would show itself, once for each user.

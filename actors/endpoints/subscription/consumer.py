@@ -18,7 +18,7 @@ from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.subscription.backlog import Backlog, MessageInfo, QueuedBatch, SharedBacklog
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable, Coroutine
+    from collections.abc import Callable, Coroutine
 
     from actors.callbacks.source import Share
     from actors.endpoints.context import NodeContext
@@ -53,6 +53,7 @@ class Consumer:
         expired: Messages dropped because they were older than their publisher's lifespan.
         running: Callbacks that are suspended.
         waiter: Set while an idle iterator waits.
+        closed: Whether nothing is handed over any more.
         posted, timing, concurrent: See `CallbackSource`.
     """
 
@@ -84,13 +85,15 @@ class Consumer:
         """Callbacks that may be suspended at the same time."""
         self._on_ready: Callable[[], object] | None = None
         self._ready_due = False
-        self._closed = False
+        self.closed = False
 
     @property
     def idle(self) -> bool:
         """Whether it would take a batch at once."""
         if self.callback is None:
-            return self.waiter is not None  # it waits, or has been woken and takes what is there by then
+            # It waits, or has been woken and takes what is there by then. One whose wait has been cancelled
+            # may never come back.
+            return self.waiter is not None and not self.waiter.cancelled()
         if self.backlog.pending:
             return False
         return not self.running and (self.concurrent or self.context.mailbox.free)
@@ -99,7 +102,7 @@ class Consumer:
         """Hand over what the backlog holds, now or as soon as the mailbox is free."""
         if self.callback is not None:
             self.context.mailbox.post(self)  # runs the callback here and now if the mailbox is free
-        elif self.waiter is not None:
+        elif self.waiter is not None and not self.waiter.cancelled():
             # An idle iterator takes what is there in the step that it is woken for; the rest waits, and is
             # held to the depth.
             if not self.waiter.done():
@@ -112,7 +115,7 @@ class Consumer:
 
     def set_on_ready(self, on_ready: Callable[[], object] | None) -> None:
         """Set what is called when messages wait for `take`."""
-        self._require_no_callback("take")
+        self.require_no_callback("take")
         self._on_ready = on_ready
         if self.backlog.batches and on_ready is not None:
             self._report_ready()
@@ -125,7 +128,7 @@ class Consumer:
 
     def _ready(self) -> None:
         self._ready_due = False
-        if self._on_ready is None or self._closed:
+        if self._on_ready is None or self.closed:
             return
         try:
             self._on_ready()
@@ -146,12 +149,12 @@ class Consumer:
 
     def has_work(self) -> bool:
         """CallbackSource: whether a callback could run now."""
-        return self.running < self._most and bool(self.backlog.batches) and not self._closed
+        return self.running < self._most and bool(self.backlog.batches) and not self.closed
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """CallbackSource: run the callback for what waits, until it returns something to await."""
         batches = self.backlog.batches
-        while self.has_work() and self._next_is_fresh():
+        while self.has_work() and self.next_is_fresh():
             coroutine = self._run(batches[0], share)
             if coroutine is not None:
                 self.running += 1
@@ -172,7 +175,7 @@ class Consumer:
         context, original = share.context, share.original
         clock, until, check_at = share.clock, share.until, index + 1
         checked = until - SHARE_SEC
-        while index < size and not self._closed:
+        while index < size and not self.closed:
             # Everything is counted before the callback runs: it may look at the counts, destroy the
             # subscription, or raise.
             message = waiting[index]
@@ -212,48 +215,35 @@ class Consumer:
         if self.backlog.batches:
             self.context.mailbox.post(self)
 
-    async def iterate(self) -> AsyncGenerator[Any, None]:
-        """Iterate over messages as they arrive, until the consumer is closed."""
-        shared = self._require_no_callback("iterate")
-        loop, batches = self.context.require_loop(), shared.batches
-        acquire, release, inf = shared.lock.acquire, shared.lock.release, math.inf
-        while not self._closed:
-            while True:
-                acquire()  # `with` costs twice as much
-                try:
-                    if not batches or (batches[0].expires_at < inf and not self._next_is_fresh()):
-                        break
-                    self.calls += 1
-                    queued_batch = batches[0]  # as in `Backlog.pop`, without the call
-                    message = queued_batch.messages[queued_batch.index]
-                    queued_batch.index += 1
-                    shared.pending -= 1
-                    if queued_batch.index == len(queued_batch.messages):
-                        shared.finish()
-                finally:
-                    release()
-                yield message
-            if self._closed:
-                return
-            if self.waiter is not None and not self.waiter.done():
-                raise RuntimeError("Another task is iterating over this subscription")
-            self.waiter = loop.create_future()
-            try:
-                await self.waiter
-            finally:
+    async def wait(self) -> None:
+        """Wait until messages have arrived, or the consumer has been closed: for the task that iterates."""
+        if self.waiter is not None and not self.waiter.done():
+            raise RuntimeError("Another task is iterating over this subscription")
+        waiter = self.waiter = self.context.require_loop().create_future()
+        try:
+            await waiter
+        finally:
+            # Once it is done, another task may wait before this one goes on.
+            if self.waiter is waiter:
                 self.waiter = None
+
+    def wake_waiter(self) -> None:
+        """Let the task that iterates look again."""
+        if self.waiter is not None and not self.waiter.done():
+            self.waiter.set_result(None)
 
     def take(self) -> tuple[Any, MessageInfo] | None:
         """Return the oldest message that waits and its info, or None. Any thread may call it."""
-        shared = self._require_no_callback("take")
+        shared = self.require_no_callback("take")
         with shared.lock:
-            if not self._next_is_fresh():
+            if not self.next_is_fresh():
                 return None
             self.calls += 1
             queued_batch = shared.batches[0]
             return shared.pop(), queued_batch.info()
 
-    def _require_no_callback(self, purpose: str) -> SharedBacklog:
+    def require_no_callback(self, purpose: str) -> SharedBacklog:
+        """Return the backlog; raise TypeError if a callback takes from it."""
         if self._shared is None:
             raise TypeError(f"This subscription has a callback; make one without to {purpose}")
         return self._shared
@@ -270,7 +260,7 @@ class Consumer:
             with suppress(RuntimeError):  # it has been closed: no publisher waits for credit
                 loop.call_soon_threadsafe(function)
 
-    def _next_is_fresh(self) -> bool:
+    def next_is_fresh(self) -> bool:
         """Drop expired messages; return whether there is a message to take."""
         batches = self.backlog.batches
         if batches and batches[0].expires_at < math.inf:
@@ -279,10 +269,9 @@ class Consumer:
 
     def close(self) -> None:
         """Discard the backlog, and end the iteration."""
-        self._closed = True
+        self.closed = True
         self.backlog.clear()
-        if self.waiter is not None and not self.waiter.done():
-            self.waiter.set_result(None)
+        self.wake_waiter()
 
 
 def _with_info(callback: Callable[..., Any], queued_batch: QueuedBatch) -> Callable[[Any], Any]:

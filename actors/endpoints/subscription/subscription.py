@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.endpoints.endpoint import Handle
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
+from actors.endpoints.subscription.messages import Messages
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable
+    from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
     from actors.endpoints.events import SubscriptionEventCallbacks
+    from actors.endpoints.iteration import Iteration
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.interfaces.message import Message
     from actors.qos.profile import QoSProfile
@@ -116,19 +118,20 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         """
         return self._endpoint.peers
 
-    def __aiter__(self) -> AsyncGenerator[M, None]:
+    def __aiter__(self) -> Iteration[M]:
         """Iterate over messages as they arrive; ends when the subscription or its node is destroyed.
 
         Returns:
-            An iterator. One task at a time may use it.
+            An iterator with `aclose`. One task at a time may use it. A step that is cancelled takes no
+            message, and the next step goes on.
 
         Raises:
             NodeDestroyed: The subscription or its node has been destroyed before.
-            TypeError: The subscription has a callback (at the first step).
-            RuntimeError: Another task is iterating, or the node does not run (at the first step).
+            TypeError: The subscription has a callback.
+            RuntimeError: Another task is iterating, or the node does not run (at a step that waits).
         """
         self._endpoint.require_alive()
-        return self._endpoint.consumer.iterate()
+        return Messages(self._endpoint.consumer)
 
     def take(self) -> tuple[M, MessageInfo] | None:
         """Return the oldest message that waits, and remove it. Never blocks; any thread may call it.
