@@ -13,22 +13,79 @@ import pytest
 
 @dataclass(frozen=True)
 class Difference:
-    """A case in which callboard's answer is another one.
+    """Cases in which callboard's answer is another one, for one reason.
 
     Attributes:
         kind: What is compared, such as "program": a test has one kind.
-        case: The program, line or value, or a name for a class of them.
-        reason: What callboard does instead, and why; a sentence for users.
+        cases: The programs, lines or values, as `agree` gets them.
+        reason: What callboard does instead, and why; for users.
     """
 
     kind: str
-    case: str
+    cases: tuple[str, ...]
     reason: str
 
 
-DIFFERENCES: Final[tuple[Difference, ...]] = ()
+DIFFERENCES: Final = (
+    Difference(
+        "definition",
+        (" int32 a",),
+        "Lines may be indented. ROS 2 refuses it by accident (an IndexError).",
+    ),
+    Difference(
+        "definition",
+        ('string s "a#b"', 'string S="a#b"'),
+        'A `#` in quotes is part of the string. ROS 2 begins a comment there, and the string is `"a`.',
+    ),
+    Difference(
+        "definition",
+        ('string s "a', "string S='a"),
+        "A string that begins with a quote needs one at its end. For ROS 2 the quote is part of the string.",
+    ),
+    Difference(
+        "definition",
+        (r'string s "a\nb"', r'string s "a\\b"'),
+        r"`\n`, `\t`, `\r` and `\\` in quotes are a line break, a tab, a return and a backslash. ROS 2"
+        " replaces them when it writes IDL, which it then may not be able to read.",
+    ),
+    Difference(
+        "definition",
+        ("string s a = b", "string s x=y", "string s 'x=y'"),
+        "A default may contain a `=`. ROS 2 takes the line for a constant and refuses it.",
+    ),
+    Difference(
+        "definition",
+        ("int32[] a [1,]", "int32[] a [ ]"),
+        "Arrays may have a comma at their end, and a space in them.",
+    ),
+    Difference(
+        "definition",
+        ("a/msg/Pose p",),
+        "The full name of a type is accepted, too.",
+    ),
+    Difference(
+        "definition",
+        ("int32[+2] a", "int32[1_0] a", "string<=+2 s", "int32[٣] a"),
+        "Sizes and bounds have plain digits. ROS 2 accepts whatever Python's `int` does.",
+    ),
+    Difference(
+        "definition",
+        ("uint8[<=4294967296] big", "string<=4294967296 s"),
+        "Sizes and bounds are below 2^32: a CDR length has 32 bits.",
+    ),
+    Difference(
+        "definition",
+        ("time t", "duration d"),
+        "ROS 1's types are refused with the types to use instead. ROS 2 reads them, and fails later.",
+    ),
+    Difference(
+        "definition",
+        ("int32 a\n ---\nint32 b", "int32 a\n--- \nint32 b"),
+        "The line between request and response may have spaces around the `---`.",
+    ),
+)
 
-_CASES: Final = {(each.kind, each.case) for each in DIFFERENCES}
+_CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}
 _equal: Final[Counter[str]] = Counter()
 _listed: Final[Counter[str]] = Counter()
 
@@ -63,6 +120,10 @@ def counts() -> dict[str, tuple[int, int]]:
 
 
 def reference() -> str:
-    """Return the list as a section in Markdown."""
-    rows = [f"| {each.kind} | {each.case} | {each.reason} |" for each in DIFFERENCES]
-    return "\n".join(["| kind | case | callboard |", "|---|---|---|", *rows]) + "\n"
+    """Return the list as a table in Markdown."""
+    rows = [f"| {each.kind} | {', '.join(map(_code, each.cases))} | {each.reason} |" for each in DIFFERENCES]
+    return "\n".join(["| kind | cases | callboard |", "|---|---|---|", *rows]) + "\n"
+
+
+def _code(case: str) -> str:
+    return "`" + case.replace("\n", r"\n").replace("|", r"\|") + "`"
