@@ -238,10 +238,12 @@ class BrokerOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DaemonOptions:
-    """The options that only the daemon has: its log, the file with its URL, and its end.
+    """The options that only the daemon has: its log, the file with its URL, its end, and the page beside it.
+
+    The page needs what only `callboard broker` has; `python -m broker` refuses its options.
 
     Raises:
-        InvalidOptionError: A value is out of range.
+        InvalidOptionError: A value is out of range, or options contradict each other.
     """
 
     url_file: Path | None = _option(None, "write the URL it listens on to this file")
@@ -254,9 +256,32 @@ class DaemonOptions:
         0.1,
         86_400,
     )
+    http: str | None = _option(
+        None,
+        "also serve the page, the API and metrics at this HOST:PORT; with --auth its users sign in there, and"
+        " with --tls-cert it is HTTPS",
+    )
+    http_url: str | None = _option(
+        None,
+        "the broker's URL for the page's process, such as callboards://robot.local:7411, if the broker's"
+        " certificate is not for the address that it listens on",
+    )
+    http_token: Path | None = _option(
+        None,
+        "a file with the page's token, such as for Prometheus; without it a random one, which is printed",
+    )
+    http_allow_control: bool = _option(
+        False, "allow the page calls, goals, parameters and transitions, with the token"
+    )
 
     def __post_init__(self) -> None:
         _check_ranges(self)
+        further = [each.name for each in fields(self) if each.name.startswith("http_")]
+        useless = [name for name in further if getattr(self, name)]
+        if useless and self.http is None:
+            raise InvalidOptionError(f"{useless[0]} needs http, the address of the page")
+        if self.http is not None and self.exit_when_idle is not None:
+            raise InvalidOptionError("exit_when_idle cannot be used with http: the page stays connected")
 
 
 def _check_ranges(options: BrokerOptions | DaemonOptions) -> None:

@@ -20,7 +20,7 @@ RESTARTS_SEC: Final = 5.0
 
 @asynccontextmanager
 async def web_beside(
-    url: str, listen: str, *arguments: str, domain: int | None = None
+    url: str, listen: str, *arguments: str, domain: int | None = None, ca: str = ""
 ) -> AsyncGenerator[None]:
     """Run `callboard web` as long as the context; after a crash it is started again, with back-off.
 
@@ -31,13 +31,14 @@ async def web_beside(
         listen: Where to serve, as HOST:PORT.
         arguments: Further ones.
         domain: The domain; None for that of the environment.
+        ca: The PEM file of what to trust for TLS, in place of that of the environment; "" for that.
     """
     command = [sys.executable, "-m", "actors", "web", "--no-browser", "--url", url, "--listen", listen]
     command += arguments
     if domain is not None:
         command += ["--domain", str(domain)]
     supervisor = Supervisor(
-        [Child("web", command=command)],
+        [Child("web", command=command, env={"CALLBOARD_CA": ca} if ca else {})],
         name="web",
         max_restarts=MAX_RESTARTS,
         restart_window_sec=RESTARTS_SEC,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.daemon.configuration import SETTINGS, Configuration, Setting, load_configuration
-from broker.errors import UnprotectedError
+from broker.errors import ConfigurationError, UnprotectedError
 from proto.aio import process
 from proto.errors import CallboardError
 from proto.wire.url import BrokerUrl
@@ -21,8 +21,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from contextlib import AbstractAsyncContextManager
 
-    from broker.options import BrokerOptions
+    from broker.options import BrokerOptions, DaemonOptions
     from broker.server import Broker
+
+    Beside = Callable[[Broker], AbstractAsyncContextManager[object]]
+    """Returns what is entered with the broker while it listens, in its event loop."""
 
 logger: Final = logging.getLogger("callboard.broker")
 
@@ -32,6 +35,8 @@ EXTRA: Final = {
     "print-config": "print the configuration as such a file, with the source of each value, and exit",
     "healthcheck": "exit with 0 if a broker answers at the address of these options, with 1 if none does",
 }
+
+NO_PAGE: Final = "http: python -m broker has no page; start it with `callboard broker`"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,20 +59,19 @@ def _add_setting(parser: argparse.ArgumentParser, setting: Setting) -> None:
     parser.add_argument(setting.flag, default=argparse.SUPPRESS, help=setting.help + suffix, **further)
 
 
-def run(
-    arguments: argparse.Namespace,
-    beside: Callable[[Broker], AbstractAsyncContextManager[object]] | None = None,
-) -> int:
+def run(arguments: argparse.Namespace, prepare_page: Callable[[DaemonOptions], Beside] | None = None) -> int:
     """Run the daemon until a signal stops it; return the exit code.
 
     Args:
         arguments: The parsed command line.
-        beside: Entered with the broker while it listens, in its event loop.
+        prepare_page: Checks the options of the page before anything listens, if there is to be one.
+
+    Raises:
+        As `prepare_page`.
     """
     given = {name: value for name, value in vars(arguments).items() if name in SETTINGS}
-    # Twice: errors of the configuration file are logged before the file can say how to log.
+    # Errors of the configuration file are written before the file can say how to log.
     json_logs = bool(given.get("json_logs"))
-    _set_up_logging(json_lines=json_logs)
 
     def load() -> Configuration:
         return load_configuration(given, arguments.config)
@@ -79,25 +83,40 @@ def run(
             return 0
         if arguments.healthcheck:
             return _check_health(configuration.broker_options)
-        json_logs = configuration.daemon_options.json_logs
-        _set_up_logging(configuration.daemon_options.log_level, json_lines=json_logs)
-        _serve(configuration, load, beside)
+        if configuration.daemon_options.http is not None and prepare_page is None:
+            raise ConfigurationError(NO_PAGE)
     except CallboardError as error:
         if json_logs:
-            logger.error("%s", error)  # noqa: TRY400 - its text is complete
-        else:
-            print(error, file=sys.stderr)  # noqa: T201 - without a log line's prefix
-        # An open broker is a mistake in the command line, as a usage error is.
-        return 2 if isinstance(error, UnprotectedError) else 1
+            _set_up_logging(json_lines=True)
+        return _report(error, json_lines=json_logs)
+    options, beside = configuration.daemon_options, None
+    if options.http is not None and prepare_page is not None:
+        beside = prepare_page(options)
+    json_logs = options.json_logs
+    _set_up_logging(options.log_level, json_lines=json_logs)
+    try:
+        _serve(configuration, load, beside)
+    except CallboardError as error:
+        return _report(error, json_lines=json_logs)
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass
     return 0
 
 
+def _report(error: CallboardError, *, json_lines: bool) -> int:
+    """Write the error that ends the daemon; return the exit code."""
+    if json_lines:
+        logger.error("%s", error)
+    else:
+        print(error, file=sys.stderr)  # noqa: T201 - without a log line's prefix
+    # An open broker is a mistake in the command line, as a usage error is.
+    return 2 if isinstance(error, UnprotectedError) else 1
+
+
 def _serve(
     configuration: Configuration,
     load: Callable[[], Configuration],
-    beside: Callable[[Broker], AbstractAsyncContextManager[object]] | None,
+    beside: Beside | None,
 ) -> None:
     from broker.daemon.daemon import Daemon  # noqa: PLC0415 - --help needs no server
     from broker.daemon.service_manager import ServiceManager  # noqa: PLC0415

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Final
 from broker.access.private_file import write_private
 from broker.daemon.configuration import SETTINGS
 from broker.daemon.idleness import Idleness
-from broker.errors import ConfigurationError
 from broker.server import Broker
 from proto.aio import process
 from proto.aio.tasks import cancel_and_wait
@@ -63,12 +62,8 @@ class Daemon:
         """Serve until SIGINT or SIGTERM cancels it, or it has been idle; SIGHUP reloads the configuration.
 
         Raises:
-            ConfigurationError: `exit_when_idle` is set, but the page beside the broker is a client that never
-                leaves.
-            Other errors are those of `Broker.__aenter__`.
+            As `Broker.__aenter__`.
         """
-        if self._beside is not None and self._options.exit_when_idle is not None:
-            raise ConfigurationError("exit_when_idle cannot be used with --http: the page stays connected")
         task = asyncio.current_task()
         assert task is not None
         loop = asyncio.get_running_loop()

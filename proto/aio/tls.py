@@ -51,6 +51,8 @@ def _client_context(files: TlsFiles, _versions: tuple[tuple[int, int], ...]) -> 
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     if files.ca:
         _load_ca(context, files.ca)
+        # The file may have the broker's own certificate in place of its authority's.
+        context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
     else:
         context.load_default_certs()
     context.minimum_version = ssl.TLSVersion.TLSv1_2

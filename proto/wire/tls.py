@@ -21,7 +21,7 @@ class TlsFiles(NamedTuple):
     """The PEM files that a client uses for TLS; "" for none.
 
     Attributes:
-        ca: The authorities to trust; without it those of the system.
+        ca: The authorities to trust, or the broker's own certificate; without it those of the system.
         certificate: The client's certificate with its chain, for brokers that ask for one.
         key: Its private key.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from dataclasses import fields
 from pathlib import Path
@@ -84,6 +85,42 @@ def test_a_wrong_file_is_one_line_with_file_key_and_what_is_allowed(
     with pytest.raises(ConfigurationError) as caught:
         load(tmp_path, text)
     assert str(caught.value) == f"{tmp_path / 'broker.toml'}: {said}"
+
+
+def test_the_page_has_keys_of_the_file(tmp_path: Path) -> None:
+    """As every option of `callboard broker`; the file with its token is relative to the folder."""
+    text = 'http = "0.0.0.0:7412"\nhttp_token = "web.token"\nhttp_allow_control = true\n'
+    options = load(tmp_path, text).daemon_options
+    assert (options.http, options.http_token) == ("0.0.0.0:7412", tmp_path / "web.token")
+    assert options.http_allow_control
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"http_url": "callboard://robot"}, "http_url needs http, the address of the page"),
+        ({"http_token": Path("t")}, "http_token needs http, the address of the page"),
+        ({"http_allow_control": True}, "http_allow_control needs http, the address of the page"),
+        ({"http": "a:1", "exit_when_idle": 1.0}, "exit_when_idle cannot be used with http"),
+    ],
+)
+def test_options_of_the_page_without_effect_are_errors(options: dict[str, object], said: str) -> None:
+    """They would mislead."""
+    with pytest.raises(InvalidOptionError, match=said):
+        load_configuration(options)
+
+
+def test_every_flag_of_the_command_is_a_key_of_the_file() -> None:
+    """Except those about the file itself, as the guide says."""
+    reference = Path(__file__).resolve().parents[3] / "docs" / "reference" / "cli.md"
+    section = reference.read_text(encoding="utf-8").split("\n## callboard broker\n")[1].split("\n## ")[0]
+    flags = re.findall(r"^\| `--([a-z-]+)", section, re.MULTILINE)
+    assert len(flags) > 40
+    assert {flag.replace("-", "_") for flag in flags} ^ {*SETTINGS} == {
+        "config",
+        "print_config",
+        "healthcheck",
+    }
 
 
 @pytest.mark.parametrize("text", ["port = ", "port = 1\nport = 2", "x = " + "[" * 5000, '"\x1b[2J" = 1\n'])

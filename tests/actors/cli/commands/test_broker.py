@@ -6,15 +6,21 @@ import asyncio
 import os
 import signal
 import socket
+import ssl
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
 import aiohttp
 import pytest
 
 from actors.cli import web_address
 from actors.cli.main import main
+from tests.certificates import Authority
 from tests.fork_server.client import FORKED
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
@@ -71,6 +77,46 @@ async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
         pass  # nobody listens there any more
 
 
+async def test_the_page_trusts_the_certificate_of_its_own_broker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the options in a file, and in an environment that trusts another authority."""
+    own, other = Authority(tmp_path), Authority(tmp_path, "other")
+    pair = own.issue("127.0.0.1")
+    monkeypatch.setenv("CALLBOARD_CA", str(other.ca))
+    (tmp_path / "web.token").write_text("t" * 32)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+    options = {"tls_cert": pair.certificate.name, "tls_key": pair.key.name, "http": address}
+    options |= {"http_token": "web.token"}
+    file = tmp_path / "broker.toml"
+    text = "".join(f'{key} = "{value}"\n' for key, value in options.items())
+    file.write_text(f"port = 0\nhttp_allow_control = true\n{text}")
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "broker", "--config", file),
+        executable=FORKED,
+        stdout=asyncio.subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    async with asyncio.timeout(50), aiohttp.ClientSession() as client:
+        assert (await process.stdout.readline()).startswith(b"callboard broker listening on callboards://")
+        line = f"callboard web listening on https://{address}/#token={'t' * 32}\n"
+        assert await process.stdout.readline() == line.encode()
+        trusted = ssl.create_default_context(cafile=own.ca)
+        async with client.get(f"https://{address}/readyz", ssl=trusted) as response:
+            assert response.status == 200
+        process.send_signal(signal.SIGTERM)
+        assert await process.wait() == 0
+
+
+def test_python_m_broker_has_no_page() -> None:
+    """It says which program has; in a process, whose logging it sets up."""
+    command = [sys.executable, "-m", "broker", "--port", "0", "--http", "127.0.0.1:7412"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "http: python -m broker has no page; start it with `callboard broker`\n"
+
+
 def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> None:
     """Checked before the broker listens."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -89,7 +135,7 @@ def test_a_broker_with_the_page_is_never_idle() -> None:
     command += ["--http", address, "--exit-when-idle", "10"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
-    assert done.stderr == "exit_when_idle cannot be used with --http: the page stays connected\n"
+    assert done.stderr == "exit_when_idle cannot be used with http: the page stays connected\n"
 
 
 def test_the_page_needs_a_name_that_is_known(capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,4 +169,4 @@ def test_the_page_needs_its_packages(
 def test_control_of_the_page_needs_the_page(capsys: pytest.CaptureFixture[str]) -> None:
     """A flag without effect would mislead."""
     assert main(["broker", "--http-allow-control"]) == 1
-    assert capsys.readouterr().err == "--http-allow-control needs --http\n"
+    assert capsys.readouterr().err == "http_allow_control needs http, the address of the page\n"
