@@ -321,7 +321,7 @@ def _packages(line: _Line) -> Iterator[Offer]:
         return
     from actors.tools.executables import packages  # noqa: PLC0415
 
-    yield from (Offer(each.name) for each in packages() if each.uses_callboard)
+    yield from (Offer(each.name) for each in packages() if each.is_listed)
 
 
 def _programs(line: _Line) -> Iterator[Offer]:

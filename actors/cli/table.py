@@ -114,6 +114,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "list": Verb("list installed packages that use callboard"),
             "executables": Verb("list the programs of packages"),
             "prefix": Verb("print where a package is installed"),
+            "xml": Verb("print the manifest of a package of ROS 2"),
         },
     ),
     "context": Group(

@@ -29,7 +29,11 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import GraphSnapshot
 
 M = TypeVar("M", bound=Message)
-_DONE_BY: Final = {EntryKind.PUBLISHER: "published", EntryKind.SERVICE: "served"}
+_DONE_BY: Final = {
+    EntryKind.PUBLISHER: "published",
+    EntryKind.SUBSCRIPTION: "subscribed to",
+    EntryKind.SERVICE: "served",
+}
 
 
 def named_interface(name: str) -> type[Any]:
@@ -143,15 +147,19 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
     return replace(chosen, **left_open)
 
 
-def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> None:
-    """Check that a topic's publishers, or a service's servers, include one of a type; or that there are none.
+def require_type(snapshot: GraphSnapshot, kind: EntryKind, name: str, wanted: type[Any]) -> bool:
+    """Check that a topic's endpoints, or a service's servers, include one of a type; or that there are none.
+
+    Returns:
+        Whether there are any.
 
     Raises:
         CommandError: All have other types, which the text names.
     """
     offers = {(entry.type_name, entry.type_hash) for entry in snapshot.of_kind(kind) if entry.name == name}
-    if not offers or (type_name(wanted), type_hash(wanted)) in offers:
-        return
+    raw = any(not each for each, _ in offers)  # a subscription to all types
+    if not offers or raw or (type_name(wanted), type_hash(wanted)) in offers:
+        return bool(offers)
     own = type_name(wanted)
     types = sorted(f"another definition of {own}" if each == own else each for each, _ in offers)
     raise CommandError(f"'{name}' is {_DONE_BY[kind]} as {' and '.join(dict.fromkeys(types))}, not {own}")

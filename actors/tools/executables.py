@@ -6,7 +6,7 @@ executables are its console scripts, and the Python programs in `lib/PACKAGE`.
     from actors.tools.executables import find_package, packages
 
     for package in packages():
-        if package.uses_callboard:
+        if package.is_listed:
             print(package.name, [each.name for each in package.executables()])
 
     talker = find_package("my-package").executable("talker")  # `my_package` is the same package
@@ -93,6 +93,11 @@ class Package:
             and not _OF_AN_EXTRA.search(each)
             for each in self._installed.requires or ()
         )
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether it is one of the packages that people write for callboard: it uses it, or is of ROS 2."""
+        return self.uses_callboard or self.ros_share() is not None
 
     def executables(self) -> list[Executable]:
         """Return its programs, sorted by name."""

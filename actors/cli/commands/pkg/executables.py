@@ -15,22 +15,20 @@ EXAMPLES: Final = {
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
-    parser.add_argument(
-        "package", metavar="PACKAGE", nargs="?", help="default: all packages that depend on callboard"
-    )
+    parser.add_argument("package", metavar="PACKAGE", nargs="?", help="default: all packages of `pkg list`")
     parser.add_flag("--full-path", help="print the files instead of the names")
     add_json_option(parser, "a list of package, executable and path")
 
 
 def run(options: Options) -> int:
-    """Print the programs of one package, or of all that use callboard."""
+    """Print the programs of one package, or of all that `pkg list` lists."""
     from actors.cli.output import print_err, print_json, print_out
     from actors.tools.executables import packages
 
     if options.package is not None:
         chosen = [require_package(options.package, f"Package '{options.package}' not found")]
     else:
-        chosen = [each for each in packages() if each.uses_callboard]
+        chosen = [each for each in packages() if each.is_listed]
         if not chosen:
             print_err(NONE_FOUND)
     found = [executable for package in chosen for executable in package.executables()]

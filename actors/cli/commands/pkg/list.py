@@ -21,11 +21,7 @@ def run(options: Options) -> int:
     from actors.cli.output import print_err, print_json, print_names
     from actors.tools.executables import packages
 
-    found = [
-        each
-        for each in packages()
-        if each.uses_callboard or each.ros_share() or (options.all and each.executables())
-    ]
+    found = [each for each in packages() if each.is_listed or (options.all and each.executables())]
     if options.json:
         print_json([{"name": each.name, "version": each.version} for each in found])
         return 0

@@ -17,11 +17,13 @@ from actors.cli.parsing import (
     count_or_zero,
     positive,
 )
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
 
     from actors.endpoints.publisher.publisher import Publisher
+    from actors.graph.snapshot import GraphSnapshot
     from actors.interfaces.message import Message
     from actors.time.clock import Clock
     from actors.tools.stamps import Stamps
@@ -117,12 +119,13 @@ async def _publish(options: Options, msg_type: type[Message], stamped: Stamped |
     from contextlib import aclosing
     from functools import partial
 
-    from actors.cli.hidden_node import hidden_node
+    from actors.cli.hidden_node import graph_of, hidden_node
     from actors.cli.stdin import documents
     from actors.cli.values import profile, stamped_message_from_text
     from actors.qos.profile import QoSProfile
 
     async with hidden_node(options, name=options.node_name) as node:
+        _check_type(options, await graph_of(node), node.resolve_topic_name(options.topic), msg_type)
         publisher = node.create_publisher(msg_type, options.topic, profile(options, QoSProfile(depth=10)))
         await _wait_for_subscriptions(options, publisher)
         if not options.json:
@@ -143,13 +146,35 @@ async def _repeat(stamped: Stamped) -> AsyncGenerator[Stamped]:
         yield stamped
 
 
+def _wanted(options: Options) -> int:
+    """Return how many subscriptions to wait for."""
+    if options.wait_matching_subscriptions is not None:
+        wanted: int = options.wait_matching_subscriptions
+        return wanted
+    return 1 if options.once or options.times else 0
+
+
+def _check_type(options: Options, snapshot: GraphSnapshot, topic: str, msg_type: type[Message]) -> None:
+    """Raise CommandError if it would wait for subscriptions, and the topic has another type; else warn."""
+    from actors.cli.values import require_type
+
+    for kind in (EntryKind.SUBSCRIPTION, EntryKind.PUBLISHER):
+        try:
+            if require_type(snapshot, kind, topic, msg_type):
+                return
+        except CommandError as error:
+            if _wanted(options):
+                raise
+            if kind is EntryKind.PUBLISHER:  # the node warns of subscriptions itself
+                print_err(f"WARNING: {error}")
+            return
+
+
 async def _wait_for_subscriptions(options: Options, publisher: Publisher[Message]) -> None:
     from actors.endpoints.endpoint import endpoint_of
     from actors.errors import WaitTimeout
 
-    wanted = options.wait_matching_subscriptions
-    if wanted is None:
-        wanted = 1 if options.once or options.times else 0
+    wanted = _wanted(options)
     if not wanted:
         return
     await publisher.flush()  # the broker has reported the subscriptions

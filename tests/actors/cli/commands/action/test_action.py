@@ -14,6 +14,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator
+    from pathlib import Path
 
     import actors
     from tests.actors.cli.conftest import Desk
@@ -192,3 +193,21 @@ async def test_echo_of_an_unknown_action(desk: Desk) -> None:
     ended = await desk.callboard("action", "echo", "/nobodys")
     assert ended.code == 1
     assert "Unknown action '/nobodys'; to wait for it, name its type: callboard action echo" in ended.err
+
+
+async def test_goals_from_stdin(desk: Desk, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """One after the other; the exit code is 1 if one of them does not succeed."""
+    goals, failing = tmp_path / "goals", tmp_path / "failing"
+    goals.write_text('order: 1\n---\n{"order": 2}\n', encoding="utf-8")
+    failing.write_text("order: 0\n---\norder: 1\n", encoding="utf-8")
+    async with kitchen(desk):
+        ended = []
+        for file in (goals, failing):
+            with file.open(encoding="utf-8") as stream:
+                monkeypatch.setattr("sys.stdin", stream)
+                ended.append(await desk.callboard(*SEND, "--stdin", "--json"))
+        both = await desk.callboard(*SEND, "{order: 1}", "--stdin")
+    assert [each.code for each in ended] == [0, 1]
+    assert [document["result"]["sequence"] for document in ended[0].documents] == [[0, 1, 1], [0, 1, 1, 2]]
+    assert [document["status"] for document in ended[1].documents] == ["ABORTED", "SUCCEEDED"]
+    assert (both.code, both.err) == (2, "Give VALUES or --stdin, not both\n")

@@ -1,4 +1,4 @@
-"""`callboard pkg list|executables|prefix`: what is installed."""
+"""`callboard pkg list|executables|prefix|xml`: what is installed."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytest
 from actors.cli.main import main
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tests.actors.site_packages import Site
 
 
@@ -130,3 +132,64 @@ def test_listing_loads_nothing_heavy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.fixture
+def ros_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package of ROS 2 with one program, in a prefix of its own; return its share folder."""
+    index = tmp_path / "share" / "ament_index" / "resource_index" / "packages"
+    share, programs = tmp_path / "share" / "arm_driver", tmp_path / "lib" / "arm_driver"
+    for folder in (index, share, programs):
+        folder.mkdir(parents=True)
+    (index / "arm_driver").touch()
+    (share / "package.xml").write_text(
+        "<package format='3'><name>arm_driver</name><version>1.2.3</version>"
+        "<author>A</author><author>B</author>"
+        "<export><build_type>ament_python</build_type></export></package>",
+        encoding="utf-8",
+    )
+    (programs / "arm").write_text("#!/usr/bin/env python3\n", encoding="utf-8")
+    (programs / "arm").chmod(0o755)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    return share
+
+
+@pytest.mark.usefixtures("ros_package")
+def test_xml(capsys: pytest.CaptureFixture[str]) -> None:
+    """The manifest in ROS 2's form, or what a tag says, one text a line."""
+    assert lines(capsys, "xml", "arm_driver", "-t", "version") == ["1.2.3"]
+    assert lines(capsys, "xml", "arm_driver", "--tag", "author") == ["A", "B"]
+    assert lines(capsys, "xml", "arm_driver", "--tag", "export/build_type") == ["ament_python"]
+    (whole,) = lines(capsys, "xml", "arm_driver")
+    assert whole.startswith('<package format="3"><name>arm_driver</name>')
+    assert json.loads(lines(capsys, "xml", "arm_driver", "-t", "author", "--json")[0])["texts"] == ["A", "B"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["arm_drivr"], "Package not found; did you mean 'arm_driver'?\n"),
+        (["arm_driver", "-t", "nothing"], "XML tag not found\n"),
+        (["arm_driver", "-t", "["], "XML tag not found\n"),
+        (["pytest"], "Package XML manifest not found: 'pytest' is no package of ROS 2; pip show pytest"),
+    ],
+)
+@pytest.mark.usefixtures("ros_package")
+def test_xml_that_is_not_there(capsys: pytest.CaptureFixture[str], arguments: list[str], text: str) -> None:
+    """ROS 2's texts, with what may have been meant, or where else to look."""
+    assert main(["pkg", "xml", *arguments]) == 1
+    assert capsys.readouterr().err.startswith(text)
+
+
+def test_xml_of_a_broken_file(ros_package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is named."""
+    (ros_package / "package.xml").write_text("<package", encoding="utf-8")
+    assert main(["pkg", "xml", "arm_driver"]) == 1
+    assert capsys.readouterr().err.startswith(f"{ros_package / 'package.xml'} is not XML: ")
+
+
+@pytest.mark.usefixtures("ros_package")
+def test_executables_of_all_packages_that_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Those of packages of ROS 2, too, as `pkg list` lists these."""
+    assert "arm_driver" in lines(capsys, "list")
+    assert "arm_driver arm" in lines(capsys, "executables")

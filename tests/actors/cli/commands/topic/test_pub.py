@@ -13,7 +13,7 @@ from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.sensor_msgs.msg import Imu
-from actors.interfaces.std_msgs.msg import Header, String
+from actors.interfaces.std_msgs.msg import Header, Int32, String
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -276,3 +276,21 @@ async def test_pub_stamps_with_simulated_time(desk: Desk) -> None:
         assert (await command).code == 0
     assert set(stamps) <= {0, 7}
     assert stamps[-1] == 7
+
+
+async def test_pub_of_another_type_than_the_topic_has(desk: Desk) -> None:
+    """What would wait for ever ends at once, and says why; what goes on warns; bytes fit every type."""
+    async with desk.node() as node:
+        reader = node.create_subscription(Int32, "said", qos_profile=10)
+        node.create_publisher(Int32, "told", 10)
+        node.create_subscription(None, "raw", qos_profile=10, raw=True)
+        await node.get_graph()
+        waits = await desk.callboard(*HELLO, "--once")
+        assert (waits.code, waits.out) == (1, "")
+        assert waits.err == "'/said' is subscribed to as std_msgs/msg/Int32, not std_msgs/msg/String\n"
+        told = await desk.callboard("topic", "pub", "/told", "std_msgs/msg/String", "-1", "-w", "0")
+        assert told.code == 0
+        assert told.err == "WARNING: '/told' is published as std_msgs/msg/Int32, not std_msgs/msg/String\n"
+        assert (await desk.callboard("topic", "pub", "/raw", "std_msgs/msg/String", "--once")).code == 0
+        assert (await desk.callboard("topic", "pub", "/said", "std_msgs/msg/Int32", "--once")).code == 0
+        assert await anext(aiter(reader)) == Int32()
