@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import re
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -15,9 +17,16 @@ INTEGER_RANGE: Final = {
     for name in (f"int{bits}", f"uint{bits}")
 } | {"char": (0, 255), "byte": (0, 255)}
 _BOOLEAN: Final = {"true": True, "1": True, "false": False, "0": False}
-_ITEM: Final = re.compile(r"""(\s*"(?:\\.|[^"\\])*"\s*|\s*'(?:\\.|[^'\\])*'\s*|[^,"']+)(,|$)""", re.DOTALL)
-_ESCAPE: Final = re.compile(r"\\(.)", re.DOTALL)
-_ESCAPED: Final = {"n": "\n", "t": "\t", "r": "\r"}
+_ITEM: Final = re.compile(
+    r"""(\s*"(?:\\.|[^"\\])*"\s*|\s*'(?:\\.|[^'\\])*'\s*|\s*[^,"'\s][^,]*)(,|$)""", re.DOTALL
+)
+_ESCAPE: Final = re.compile(
+    r"\\(?:[\\'\"abfnrtv]|[0-7]{1,3}|x[0-9a-fA-F]{2}|u[0-9a-fA-F]{4}|U[0-9a-fA-F]{8})"
+)
+_IDL_ESCAPE: Final = re.compile(r"\\(?:[\\'\"abfnrtv]|[0-7]{1,3}|x[0-9a-fA-F]{1,2})")
+
+# No line separators: the text has a line for each field. Tabs would be read as spaces.
+_SPECIAL: Final = re.compile(r"""["\x00-\x1f\x7f-\x9f\u2028\u2029]|\\(?P<pair>(?=["\\]))?""")
 
 
 def _boolean(text: str) -> bool:
@@ -29,23 +38,50 @@ def _boolean(text: str) -> bool:
 
 def _integer(base: str, text: str) -> int:
     low, high = INTEGER_RANGE[base]
-    try:
-        # Base 0 reads the prefixes, and refuses leading zeros, which are octal for some and decimal for
-        # others.
-        value = int(text, 0)
-    except ValueError:
-        raise ValueError(f"'{text}' is not an integer (10, 0x0a, 0o12 and 0b1010 are)") from None
+    # As in rosidl: `010` is ten. Base 0 alone would refuse it, base 10 alone the prefixes.
+    for radix in (10, 0):
+        with suppress(ValueError):
+            value = int(text, radix)
+            break
+    else:
+        raise ValueError(f"'{text}' is not an integer (10, 0x0a, 0o12 and 0b1010 are)")
     if not low <= value <= high:
         raise ValueError(f"{text} is out of range for {base}: {low} to {high}")
     return value
 
 
+def _decoded(found: re.Match[str]) -> str:
+    digits = found[0][2:]
+    return chr(int(digits, 16)) if found[0][1] == "x" else codecs.decode(found[0], "unicode_escape")
+
+
+def idl_text(inner: str) -> str:
+    """Return the text of a string literal in an `.idl` file, given without its quotes."""
+    return re.sub(r'\\(["\\])', r"\1", _IDL_ESCAPE.sub(_decoded, inner))
+
+
+def _escaped(found: re.Match[str]) -> str:
+    character = found[0]
+    if character == '"':
+        return '\\"'
+    if character == "\\":
+        # Escapes are read twice, and then one of two backslashes, or one before a quotation mark, is removed.
+        return "\\" * (8 if found["pair"] else 4)
+    return codecs.encode(character, "unicode_escape").decode()
+
+
 def _string(field_type: FieldType, text: str) -> str:
     value = text
-    if text[:1] in {'"', "'"}:
-        if len(text) < 2 or text[-1] != text[0]:
-            raise ValueError(f"The string {text} is not closed with {text[0]}")
-        value = _ESCAPE.sub(lambda found: _ESCAPED.get(found[1], found[1]), text[1:-1])
+    quote = text[:1]
+    if quote in {'"', "'"}:
+        if len(text) < 2 or text[-1] != quote:
+            raise ValueError(f"The string {text} is not closed with {quote}")
+        value = text[1:-1]
+        if re.search(rf"(?<!\\){quote}", value):
+            raise ValueError(f"Write \\{quote} for a quotation mark inside the string {text}")
+        value = value.replace(f"\\{quote}", quote)
+    # ROS 2 reads escapes twice: on the way to an `.idl` file, also without quotes, and there.
+    value = idl_text(_ESCAPE.sub(_decoded, value).replace('"', '\\"'))
     if field_type.string_bound and len(value) > field_type.string_bound:
         raise ValueError(f"{text} is longer than {field_type.string_bound} characters")
     return value
@@ -111,6 +147,5 @@ def render_value(field_type: FieldType, value: Any) -> str:
     if isinstance(value, bytes):
         return str(value[0])
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
-        return '"' + escaped.replace("\r", "\\r") + '"'
+        return '"' + _SPECIAL.sub(_escaped, value) + '"'
     return repr(cast("object", value))

@@ -67,15 +67,18 @@ def _lines(name: str, text_of: Callable[[str], str | None], comments: Comments, 
         # Blank lines are kept with the comments, as they set groups of fields apart.
         if text or with_comments:
             yield "\t" * depth + text if text else ""
-        nested = _nested(code, name.partition("/")[0])
+        nested = _nested(code, name.partition("/")[0], text_of)
         if nested:
             yield from _lines(nested, text_of, comments, depth + 1)
 
 
-def _nested(code: str, package: str) -> str:
+def _nested(code: str, package: str, text_of: Callable[[str], str | None]) -> str:
     """Return the type name of the message in a line's field, or ""."""
     match = _TYPE.match(code)
     if match is None or (match["package"] is None and match["name"] in PRIMITIVES):
         return ""
-    owner = match["package"] or ("std_msgs" if match["name"] == "Header" else package)
+    owner = match["package"] or package
+    # As in `parser.parse`.
+    if match["package"] is None and match["name"] == "Header" and text_of(f"{package}/msg/Header") is None:
+        owner = "std_msgs"
     return f"{owner}/msg/{match['name']}"

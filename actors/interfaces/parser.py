@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from textwrap import dedent
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.literals import parse_value
+from proto.limits import MAX_MESSAGE_BYTES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,8 +30,8 @@ MAX_FILE_BYTES: Final = 1 << 20
 """Interface texts are written by hand; a larger file is something else."""
 MAX_FIELDS: Final = 1000
 """Fields and constants in one part."""
-MAX_FIXED: Final = 1 << 20
-"""Elements of a fixed-size array: each new message has that many."""
+MAX_FIXED: Final = MAX_MESSAGE_BYTES
+"""Elements of a fixed-size array: a message with more could not be sent."""
 
 PRIMITIVES: Final = frozenset(
     {
@@ -45,7 +47,7 @@ _FIELD_NAME: Final = PACKAGE_NAME
 _CONSTANT_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[A-Z][A-Z0-9_]*")
 TYPE_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _TYPE: Final = re.compile(
-    r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>\w*))?"
+    r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>[+\w]*))?"
     r"(?P<array>\[(?P<most><=)?(?P<size>[^\]]*)\])?"
 )
 _CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
@@ -108,8 +110,9 @@ class InterfaceSpec:
 class _Reader:
     """Parses one part; keeps the position for errors."""
 
-    def __init__(self, package: str, source: str) -> None:
+    def __init__(self, package: str, source: str, *, has_header: bool) -> None:
         self._package = package
+        self._has_header = has_header
         self._source = source
         self._line = 0
         self._seen: dict[str, int] = {}
@@ -175,7 +178,7 @@ class _Reader:
                 f"'{name}' is not a constant's name: use upper case letters, digits and single underscores "
                 "(a field's default is written without '=')"
             )
-        if field_type.is_array or "/" in field_type.base:
+        if field_type.is_array or field_type.string_bound or "/" in field_type.base:
             self.fail(f"Constant '{name}' is of type {field_type}; constants have a primitive type")
         self._once(name)
         return ConstantSpec(name, field_type, self.value(field_type, value))
@@ -214,10 +217,13 @@ class _Reader:
         return FieldType(base, string_bound=bound, is_array=True, low=0 if match["most"] else size, high=size)
 
     def _count(self, text: str, digits: str) -> int:
-        # `isdigit` alone accepts digits of other scripts, and `int` of a long text takes quadratic time.
-        if not (digits.isascii() and digits.isdigit() and 0 < int(digits[:12]) < 2**32):
+        count = 0
+        # As in rosidl, which reads `+5` and `1_000`, too. `int` of a long text takes quadratic time.
+        with suppress(ValueError):
+            count = int(digits[:20])
+        if not 0 < count < 2**32:
             self.fail(f"'{text}': a size or bound is an integer from 1 to {2**32 - 1}")
-        return int(digits)
+        return count
 
     def _base(self, package: str | None, name: str) -> str:
         if package is None:
@@ -225,8 +231,9 @@ class _Reader:
                 return name
             if name in {"time", "duration"}:
                 self.fail(f"'{name}' is ROS 1's; use builtin_interfaces/{name.capitalize()}")
-            # As in ROS 2, for texts from ROS 1.
-            package = "std_msgs" if name == "Header" else self._package
+            # A name alone is of the same package. ROS 1's rule for `Header` remains where there is no such
+            # message, which ROS 2 refuses.
+            package = "std_msgs" if name == "Header" and not self._has_header else self._package
         if not PACKAGE_NAME.fullmatch(package):
             self.fail(f"'{package}' is not a package name")
         if not TYPE_NAME.fullmatch(name):
@@ -258,7 +265,9 @@ def _joined(lines: list[str]) -> str:
     return re.sub(r"\n{3,}", "\n\n", dedent(text).strip())
 
 
-def parse(text: str, package: str, kind: str, name: str, source: str = "") -> InterfaceSpec:
+def parse(
+    text: str, package: str, kind: str, name: str, source: str = "", *, has_header: bool = False
+) -> InterfaceSpec:
     """Parse the text of one interface.
 
     Args:
@@ -267,6 +276,8 @@ def parse(text: str, package: str, kind: str, name: str, source: str = "") -> In
         kind: "msg", "srv" or "action".
         name: The interface's name, such as "String".
         source: Name of the text in errors; by default its type name.
+        has_header: Whether the package has a message `Header`. Otherwise that name alone is
+            std_msgs/Header, as in ROS 1.
 
     Raises:
         InterfaceSyntaxError: The text or a name breaks a rule.
@@ -298,7 +309,7 @@ def parse(text: str, package: str, kind: str, name: str, source: str = "") -> In
             0,
             f"A .{kind} file has {len(PARTS[kind]) - 1} separator lines '---'; this has {len(sections) - 1}",
         )
-    reader = _Reader(package, source)
+    reader = _Reader(package, source, has_header=has_header)
     return InterfaceSpec(package, kind, name, tuple(reader.part(section) for section in sections))
 
 
@@ -326,4 +337,6 @@ def parse_file(path: Path, package: str) -> InterfaceSpec:
         InterfaceSyntaxError: The text or a name breaks a rule, or the file is too large or not UTF-8.
         OSError: The file cannot be read.
     """
-    return parse(read_source(path), package, path.suffix.removeprefix("."), path.stem, str(path))
+    has_header = (path.parent.parent / "msg" / "Header.msg").is_file()
+    kind = path.suffix.removeprefix(".")
+    return parse(read_source(path), package, kind, path.stem, str(path), has_header=has_header)

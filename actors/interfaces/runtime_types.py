@@ -38,6 +38,9 @@ from proto.wire.type_hash import hash_of
 MAX_ELEMENTS: Final = 1 << 20
 """Fields and elements that a new message has, at all levels: a definition may come from anywhere."""
 
+_OBJECT_BYTES: Final = 64
+"""Memory of an element that is an object, about."""
+
 T = TypeVar("T", bound=type[Any])
 
 MAX_DEPTH: Final = 64
@@ -165,6 +168,10 @@ class _Maker:
 
     def _size(self, kind: FieldType) -> int:
         """Return how many elements a new field has, at any depth."""
+        if kind.is_array and (kind.base in BINARY or kind.base in ARRAY_BY_ELEMENT):
+            # Packed, and so far smaller than that many objects.
+            item_size = 1 if kind.base in BINARY else ARRAY_BY_ELEMENT[kind.base].item_size
+            return 1 + kind.low * item_size // _OBJECT_BYTES
         return (kind.low if kind.is_array else 1) * self._elements.get(kind.base, 1)
 
     def _field(self, owner: str, name: str, kind: FieldType) -> tuple[Any, Any]:
@@ -193,7 +200,7 @@ def _elements(kind: FieldType, nested: type[Message] | None) -> Any:
     if kind.base in BINARY:
         return lambda: bytes(count)
     if array is not None:
-        return lambda: array([_ZERO.get(kind.base, 0)] * count)
+        return lambda: array.from_packed(bytes(count * array.item_size))
     if not count:
         return list
     if nested is not None:

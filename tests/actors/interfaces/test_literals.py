@@ -41,6 +41,7 @@ def test_false(text: str) -> None:
         ("float32", "x"),
         ("string", '"open'),
         ("string", "'"),
+        ("string", '"in "side"'),
     ],
 )
 def test_refused(base: str, text: str) -> None:
@@ -58,12 +59,18 @@ def test_refused(base: str, text: str) -> None:
         ("int8", "-5", -5),
         ("byte", "7", b"\x07"),
         ("char", "65", 65),
+        ("uint8", "08", 8),
+        ("uint8", "010", 10),
+        ("int8", "-0_8", -8),
+        ("int8", "+0x_f", 15),
         ("float64", "1e3", 1000.0),
         ("float32", "1", 1.0),
         ("string", "plain text", "plain text"),
         ("string", '"quo\\"ted"', 'quo"ted'),
         ("string", "'it\\'s'", "it's"),
         ("wstring", '"é\\n"', "é\n"),
+        ("string", r"C:\x41\u0042\103\d", r"C:ABC\d"),
+        ("string", r'"two \\\\ for one"', r"two \ for one"),
     ],
 )
 def test_accepted(base: str, text: str, value: object) -> None:
@@ -75,6 +82,7 @@ def test_arrays() -> None:
     """Commas in quotes do not split; an empty array is one."""
     texts = FieldType("string", is_array=True)
     assert parse_value(texts, "[\"a, b\", 'c', d]") == ["a, b", "c", "d"]
+    assert parse_value(texts, "[it's, 5\"]") == ["it's", '5"']
     assert parse_value(texts, "[]") == []
     assert parse_value(FieldType("int8", is_array=True), "[1, 0x2,3]") == [1, 2, 3]
     for bad in ("1, 2", '["a]', "[1 2]"):
@@ -84,7 +92,7 @@ def test_arrays() -> None:
 
 @given(
     st.one_of(
-        st.tuples(st.just(FieldType("string")), st.text()),
+        st.tuples(st.just(FieldType("string")), st.one_of(st.text(), st.text("\\\"'nx41\t\u2028"))),
         st.tuples(st.just(FieldType("int64")), st.integers(-(2**63), 2**63 - 1)),
         st.tuples(st.just(FieldType("float64")), st.floats(allow_nan=False)),
         st.tuples(st.just(FieldType("bool")), st.booleans()),
@@ -95,4 +103,6 @@ def test_arrays() -> None:
 def test_what_is_rendered_is_read_back(case: tuple[FieldType, Any]) -> None:
     """render_value and parse_value are inverse."""
     field_type, value = case
-    assert parse_value(field_type, render_value(field_type, value)) == value
+    text = render_value(field_type, value)
+    assert parse_value(field_type, text) == value
+    assert len(text.splitlines()) == 1

@@ -93,3 +93,14 @@ def test_a_message_that_grows_without_end_is_refused() -> None:
     texts = {f"robots/msg/L{n}": f"L{n + 1} x\n" * 10 for n in range(10)}
     with pytest.raises(InterfaceSyntaxError, match=f"more than {MAX_LINES} lines"):
         outline("robots/msg/L0", texts.get)
+
+
+def test_a_header_of_the_package_itself() -> None:
+    """It goes before that of std_msgs."""
+    texts = {
+        **TEXTS,
+        "robots/msg/Header": "int8 own\n",
+        "robots/msg/Leg": "Header header\nstd_msgs/Header other\n",
+    }
+    lines = outline("robots/msg/Leg", texts.get)
+    assert lines == ["Header header", "\tint8 own", "std_msgs/Header other", "\tstring frame_id"]

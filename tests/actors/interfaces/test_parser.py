@@ -76,6 +76,7 @@ def test_fields_defaults_and_constants() -> None:
         ("int8 A=1\nint8 A=2", "already defined"),
         ("bool[2] A=[1,0]", "primitive"),
         ("b_msgs/X A=1", "primitive"),
+        ("string<=3 A=abc", "primitive"),
         ("b_msgs/X x 1", "default"),
         ("int8 x 128", "out of range"),
         ("bool x 5", "not a bool"),
@@ -121,6 +122,26 @@ def test_types() -> None:
         "geometry_msgs/Pose i",
         "std_msgs/Header j",
     ]
+
+
+def test_a_package_may_have_a_header_of_its_own(tmp_path: Path) -> None:
+    """Then `Header` alone is that message, as every name without a package; std_msgs's must be named."""
+    folder = tmp_path / "a_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Scan.msg").write_text("Header header\nstd_msgs/Header other\nHeader[2] both")
+    types = [field.type.base for field in parse_file(folder / "Scan.msg", "a_msgs").parts[0].fields]
+    assert types == ["std_msgs/msg/Header", "std_msgs/msg/Header", "std_msgs/msg/Header"]
+    (folder / "Header.msg").write_text("int8 x")
+    types = [field.type.base for field in parse_file(folder / "Scan.msg", "a_msgs").parts[0].fields]
+    assert types == ["a_msgs/msg/Header", "std_msgs/msg/Header", "a_msgs/msg/Header"]
+
+
+def test_sizes_are_read_as_rosidl_reads_them() -> None:
+    """With Python's `int`. A fixed array may be as large as a message."""
+    texts = ["int8[1_000] a", "string<=+5 b", "int8[<=007] c", "uint8[2097152] d", "uint8[67108864] e"]
+    assert fields("\n".join(texts)) == [
+        "int8[1000] a", "string<=5 b", "int8[<=7] c", "uint8[2097152] d", "uint8[67108864] e"
+    ]  # fmt: skip
 
 
 def test_comments_end_lines_but_not_strings() -> None:

@@ -115,6 +115,13 @@ def test_hostile_definitions_are_refused(described: bytes, text: str) -> None:
         runtime_message(described)
 
 
+def test_large_arrays_of_numbers_can_be_made() -> None:
+    """They are packed, so a new message may have as many bytes as can be sent."""
+    fields = [_field("a", 3 + 48, capacity=2**21), _field("b", 11 + 48, capacity=2**21)]
+    made: Any = runtime_message(_definition(("images/msg/Big", fields)))()
+    assert (len(made.a), len(made.b), made.b[-1]) == (2**21, 2**21, 0.0)
+
+
 def test_a_definition_of_something_else_is_refused() -> None:
     """A message is no service, and a service is no action."""
     message = definition(find_interface("std_msgs/msg/String"))
