@@ -69,7 +69,7 @@ def integers(base: str) -> SearchStrategy[str]:
     """Return texts of integers of a type and just beyond its limits, in several notations."""
     low, high = INTEGER_RANGE[base]
     numbers = st.sampled_from([low, 0, 1, 7, 10, high, low - 1, high + 1])
-    notations = st.sampled_from(["{}", "{}", "{:#x}", "{:#o}", "{:#b}", "{:+}", "{:#X}", "{:_}"])
+    notations = st.sampled_from(["{}", "{}", "{:#x}", "{:#o}", "{:#b}", "{:+}", "{:#X}", "{:_}", "{:03}"])
     return st.builds(lambda number, notation: notation.format(number), numbers, notations)
 
 
@@ -100,6 +100,9 @@ def scalars(base: str) -> SearchStrategy[str]:
             '"a',
             "'a,b'",
             "a b",
+            r"a\tb",
+            r"'\\a'",
+            r"\x41",
         ]
     )
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from lark import Token, Tree
+from rosidl_adapter.msg import string_to_idl_string_literal
 from rosidl_adapter.parser import parse_action_string, parse_message_string, parse_service_string
+from rosidl_parser.parser import get_string_literal_value
 
 PACKAGE = "robot_msgs"
 
@@ -25,6 +28,18 @@ def parse(kind, text):
 
 def _part(message):
     return {
-        "fields": [(field.name, str(field.type), field.default_value) for field in message.fields],
-        "constants": [(constant.name, constant.type, constant.value) for constant in message.constants],
+        "fields": [
+            (field.name, str(field.type), _generated(field.default_value)) for field in message.fields
+        ],
+        "constants": [(each.name, each.type, _generated(each.value)) for each in message.constants],
     }
+
+
+def _generated(value):
+    """Return a value as it arrives in the generated code: strings travel through an `.idl` file."""
+    if not isinstance(value, str):
+        return value
+    literal = string_to_idl_string_literal(value).encode("iso-8859-1").decode()
+    if "\n" in literal or "\r" in literal:
+        raise ValueError("no line of an .idl file")
+    return get_string_literal_value(Tree("string_literal", [Token("ESCAPED_STRING", literal)]))
