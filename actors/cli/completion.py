@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.cli.interrupts import raise_at_once
 from actors.cli.parsing import parser_of
-from actors.cli.table import VERBS, Group, Verb
+from actors.cli.table import ALIASES, VERBS, Verb, find_verb
 from proto.errors import CallboardError
 from proto.untrusted_text import sanitize
 from proto.wire.codes import EntryKind
@@ -95,17 +95,13 @@ def _offers(before: list[str], begun: str) -> Iterator[Offer]:
         yield from (Offer(name, entry.summary) for name, entry in VERBS.items())
         yield from (Offer("--help", "print what there is"), Offer("--version", "print the version"))
         return
+    before = [ALIASES.get(before[0], before[0]), *before[1:]]
     entry = VERBS.get(before[0])
-    if isinstance(entry, Group):
-        if len(before) == 1:
-            yield from (Offer(name, verb.summary) for name, verb in entry.verbs.items())
-            return
-        verb, typed = entry.verbs.get(before[1]), before[2:]
-    else:
-        verb, typed = entry, before[1:]
+    if entry is not None and len(before) == 1:
+        yield from (Offer(name, verb.summary) for name, verb in entry.verbs.items())
+    verb, words = find_verb(before)
     if verb is not None:
-        command = " ".join(before[: len(before) - len(typed)])
-        yield from _Line(command, verb, typed, begun).offers()
+        yield from _Line(" ".join(before[:words]), verb, before[words:], begun).offers()
 
 
 class _Line:

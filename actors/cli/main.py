@@ -11,7 +11,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from actors.cli.interrupts import Interrupted, ignore_signals, record_signals, restore_handlers
-from actors.cli.table import VERBS, Group, Verb, load
+from actors.cli.table import ALIASES, ELSEWHERE, VERBS, Group, Verb, find_verb, load
 
 # Everything else is imported after the signal handlers are installed.
 # ruff: noqa: PLC0415
@@ -34,7 +34,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if argv is None else list(argv)
     if arguments[:1] == ["help"] and len(arguments) > 1:
         arguments = [*arguments[1:], "--help"]
-    verb, words = _find(arguments)
+    arguments = _as_ros(arguments)
+    verb, words = find_verb(arguments)
     before = record_signals()
     try:
         return _guarded(verb, arguments, words, own_process=own_process)
@@ -52,12 +53,19 @@ def main(argv: Sequence[str] | None = None) -> int:
             restore_handlers(before)
 
 
-def _find(arguments: list[str]) -> tuple[Verb | None, int]:
-    """Return the verb that the first words name, and the number of these words."""
-    entry = VERBS.get(arguments[0]) if arguments else None
-    if isinstance(entry, Group):
-        return (entry.verbs.get(arguments[1]) if len(arguments) > 1 else None), 2
-    return entry, 1
+def _as_ros(arguments: list[str]) -> list[str]:
+    """Return a command line without what only ROS 2 writes in front of a verb.
+
+    Lines are always buffered here. The option for hidden names belongs to the verbs that list names; to
+    others it is of use in ROS 2 for completion only.
+    """
+    if arguments[:1] == ["--use-python-default-buffering"]:
+        arguments = arguments[1:]
+    word, *rest = arguments or [""]
+    hidden = f"--include-hidden-{word}s"
+    if word in {"topic", "service"} and rest[:1] == [hidden]:
+        rest = [*rest[1:], *([hidden] if rest[1:2] in (["list"], ["find"], ["type"]) else [])]
+    return [ALIASES.get(word, word), *rest] if arguments else []
 
 
 def _guarded(verb: Verb | None, arguments: list[str], words: int, *, own_process: bool) -> int:
@@ -122,6 +130,8 @@ def _unknown(command: str, word: str, known: Iterable[str]) -> Exception:
     from actors.tools.suggestions import did_you_mean
     from proto.untrusted_text import escape
 
+    if command == "callboard" and word in ELSEWHERE:
+        return CommandError(f"callboard has no '{word}': {ELSEWHERE[word]}", USAGE)
     what = "option" if word.startswith("-") else "verb"
     hint = did_you_mean(word, known) or f"; see {command} --help"
     return CommandError(f"{command}: no {what} '{escape(word)}'{hint}", USAGE)

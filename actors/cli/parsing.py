@@ -93,10 +93,11 @@ def parser_of(command: str, verb: Verb) -> Parser:
     module = load(command)
     examples = [f"  {line}\n      {what}" for line, what in module.EXAMPLES.items()]
     summary = f"{verb.summary[0].upper()}{verb.summary[1:]}."
+    further = [f"  callboard {command} {name}\n      {each.summary}" for name, each in verb.verbs.items()]
     parser = Parser(
         prog=f"callboard {command}",
         description=summary,
-        epilog="\n".join(["examples:", *examples]),
+        epilog="\n".join([*(["verbs:", *further, ""] if further else ()), "examples:", *examples]),
         formatter_class=_Help,
     )
     module.add_arguments(parser)

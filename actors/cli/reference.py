@@ -9,7 +9,7 @@ import argparse
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.parsing import IGNORED, Parser, add_broker_options, add_ros_options, parser_of
-from actors.cli.table import VERBS, Group, Verb, load
+from actors.cli.table import ELSEWHERE, VERBS, Verb, load
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -36,12 +36,12 @@ Generated from the parsers; `callboard VERB --help` prints the same.
 
 def reference() -> str:
     """Return the reference as Markdown."""
-    parts = [_HEAD, _contents(), _broker_options(), _ros_options()]
+    parts = [_HEAD, _contents(), _broker_options(), _ros_options(), _ros_words()]
     for name, entry in VERBS.items():
         if isinstance(entry, Verb):
             parts.append(_verb(name, entry, "##"))
-            continue
-        parts.append(f"## callboard {name}\n\n{_sentence(entry.summary)}\n")
+        else:
+            parts.append(f"## callboard {name}\n\n{_sentence(entry.summary)}\n")
         parts += [_verb(f"{name} {verb}", each, "###") for verb, each in entry.verbs.items()]
     return "\n".join(parts)
 
@@ -49,7 +49,7 @@ def reference() -> str:
 def _contents() -> str:
     rows = ["| | |", "|---|---|"]
     for name, entry in VERBS.items():
-        verbs = ", ".join(map(_code, entry.verbs)) if isinstance(entry, Group) else ""
+        verbs = ", ".join(map(_code, entry.verbs))
         rows.append(f"| [`callboard {name}`](#callboard-{name}) | {entry.summary}{verbs and ': '}{verbs} |")
     return "\n".join(rows) + "\n"
 
@@ -67,6 +67,12 @@ def _ros_options() -> str:
     rows = _table(each for each in parser._actions if each.dest != "help")  # noqa: SLF001
     about = "Verbs that wait for discovery in ROS 2 have its options for it:"
     return "\n".join(["## Options of ROS 2's discovery", "", about, "", *rows])
+
+
+def _ros_words() -> str:
+    rows = [f"| {_code(f'ros2 {word}')} | {_cell(text)} |" for word, text in ELSEWHERE.items()]
+    about = "These words of the `ros2` command are no verbs here, and say so. `wtf` is `doctor`."
+    return "\n".join(["## Words of ROS 2", "", about, "", "| command | instead |", "|---|---|", *rows, ""])
 
 
 def _verb(command: str, verb: Verb, level: str) -> str:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any, Final, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
 
 
 class Verb(NamedTuple):
@@ -12,10 +16,12 @@ class Verb(NamedTuple):
     Attributes:
         summary: What it does.
         stays: It runs until it is stopped, so that SIGINT and SIGTERM are no failure.
+        verbs: Verbs behind it, which do something else: `callboard doctor hello`.
     """
 
     summary: str
     stays: bool = False
+    verbs: Mapping[str, Verb] = MappingProxyType({})
 
 
 class Group(NamedTuple):
@@ -145,12 +151,43 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "graph": Verb("draw the graph of nodes, topics and services"),
-    "doctor": Verb("check this machine, the broker and the graph"),
+    "doctor": Verb(
+        "check this machine, the broker and the graph",
+        verbs={"hello": Verb("show whether messages of other hosts arrive")},
+    ),
     "top": Verb("show topics, nodes and services, live"),
     "web": Verb("show and control the graph in a browser", stays=True),
     "completion": Verb("print a shell script that completes verbs, options and names"),
     "bench": Verb("measure the performance of callboard on this machine"),
 }
+
+
+ALIASES: Final = {"wtf": "doctor"}
+"""Other words for verbs, as in ROS 2."""
+
+ELSEWHERE: Final = {
+    "bag": "`callboard topic echo --json` records a topic, and `callboard topic pub --stdin` plays it back",
+    "component": "there are no component containers; a launch file runs nodes in one process (`node=`)",
+    "control": "there is no controller manager; `callboard service call` calls the services of a node",
+    "daemon": "there is no daemon to start or stop; each command asks the broker (`callboard broker`)",
+    "extension_points": "verbs are no plugins; `callboard --help` lists them",
+    "extensions": "verbs are no plugins; `callboard --help` lists them",
+    "multicast": "nothing uses multicast; `callboard doctor hello` shows whether messages of others arrive",
+    "security": "there are no keystores; `callboard auth` says who may do what, and TLS encrypts",
+    "test": "there are no launch tests of its own; callboard's plugin of pytest starts launch files",
+    "trace": "there is no tracing; `callboard top` and `callboard node diagnostics` show what callbacks take",
+}
+"""Words of the `ros2` command that are no verbs here, and the sentence that says what to use instead."""
+
+
+def find_verb(words: Sequence[str]) -> tuple[Verb | None, int]:
+    """Return the verb that the first words name, and the number of these words."""
+    entry = VERBS.get(words[0]) if words else None
+    if isinstance(entry, Group):
+        return (entry.verbs.get(words[1]) if len(words) > 1 else None), 2
+    if entry is not None and len(words) > 1 and words[1] in entry.verbs:
+        return entry.verbs[words[1]], 2
+    return entry, 1
 
 
 def each_verb() -> list[tuple[str, Verb]]:
@@ -159,8 +196,7 @@ def each_verb() -> list[tuple[str, Verb]]:
     for name, entry in VERBS.items():
         if isinstance(entry, Verb):
             found.append((name, entry))
-        else:
-            found += [(f"{name} {verb}", each) for verb, each in entry.verbs.items()]
+        found += [(f"{name} {verb}", each) for verb, each in entry.verbs.items()]
     return found
 
 

@@ -247,3 +247,37 @@ def test_help_may_stand_first(words: list[str], capsys: pytest.CaptureFixture[st
     assert main.main([*words, "--help"]) == 0
     assert first == capsys.readouterr().out
     assert first.startswith(f"usage: callboard {' '.join(words)}")
+
+
+@pytest.mark.parametrize("word", table.ELSEWHERE)
+def test_a_word_of_ros_that_is_no_verb(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line says what there is instead, whatever follows the word."""
+    for rest in ([], ["list", "--help"]):
+        assert main.main([word, *rest]) == 2
+        assert capsys.readouterr() == ("", f"callboard has no '{word}': {table.ELSEWHERE[word]}\n")
+
+
+def test_other_words_of_ros_are_no_verbs_of_callboard() -> None:
+    """A word that becomes a verb has to leave the list."""
+    assert not set(table.ELSEWHERE) & set(table.VERBS)
+    assert set(table.ALIASES.values()) <= set(table.VERBS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wanted"),
+    [
+        (["wtf", "--help"], "usage: callboard doctor "),
+        (["wtf", "hello", "--help"], "usage: callboard doctor hello "),
+        (["doctor", "hello", "--help"], "usage: callboard doctor hello "),
+        (["--use-python-default-buffering", "topic", "list", "--help"], "usage: callboard topic list "),
+        (["topic", "--include-hidden-topics", "list", "--help"], "usage: callboard topic list "),
+        (["service", "--include-hidden-services", "info", "--help"], "usage: callboard service info "),
+        (["topic", "--include-hidden-topics"], "usage: callboard topic VERB"),
+    ],
+)
+def test_lines_of_ros_are_understood(
+    arguments: list[str], wanted: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What ROS 2 writes in front of a verb, and its other name of `doctor`."""
+    main.main(arguments)
+    assert "".join(capsys.readouterr()).startswith(wanted)

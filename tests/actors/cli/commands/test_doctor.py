@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import re
+import socket
 import sys
 from typing import TYPE_CHECKING
 
 from actors.cli.commands.doctor import _verdict
 from actors.cli.main import main
+from actors.interfaces.std_msgs.msg import String
 from actors.tools.check import Check
 
 if TYPE_CHECKING:
@@ -101,3 +105,45 @@ def test_the_verdict_counts() -> None:
     assert _verdict([fine, odd]) == "Nothing is wrong; 1 warning."
     assert _verdict([bad]) == "1 problem."
     assert _verdict([bad, bad, odd]) == "2 problems, 1 warning."
+
+
+def test_only_what_failed_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """-rf leaves out the rest, in JSON, too; -iw makes warnings failures; -ep leaves out packages."""
+    nowhere = ("--url", "callboard+unix:///nowhere")
+    assert main(["doctor", "-rf", "--json", *nowhere]) == 1
+    assert {check["status"] for check in json.loads(capsys.readouterr().out)} == {"fail"}
+    assert main(["doctor", "-ep", "-r", "--json", *nowhere]) == 1
+    assert not {"codec", "import names"} & {check["name"] for check in json.loads(capsys.readouterr().out)}
+    assert main(["doctor", "--report-failed", "--include-warnings", *nowhere]) == 1
+    assert not re.search("^(ok|warn) ", capsys.readouterr().out, re.MULTILINE)
+
+
+async def test_warnings_as_failures(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An unknown variable is a warning; with -iw the exit code is 1."""
+    monkeypatch.setenv("CALLBOARD_URLL", "x")
+    without, with_warnings = [await desk.callboard("doctor", "-ep", *each) for each in ((), ("-iw",))]
+    assert (without.code, with_warnings.code) == (0, 1)
+    assert "fail  variables" in with_warnings.out
+
+
+async def test_hello_counts_the_messages_of_others(desk: Desk) -> None:
+    """ROS 2's table and text; its own messages do not count."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(String, "canyouhearme", 10)
+        heard = node.create_subscription(String, "canyouhearme", qos_profile=1000)
+        node.create_timer(0.01, lambda: publisher.publish(String(data="hello, it's me robot")))
+        ended = await desk.callboard("doctor", "hello", "--once", "-ep", "0.5")
+        greetings = {(await anext(aiter(heard))).data for _ in range(heard.queued)}
+    async with desk.node():
+        alone = await desk.callboard("wtf", "hello", "-1", "-ep", "0.01", "--json")
+    assert f"hello, it's me {socket.gethostname()}" in greetings
+    assert (ended.code, ended.err) == (0, "")
+    assert re.sub(r"(?<=robot {16})\d+ +", "N", ended.out) == (
+        "MULTIMACHINE COMMUNICATION SUMMARY\n"
+        "Topic: /canyouhearme, Published Msg Count: 1\n"
+        "Subscribed from:\n"
+        "                Hostname             Msg Count /1.0s\n"
+        "                robot                N\n"
+        "------------------------------------------------------------\n"
+    )
+    assert alone.json == {"topic": "/canyouhearme", "published": 1, "hosts": []}

@@ -20,18 +20,28 @@ if TYPE_CHECKING:
 EXAMPLES: Final = {
     "callboard doctor": "all checks; exits with 1 if one fails",
     "callboard doctor --json": "the same for programs",
+    "callboard doctor -rf": "only what failed",
     "callboard doctor --config broker.toml": "also the files that a broker's configuration names",
 }
 _STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
 _SECRETS: Final = ("auth", "tls_key")
 _CERTIFICATES: Final = ("tls_cert", "tls_client_ca")
 """Options of a broker that name such files."""
+_PACKAGES: Final = {"event loop", "codec", "import names"}
+"""The checks of installed packages."""
 _STATUS_WIDTH: Final = 4
 _NARROWEST: Final = 20
 
 
 def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
+    shown = parser.add_mutually_exclusive_group()
+    shown.add_argument(
+        "-r", "--report", action="store_true", help="print all checks, as without it; for ROS 2's sake"
+    )
+    shown.add_argument("-rf", "--report-failed", action="store_true", help="print only checks that failed")
+    parser.add_flag("-ep", "--exclude-packages", help="leave out the checks of installed packages")
+    parser.add_flag("-iw", "--include-warnings", help="treat warnings as failures")
     add_json_option(parser, "a list of {name, status, finding, remedy}; status: ok, warn, fail or skip")
     parser.add_argument(
         "--config",
@@ -49,10 +59,15 @@ def run(options: Options) -> int:
     checks = examine(options.url or None, options.domain, options.context or None)
     if options.config is not None:
         checks = _configuration(options.config) + checks
+    if options.exclude_packages:
+        checks = [check for check in checks if check.name not in _PACKAGES]
+    if options.include_warnings:
+        checks = [check._replace(status="fail") if check.status == "warn" else check for check in checks]
+    shown = [check for check in checks if check.status == "fail" or not options.report_failed]
     if options.json:
-        print_json([check._asdict() for check in checks])
+        print_json([check._asdict() for check in shown])
     else:
-        _print(checks)
+        _print(shown, checks)
     return OK if all_good(checks) else FAILURE
 
 
@@ -76,15 +91,16 @@ def _configuration(path: str) -> list[Check]:
     return [Check("configuration", "ok", path), *check_files(secrets, certificates)]
 
 
-def _print(checks: list[Check]) -> None:
+def _print(shown: list[Check], checks: list[Check]) -> None:
+    """Print checks, and the verdict about all."""
     from actors.cli.tables import colored, painted
 
     color = colored(sys.stdout)
-    width = max(len(check.name) for check in checks)
+    width = max((len(check.name) for check in shown), default=0)
     indent = " " * (_STATUS_WIDTH + width + 4)
     columns = terminal_width()
     max_width = None if columns is None else max(columns - len(indent), _NARROWEST)
-    for check in checks:
+    for check in shown:
         status = painted(check.status, _STYLES[check.status], color=color)
         padding = " " * (_STATUS_WIDTH - len(check.status))
         first, *more = _lines(check.finding, max_width)
@@ -93,7 +109,7 @@ def _print(checks: list[Check]) -> None:
             print(f"{indent}{painted(line, '', color=color)}")
         for line in _lines(check.remedy, max_width) if check.remedy else ():
             print(painted(f"{indent}{line}", "dim", color=color))
-    print(f"\n{_verdict(checks)}")
+    print(f"\n{_verdict(checks)}" if shown else _verdict(checks))
 
 
 def _lines(text: str, max_width: int | None) -> list[str]:
