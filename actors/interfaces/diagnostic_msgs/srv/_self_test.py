@@ -8,7 +8,7 @@ from actors.interfaces.types import byte
 
 
 class SelfTest(Service, type_name="diagnostic_msgs/srv/SelfTest"):
-    """diagnostic_msgs/srv/SelfTest."""
+    """Let a device test itself."""
 
     class Request(Message):
         """The request."""
@@ -17,5 +17,8 @@ class SelfTest(Service, type_name="diagnostic_msgs/srv/SelfTest"):
         """The response."""
 
         id: str = ""
+        """Name or serial number of the tested hardware."""
         passed: byte = b"\x00"
+        """1 if every test passed, otherwise 0."""
         status: list[DiagnosticStatus] = msgspec.field(default_factory=list[DiagnosticStatus])
+        """Result of each test."""

@@ -8,7 +8,9 @@ from actors.interfaces.message import Message
 
 
 class Pose(Message, type_name="geometry_msgs/msg/Pose"):
-    """geometry_msgs/msg/Pose."""
+    """A position and an orientation in space."""
 
     position: Point = msgspec.field(default_factory=Point)
+    """Position, in metres."""
     orientation: Quaternion = msgspec.field(default_factory=Quaternion)
+    """Rotation, as a unit quaternion."""

@@ -10,9 +10,11 @@ from actors.interfaces.types import Float64Array, Float64Sequence, Length
 
 
 class PoseWithCovariance(Message, type_name="geometry_msgs/msg/PoseWithCovariance"):
-    """geometry_msgs/msg/PoseWithCovariance."""
+    """An estimated pose with its uncertainty."""
 
     pose: Pose = msgspec.field(default_factory=Pose)
+    """Estimated position in metres and orientation."""
     covariance: Annotated[Float64Sequence, Length(36)] = msgspec.field(
         default_factory=lambda: Float64Array([0.0] * 36)
     )
+    """Covariance 6x6, row-major: x, y, z in m^2, then rotations about fixed x, y, z in rad^2."""

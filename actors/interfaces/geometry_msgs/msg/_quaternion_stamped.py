@@ -8,7 +8,9 @@ from actors.interfaces.std_msgs.msg._header import Header
 
 
 class QuaternionStamped(Message, type_name="geometry_msgs/msg/QuaternionStamped"):
-    """geometry_msgs/msg/QuaternionStamped."""
+    """An orientation with its time and frame."""
 
     header: Header = msgspec.field(default_factory=Header)
+    """Time of the orientation, and the frame that it is relative to."""
     quaternion: Quaternion = msgspec.field(default_factory=Quaternion)
+    """Orientation relative to the frame of header.frame_id, as a unit quaternion."""

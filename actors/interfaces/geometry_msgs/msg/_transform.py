@@ -8,7 +8,9 @@ from actors.interfaces.message import Message
 
 
 class Transform(Message, type_name="geometry_msgs/msg/Transform"):
-    """geometry_msgs/msg/Transform."""
+    """A translation and a rotation between two frames."""
 
     translation: Vector3 = msgspec.field(default_factory=Vector3)
+    """Position of the child frame in the parent frame, in metres."""
     rotation: Quaternion = msgspec.field(default_factory=Quaternion)
+    """Orientation of the child frame in the parent frame, as a unit quaternion."""

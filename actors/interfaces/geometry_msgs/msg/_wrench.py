@@ -7,7 +7,9 @@ from actors.interfaces.message import Message
 
 
 class Wrench(Message, type_name="geometry_msgs/msg/Wrench"):
-    """geometry_msgs/msg/Wrench."""
+    """A force and a torque."""
 
     force: Vector3 = msgspec.field(default_factory=Vector3)
+    """Force along x, y and z, in newtons."""
     torque: Vector3 = msgspec.field(default_factory=Vector3)
+    """Torque about x, y and z, in newton metres."""

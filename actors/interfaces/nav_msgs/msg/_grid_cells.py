@@ -9,9 +9,13 @@ from actors.interfaces.types import float32
 
 
 class GridCells(Message, type_name="nav_msgs/msg/GridCells"):
-    """nav_msgs/msg/GridCells."""
+    """A set of equal rectangular cells."""
 
     header: Header = msgspec.field(default_factory=Header)
+    """Time of the grid, and the frame of its cells."""
     cell_width: float32 = 0.0
+    """Size of a cell along x, in metres."""
     cell_height: float32 = 0.0
+    """Size of a cell along y, in metres."""
     cells: list[Point] = msgspec.field(default_factory=list[Point])
+    """Centres of the cells in the frame of header.frame_id, in metres."""

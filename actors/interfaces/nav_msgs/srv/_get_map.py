@@ -7,7 +7,7 @@ from actors.interfaces.nav_msgs.msg._occupancy_grid import OccupancyGrid
 
 
 class GetMap(Service, type_name="nav_msgs/srv/GetMap"):
-    """nav_msgs/srv/GetMap."""
+    """Ask for the current map."""
 
     class Request(Message):
         """The request."""
@@ -16,3 +16,4 @@ class GetMap(Service, type_name="nav_msgs/srv/GetMap"):
         """The response."""
 
         map: OccupancyGrid = msgspec.field(default_factory=OccupancyGrid)
+        """The current map."""

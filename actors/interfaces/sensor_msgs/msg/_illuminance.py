@@ -8,8 +8,11 @@ from actors.interfaces.types import float64
 
 
 class Illuminance(Message, type_name="sensor_msgs/msg/Illuminance"):
-    """sensor_msgs/msg/Illuminance."""
+    """One measurement of ambient light."""
 
     header: Header = msgspec.field(default_factory=Header)
+    """Time of the measurement, and the frame of the sensor (light arrives along x)."""
     illuminance: float64 = 0.0
+    """Illuminance (weighted as the human eye sees light), in lux."""
     variance: float64 = 0.0
+    """Variance of the illuminance, in lux^2; 0 means not known."""

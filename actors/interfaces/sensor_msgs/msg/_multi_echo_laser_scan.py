@@ -9,15 +9,25 @@ from actors.interfaces.types import float32
 
 
 class MultiEchoLaserScan(Message, type_name="sensor_msgs/msg/MultiEchoLaserScan"):
-    """sensor_msgs/msg/MultiEchoLaserScan."""
+    """One sweep of a planar laser scanner that sees several echoes of a beam."""
 
     header: Header = msgspec.field(default_factory=Header)
+    """Time of the first beam; frame of the scanner, which turns about z."""
     angle_min: float32 = 0.0
+    """Angle of the first beam from x towards y, in radians."""
     angle_max: float32 = 0.0
+    """Angle of the last beam from x towards y, in radians."""
     angle_increment: float32 = 0.0
+    """Angle from one beam to the next, in radians; negative if it turns clockwise."""
     time_increment: float32 = 0.0
+    """Time from one beam to the next, in seconds; 0 if they are simultaneous."""
     scan_time: float32 = 0.0
+    """Time from one scan to the next, in seconds."""
     range_min: float32 = 0.0
+    """Shortest range that is valid, in metres."""
     range_max: float32 = 0.0
+    """Longest range that is valid, in metres."""
     ranges: list[LaserEcho] = msgspec.field(default_factory=list[LaserEcho])
+    """Ranges of all echoes of each beam, in metres; +Inf: too far, -Inf: too near."""
     intensities: list[LaserEcho] = msgspec.field(default_factory=list[LaserEcho])
+    """Strengths of all echoes of each beam, in a unit of the device; empty if it gives none."""

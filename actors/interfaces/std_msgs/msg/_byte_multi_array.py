@@ -8,7 +8,9 @@ from actors.interfaces.types import ByteSequence
 
 
 class ByteMultiArray(Message, type_name="std_msgs/msg/ByteMultiArray"):
-    """std_msgs/msg/ByteMultiArray."""
+    """Bytes as an array of several dimensions."""
 
     layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    """How the elements of data form an array; empty if data is a plain list."""
     data: ByteSequence = b""
+    """The elements, in the order that layout tells."""

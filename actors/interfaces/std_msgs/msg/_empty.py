@@ -4,4 +4,4 @@ from actors.interfaces.message import Message
 
 
 class Empty(Message, type_name="std_msgs/msg/Empty"):
-    """std_msgs/msg/Empty."""
+    """Nothing but the fact that it was sent."""

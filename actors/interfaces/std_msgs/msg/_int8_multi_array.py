@@ -8,7 +8,9 @@ from actors.interfaces.types import Int8Array, Int8Sequence
 
 
 class Int8MultiArray(Message, type_name="std_msgs/msg/Int8MultiArray"):
-    """std_msgs/msg/Int8MultiArray."""
+    """Signed integers of 8 bits as an array of several dimensions."""
 
     layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    """How the elements of data form an array; empty if data is a plain list."""
     data: Int8Sequence = msgspec.field(default_factory=Int8Array)
+    """The elements, in the order that layout tells."""

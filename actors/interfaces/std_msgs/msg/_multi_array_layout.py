@@ -8,7 +8,9 @@ from actors.interfaces.types import uint32
 
 
 class MultiArrayLayout(Message, type_name="std_msgs/msg/MultiArrayLayout"):
-    """std_msgs/msg/MultiArrayLayout."""
+    """How a flat list of elements forms an array of several dimensions."""
 
     dim: list[MultiArrayDimension] = msgspec.field(default_factory=list[MultiArrayDimension])
+    """The dimensions, the slowest one first."""
     data_offset: uint32 = 0
+    """Index of the first element in data; those before it are padding."""

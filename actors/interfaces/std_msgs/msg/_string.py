@@ -4,6 +4,7 @@ from actors.interfaces.message import Message
 
 
 class String(Message, type_name="std_msgs/msg/String"):
-    """std_msgs/msg/String."""
+    """One text."""
 
     data: str = ""
+    """Text in UTF-8."""

@@ -8,7 +8,9 @@ from actors.interfaces.types import UInt16Array, UInt16Sequence
 
 
 class UInt16MultiArray(Message, type_name="std_msgs/msg/UInt16MultiArray"):
-    """std_msgs/msg/UInt16MultiArray."""
+    """Unsigned integers of 16 bits as an array of several dimensions."""
 
     layout: MultiArrayLayout = msgspec.field(default_factory=MultiArrayLayout)
+    """How the elements of data form an array; empty if data is a plain list."""
     data: UInt16Sequence = msgspec.field(default_factory=UInt16Array)
+    """The elements, in the order that layout tells."""

@@ -7,6 +7,7 @@ from actors.interfaces.message import Message
 
 
 class TFMessage(Message, type_name="tf2_msgs/msg/TFMessage"):
-    """tf2_msgs/msg/TFMessage."""
+    """Transforms that were sent together, as on /tf and /tf_static."""
 
     transforms: list[TransformStamped] = msgspec.field(default_factory=list[TransformStamped])
+    """Transforms between pairs of frames, each with a time of its own."""

@@ -4,7 +4,7 @@ from actors.interfaces.message import Message, Service
 
 
 class FrameGraph(Service, type_name="tf2_msgs/srv/FrameGraph"):
-    """tf2_msgs/srv/FrameGraph."""
+    """Ask for all frames that a node knows."""
 
     class Request(Message):
         """The request."""
@@ -13,3 +13,4 @@ class FrameGraph(Service, type_name="tf2_msgs/srv/FrameGraph"):
         """The response."""
 
         frame_yaml: str = ""
+        """All known frames with parents, rates and ages, as YAML."""

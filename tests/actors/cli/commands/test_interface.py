@@ -6,7 +6,7 @@ import asyncio
 import io
 import json
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk
 
 
+STRING: Final = "# One text.\n\nstring data  # Text in UTF-8.\n"
+
+
 @pytest.fixture(autouse=True)
 def _own_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """What commands add to the import path is taken back."""
@@ -29,8 +32,8 @@ def _own_path(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("name", "text"),
     [
-        ("std_msgs/msg/String", "string data\n"),
-        ("std_msgs/String", "string data\n"),
+        ("std_msgs/msg/String", STRING),
+        ("std_msgs/String", STRING),
         ("example_interfaces/srv/AddTwoInts", "int64 a\nint64 b\n---\nint64 sum\n"),
     ],
 )
@@ -44,7 +47,7 @@ def test_show_json_has_the_full_name(capsys: pytest.CaptureFixture[str]) -> None
     """Also for a short one."""
     main(["interface", "show", "std_msgs/String", "--json"])
     document = json.loads(capsys.readouterr().out)
-    assert document == {"name": "std_msgs/msg/String", "definition": "string data\n"}
+    assert document == {"name": "std_msgs/msg/String", "definition": STRING}
 
 
 def test_show_knows_what_was_meant(capsys: pytest.CaptureFixture[str]) -> None:
@@ -59,7 +62,9 @@ def test_show_expands_what_is_contained(capsys: pytest.CaptureFixture[str]) -> N
     """Below each field, indented with tabs."""
     assert main(["interface", "show", "std_msgs/msg/Header"]) == 0
     assert capsys.readouterr().out == (
-        "builtin_interfaces/Time stamp\n\tint32 sec\n\tuint32 nanosec\nstring frame_id\n"
+        "# When and in which frame data was taken.\n\n"
+        "builtin_interfaces/Time stamp  # Time that the data belongs to.\n\tint32 sec\n\tuint32 nanosec\n"
+        "string frame_id  # Name of the coordinate frame of the data.\n"
     )
 
 
@@ -103,7 +108,7 @@ def test_packages_of_the_current_directory_are_listed(capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("text", "code", "out", "err"),
     [
-        ("std_msgs/msg/String\nstd_msgs/msg/Bool\n", 0, "string data\n", ""),
+        ("std_msgs/msg/String\nstd_msgs/msg/Bool\n", 0, STRING, ""),
         ("\n", 2, "", "stdin names no type\n"),
     ],
 )
