@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
@@ -10,7 +11,7 @@ from actors.launch.description.options import option
 from actors.launch.description.substitutions import Text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from actors.launch.description.action import EventHandler
     from actors.launch.description.lifecycle import ChangeState
@@ -217,8 +218,9 @@ class IncludeLaunchDescription(Action):
 
     @property
     def given(self) -> Iterable[tuple[str, Text]]:
-        """The arguments, as pairs."""
-        return cast("Iterable[tuple[str, Text]]", dict(cast("Any", self.launch_arguments)).items())
+        """The arguments in their order, as pairs."""
+        given = cast("Any", self.launch_arguments)
+        return cast("Iterable[tuple[str, Text]]", given.items() if isinstance(given, Mapping) else given)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ from proto.untrusted_text import escape
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text
 
-_TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
+_CONDITIONS: Final = {"true": True, "1": True, "false": False, "0": False}
+_BOOLS: Final = {**_CONDITIONS, "yes": True, "on": True, "no": False, "off": False}
+"""Words of options and parameters, which ROS 2 reads as YAML. It accepts only the others in conditions."""
 
 
 class Condition(Entity, ABC):
@@ -62,7 +64,7 @@ class IfCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        return to_bool(self.predicate, scope)
+        return evaluate_condition(self.predicate, scope)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class UnlessCondition(Condition):
     predicate: Text
 
     def holds(self, scope: Scope) -> bool:
-        return not to_bool(self.predicate, scope)
+        return not evaluate_condition(self.predicate, scope)
 
 
 @dataclass(frozen=True)
@@ -111,20 +113,38 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
 
 
 def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - a bool is one way to write it
-    """Convert a value of a launch file to a bool.
+    """Convert the value of an option, substitution or parameter to a bool.
 
     Raises:
-        LaunchError: It is neither true, 1, false nor 0.
+        LaunchError: It is neither true, yes, on, 1 nor false, no, off, 0, in upper or lower case.
     """
     if isinstance(value, bool):
         return value
     word = resolve(value, scope)
-    meant = parse_bool(word)
-    if meant is None:
+    parsed = parse_bool(word)
+    if parsed is None:
+        raise LaunchError(f"Expected true or false, got '{escape(word)}'")
+    return parsed
+
+
+def evaluate_condition(predicate: Text, scope: Scope) -> bool:
+    """Convert the string of a condition to a bool.
+
+    Raises:
+        LaunchError: It is neither true, 1, false nor 0, in upper or lower case.
+    """
+    word = resolve(predicate, scope)
+    parsed = parse_condition(word)
+    if parsed is None:
         raise LaunchError(f"Expected true, 1, false or 0, got '{escape(word)}'")
-    return meant
+    return parsed
+
+
+def parse_condition(word: str) -> bool | None:
+    """Convert "true", "1", "false" or "0" to a bool; return None for other words."""
+    return _CONDITIONS.get(word.strip().lower())
 
 
 def parse_bool(word: str) -> bool | None:
-    """Convert "true", "1", "false" or "0" to a bool; return None for other words."""
-    return _TRUTH.get(word.strip().lower())
+    """Convert a word of an option to a bool; return None for other words."""
+    return _BOOLS.get(word.strip().lower())

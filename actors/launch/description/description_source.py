@@ -52,8 +52,9 @@ def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:
     """
     path = PurePath(scope.folder, resolve(action.launch_description_source, scope))
     inner = scope.inner()
+    # One after the other, in the folder of the including file: an argument can use those before it.
     for name, value in action.given:
-        inner.configurations[name] = resolve(value, scope)
+        inner.configurations[name] = resolve(value, inner)
     inner.folder, inner.file = str(path.parent), str(path)
     return inner
 

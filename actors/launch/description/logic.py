@@ -2,7 +2,7 @@
 
     IfElseSubstitution(EqualsSubstitution(LaunchConfiguration("robot"), "r2"), "fast", "slow")
 
-True and false are written as in conditions: true, 1, false, 0.
+True and false are written as for options: true, yes, on, 1, false, no, off, 0.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from actors.launch.description.conditions import parse_bool, to_bool
+from actors.launch.description.conditions import parse_condition, to_bool
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class NotSubstitution(TruthSubstitution):
     """The opposite of a value.
 
     Attributes:
-        value: The value: true or false as a `bool`, "true", "false", "1" or "0".
+        value: The value: a `bool`, or a word such as "true", "yes", "0".
     """
 
     value: Truth
@@ -76,7 +76,7 @@ class AndSubstitution(TruthSubstitution):
     """Whether both values are true. The second is evaluated only if the first is true.
 
     Attributes:
-        left: The first value: true or false as a `bool`, "true", "false", "1" or "0".
+        left: The first value: a `bool`, or a word such as "true", "yes", "0".
         right: The second value.
     """
 
@@ -92,7 +92,7 @@ class OrSubstitution(TruthSubstitution):
     """Whether one of two values is true. The second is evaluated only if the first is false.
 
     Attributes:
-        left: The first value: true or false as a `bool`, "true", "false", "1" or "0".
+        left: The first value: a `bool`, or a word such as "true", "yes", "0".
         right: The second value.
     """
 
@@ -108,7 +108,7 @@ class AllSubstitution(TruthSubstitution):
     """Whether all values are true: AllSubstitution(a, b, c). Evaluation ends at the first that is false.
 
     Attributes:
-        values: The values: true or false as a `bool`, "true", "false", "1" or "0".
+        values: The values: a `bool`, or a word such as "true", "yes", "0".
     """
 
     values: tuple[Truth, ...]
@@ -125,7 +125,7 @@ class AnySubstitution(TruthSubstitution):
     """Whether one of the values is true: AnySubstitution(a, b, c). Evaluation ends at that one.
 
     Attributes:
-        values: The values: true or false as a `bool`, "true", "false", "1" or "0".
+        values: The values: a `bool`, or a word such as "true", "yes", "0".
     """
 
     values: tuple[Truth, ...]
@@ -151,7 +151,7 @@ class EqualsSubstitution(TruthSubstitution):
 
     def holds(self, scope: Scope) -> bool:
         left, right = _text(self.left, scope), _text(self.right, scope)
-        words = {parse_bool(left), parse_bool(right)}
+        words = {parse_condition(left), parse_condition(right)}
         if None not in words:
             return len(words) == 1
         one, other = _number(left), _number(right)

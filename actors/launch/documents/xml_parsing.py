@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from typing import Final, cast
 from xml.parsers import expat
 
+from actors.launch.description.conditions import parse_bool
 from actors.launch.documents.elements import BY_NAME
 from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.kinds import SWITCH
@@ -137,7 +138,8 @@ def _rewrite(node: _Node) -> None:
 
 
 def _switch(text: str) -> bool | str:
-    return {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower(), text)
+    value = parse_bool(text)
+    return text if value is None else value  # the table reports another word
 
 
 def _parameter(text: str) -> object:

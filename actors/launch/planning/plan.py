@@ -237,11 +237,13 @@ class _Planner:
 
     def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
         inner = scope.inner() if action.scoped else scope
-        given = {name: resolve(value, inner) for name, value in action.launch_configurations.items()}
-        # The given ones are evaluated before this: they may pass on arguments from outside.
+        # As in ROS 2: with `forwarding` an argument can use those before it. Otherwise all of them are
+        # evaluated outside.
+        outside = inner if action.forwarding else inner.inner()
         if not action.forwarding:
             inner.configurations.clear()
-        inner.configurations.update(given)
+        for name, value in action.launch_configurations.items():
+            inner.configurations[name] = resolve(value, outside)
         return self.plan(action.actions, inner)
 
     def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:

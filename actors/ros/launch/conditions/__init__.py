@@ -11,7 +11,7 @@ from actors.launch import (
     LaunchError,
     UnlessCondition as UnlessCondition,
 )
-from actors.launch.description.conditions import to_bool
+from actors.launch.description.conditions import evaluate_condition
 
 if TYPE_CHECKING:
     from actors.launch.description.substitutions import Scope, Text
@@ -26,4 +26,4 @@ def evaluate_condition_expression(context: Scope, expression: Text) -> bool:
     Raises:
         InvalidConditionExpressionError: It means neither true nor false.
     """
-    return to_bool(expression, context)
+    return evaluate_condition(expression, context)

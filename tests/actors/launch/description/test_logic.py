@@ -98,8 +98,18 @@ def test_two_are_the_same_as_words_numbers_or_texts(left: Value, right: Value, *
 )
 def test_what_is_neither_yes_nor_no_is_an_error(text: Substitution) -> None:
     """As in a condition."""
-    with pytest.raises(LaunchError, match="Expected true, 1, false or 0, got 'maybe'"):
+    with pytest.raises(LaunchError, match="Expected true or false, got 'maybe'"):
         text.perform(scope())
+
+
+@pytest.mark.parametrize(
+    ("word", "opposite"),
+    [("yes", "false"), ("Off", "true"), ("on", "false"), ("no", "true"), (" true", "false")],
+)
+def test_words_of_yaml_are_truth_values(word: str, opposite: str) -> None:
+    """As in ROS 2; but they are not equal to true and false, and conditions refuse them."""
+    assert NotSubstitution(word).perform(scope()) == opposite
+    assert EqualsSubstitution("yes", "true").perform(scope()) == "false"
 
 
 def test_substitutions_with_the_same_parts_are_the_same() -> None:

@@ -103,6 +103,7 @@ def described(text: str) -> tuple[Action, ...]:
             IncludeLaunchDescription("b", launch_arguments={"a": "1"}),
         ),
         ("<group scoped='0'/>", GroupAction((), scoped=False)),
+        ("<group scoped='Off'/>", GroupAction((), scoped=False)),
         ("<executable cmd='ls -l' output='screen'/>", ExecuteProcess(cmd=("ls", "-l"), output="screen")),
         (
             "<timer period='2'><shutdown reason='enough'/></timer>",

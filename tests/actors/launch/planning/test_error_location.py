@@ -60,7 +60,7 @@ def planned(path: Path) -> list[Step]:
         ),
         (
             "TimerAction(period=1, actions=[ExecuteProcess(cmd=['/bin/echo', 'x'], respawn='yess')])",
-            "{file}: ExecuteProcess '/bin/echo': Expected true, 1, false or 0, got 'yess'",
+            "{file}: ExecuteProcess '/bin/echo': Expected true or false, got 'yess'",
         ),
         (
             "LogInfo(msg='x', condition=IfCondition(LaunchConfiguration('x')))",

@@ -60,6 +60,8 @@ def test_the_text_of_a_substitution_is_read_as_yaml() -> None:
         (ParameterValue(LaunchConfiguration("speed"), value_type=float), 1.5),
         (ParameterValue("7", value_type=int), 7),
         (ParameterValue("False", value_type=bool), False),
+        (ParameterValue("yes", value_type=bool), True),
+        (ParameterValue("OFF", value_type=bool), False),
         (ParameterValue(True, value_type=bool), True),
     ],
 )

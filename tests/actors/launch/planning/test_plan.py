@@ -17,6 +17,7 @@ from actors.launch.description.actions import (
     PushNamespace,
     RegisterEventHandler,
     SetEnvironmentVariable,
+    SetLaunchConfiguration,
     SetParameter,
     SetRemap,
     Shutdown,
@@ -190,6 +191,28 @@ def test_an_included_file_may_be_named_as_in_ros_2() -> None:
         assert said(include, sub_f=file) == ["1 in /files/sub/f"]
 
 
+@pytest.mark.parametrize("pairs", [False, True])
+def test_arguments_of_an_include_see_those_before_them(*, pairs: bool) -> None:
+    """As in ROS 2, and not those of the file around it; the folder is that of the including file."""
+    file = LaunchDescription([LogInfo(msg=LaunchConfiguration("url"))])
+    given: dict[str, Text] = {
+        "sys": "2",
+        "url": ["udp://:", LaunchConfiguration("sys"), ThisLaunchFileDir()],
+    }
+    include = IncludeLaunchDescription("sub/f", launch_arguments=list(given.items()) if pairs else given)
+    assert said(SetLaunchConfiguration("sys", "9"), include, sub_f=file) == ["udp://:2/files"]
+
+
+@pytest.mark.parametrize(("forwarding", "text"), [(True, "x1"), (False, "x0")])
+def test_arguments_of_a_group_see_those_before_them(*, forwarding: bool, text: str) -> None:
+    """As in ROS 2; without `forwarding` they are evaluated outside of the group."""
+    given: dict[str, Text] = {"a": "1", "b": ["x", LaunchConfiguration("a")]}
+    group = GroupAction(
+        [LogInfo(msg=LaunchConfiguration("b"))], launch_configurations=given, forwarding=forwarding
+    )
+    assert said(SetLaunchConfiguration("a", "0"), group) == [text]
+
+
 def test_a_file_that_includes_itself_is_an_error() -> None:
     """Rather than the end of the stack."""
     with pytest.raises(LaunchError, match="/files/f is 32 files deep; does one include itself"):
@@ -310,7 +333,7 @@ def test_numbers_may_be_texts() -> None:
         (ExecuteProcess(cmd=["a"], prefix="'"), "prefix ''' is not a command: No closing quotation"),
         (ExecuteProcess(cmd=["a"], name=""), "A process cannot have the name ''"),
         (ExecuteProcess(cmd=["a"], name="x" * 201), "it has 1 to 200 printable characters"),
-        (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true, 1, false or 0, got 'maybe'"),
+        (ExecuteProcess(cmd=["a"], respawn="maybe"), "Expected true or false, got 'maybe'"),
         (
             ExecuteProcess(cmd=["a"], respawn_backoff="0.5"),
             "respawn_backoff must be a number, 1 or more, not",

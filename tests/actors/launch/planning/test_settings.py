@@ -99,7 +99,7 @@ def test_an_inner_scope_keeps_its_parameters_and_rules() -> None:
         (Setting(), "Setting is not an action that can be carried out"),
         (SetLaunchConfiguration("x", LaunchConfiguration("none")), "'none' is used, but not declared"),
         (SetParameter("a", None), "Parameter 'a' cannot be None"),  # type: ignore[arg-type]
-        (AppendEnvironmentVariable("PATH", "x", prepend="maybe"), "Expected true, 1, false or 0"),
+        (AppendEnvironmentVariable("PATH", "x", prepend="maybe"), "Expected true or false"),
     ],
 )
 def test_what_cannot_be_set_is_an_error(setting: Setting, error: str) -> None:
