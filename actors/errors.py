@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 class BrokerUnreachable(CallboardError, ConnectionError):
     """No broker answered in time, or the link to it broke."""
 
+    is_operational = True
+
 
 class TlsFailed(BrokerUnreachable):
     """There is no TLS session with the broker; the text says why, and what to do.
@@ -69,6 +71,8 @@ class TimeSourceChanged(CallboardError, RuntimeError):
 
 class NodeNameTaken(CallboardError):
     """Another live node has this full name, and not both share it."""
+
+    is_operational = True
 
 
 class NodeDestroyed(CallboardError, RuntimeError):
@@ -103,6 +107,9 @@ class SupervisorGaveUp(CallboardError):
         child: The name of the child that died last.
         reason: Why it died: "exit code 1", "killed by SIGKILL", "ValueError: no such map".
     """
+
+    # The supervisor has logged each death, with the traceback of an error.
+    is_operational = True
 
     def __init__(self, supervisor: str, child: str, reason: str) -> None:
         super().__init__(supervisor, child, reason)
@@ -148,15 +155,18 @@ class RemoteError(CallFailed):
     Attributes:
         type_name: The exception's type in the server ("ZeroDivisionError").
         text: The exception's text.
+        service: The full name of the service.
     """
 
-    def __init__(self, type_name: str, text: str) -> None:
-        super().__init__(type_name, text)
+    def __init__(self, type_name: str, text: str, service: str = "") -> None:
+        super().__init__(type_name, text, service)
         self.type_name = type_name
         self.text = text
+        self.service = service
 
     def __str__(self) -> str:
-        return f"{self.type_name}: {self.text}"
+        text = f"{self.type_name}: {self.text}"
+        return f"Service '{self.service}' failed: {text}" if self.service else text
 
 
 def error_text(error: BaseException) -> str:

@@ -22,6 +22,8 @@ from proto.errors import CallboardError
 class ConfigurationError(CallboardError, ValueError):
     """The configuration file cannot be read or is wrong."""
 
+    is_operational = True
+
 
 class InvalidOptionError(CallboardError, ValueError):
     """An option is out of range."""
@@ -29,6 +31,8 @@ class InvalidOptionError(CallboardError, ValueError):
 
 class ListenError(CallboardError, OSError):
     """The broker cannot listen where it should."""
+
+    is_operational = True
 
 
 class AddressInUseError(ListenError):

@@ -17,7 +17,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Final
+from typing import ClassVar, Final
 
 from proto.untrusted_text import escape
 
@@ -65,7 +65,15 @@ class ErrorCode(IntEnum):
 
 
 class CallboardError(Exception):
-    """Base class of all errors that callboard raises."""
+    """Base class of all errors that callboard raises.
+
+    Attributes:
+        is_operational: Whether the remedy is outside the program: no broker, a name that is taken, a file or
+            an environment variable. `actors.run` logs such an error in one line, and every other one with a
+            traceback, as somebody has to find the line of code that causes it.
+    """
+
+    is_operational: ClassVar[bool] = False
 
 
 class InvalidNameError(CallboardError, ValueError):
@@ -114,9 +122,14 @@ class InvalidServiceNameError(InvalidNameError):
 class InvalidUrlError(CallboardError, ValueError):
     """A broker URL is invalid."""
 
+    # Nearly always it comes from the environment or a file.
+    is_operational = True
+
 
 class TlsFileError(CallboardError, ValueError):
     """A file with a certificate, key or authority cannot be used; the text names it and says why."""
+
+    is_operational = True
 
 
 class ProtocolError(CallboardError):
@@ -125,6 +138,8 @@ class ProtocolError(CallboardError):
     Attributes:
         code: The code of the ERROR frame.
     """
+
+    is_operational = True
 
     def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)

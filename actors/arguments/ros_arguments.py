@@ -26,6 +26,8 @@ class InvalidRosArgumentError(CallboardError, ValueError):
         argument: The offending text.
     """
 
+    is_operational = True
+
     def __init__(self, argument: str, reason: str) -> None:
         lines = [escape(line) for line in reason.splitlines()]
         super().__init__(

@@ -91,7 +91,7 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
     except TimeoutError:
         raise CommandError(failure, TIMEOUT) from None
     except RemoteError as error:
-        raise CommandError(f"Node '{name}' failed: {error}") from None
+        raise CommandError(f"Node '{name}' failed: {error.type_name}: {error.text}") from None
     except ServiceUnavailable as error:
         raise CommandError(f"The {what} of '{name}' cannot be reached: {error}") from None
 

@@ -14,6 +14,8 @@ from proto.untrusted_text import escape
 class ContextError(CallboardError, ValueError):
     """A context does not exist or is invalid, or the file is broken; the text says which and where."""
 
+    is_operational = True
+
 
 class UnknownContextError(ContextError):
     """There is no context of that name.

@@ -56,6 +56,8 @@ _DOMAIN = re.compile(r"[0-9]{1,3}")
 class InvalidEnvironmentError(CallboardError, ValueError):
     """An environment variable has an invalid value; the text gives the valid ones."""
 
+    is_operational = True
+
     def __init__(self, variable: str, value: str, expected: str) -> None:
         super().__init__(f"{variable} must be {expected}, not '{escape(value)}'")
         self.variable = variable

@@ -26,6 +26,8 @@ class LaunchError(CallboardError, ValueError):
 class LaunchFileError(LaunchError):
     """A launch file cannot be read, fails when it is run, or describes nothing."""
 
+    is_operational = True
+
     has_location = True
 
 

@@ -143,8 +143,11 @@ class ParameterClient:
             CallFailed: There is no reply, or an invalid one.
         """
         values = (await self._call("get_parameters", timeout_sec, names=[*names])).values
-        found = _each(
-            lambda value: (ParameterType(value.type), parameter_value_to_python(value)), values, len(names)
+        found = self._each(
+            "get_parameters",
+            lambda value: (ParameterType(value.type), parameter_value_to_python(value)),
+            values,
+            len(names),
         )
         return [Parameter(name, *each) for name, each in zip(names, found, strict=True)]
 
@@ -165,7 +168,7 @@ class ParameterClient:
             CallFailed: There is no reply, or an invalid one.
         """
         types = (await self._call("get_parameter_types", timeout_sec, names=[*names])).types
-        return _each(ParameterType, types, len(names))
+        return self._each("get_parameter_types", ParameterType, types, len(names))
 
     @must_await
     async def describe_parameters(
@@ -184,7 +187,7 @@ class ParameterClient:
             CallFailed: There is no reply, or an invalid one.
         """
         descriptors = (await self._call("describe_parameters", timeout_sec, names=[*names])).descriptors
-        return _each(ParameterDescriptor.from_msg, descriptors, len(names))
+        return self._each("describe_parameters", ParameterDescriptor.from_msg, descriptors, len(names))
 
     @must_await
     async def set_parameters(
@@ -204,7 +207,7 @@ class ParameterClient:
         """
         wanted = [each.to_parameter_msg() for each in parameters]
         results = (await self._call("set_parameters", timeout_sec, parameters=wanted)).results
-        return _each(_result, results, len(wanted))
+        return self._each("set_parameters", _result, results, len(wanted))
 
     @must_await
     async def set_parameters_atomically(
@@ -288,22 +291,22 @@ class ParameterClient:
     async def _call(self, name: str, timeout_sec: Timeout, **fields: object) -> Any:
         return await self._client(name).call(_SERVICES[name].Request(**fields), timeout_sec)
 
+    def _each(self, name: str, convert: Callable[[Any], T], items: Iterable[Any], count: int) -> list[T]:
+        """Convert the items of a reply, which another implementation may have sent.
+
+        Raises:
+            RemoteError: There are not so many, or one is invalid.
+        """
+        service = self._client(name).srv_name
+        try:
+            # From another process, which may not be callboard: nothing in a reply is certain.
+            found = [convert(item) for item in items]
+        except ValueError as error:
+            raise RemoteError("InvalidReply", peer_text(str(error)), service) from None
+        if len(found) != count:
+            raise RemoteError("InvalidReply", f"{len(found)} items for {count} parameters", service)
+        return found
+
 
 def _result(message: ResultMessage) -> SetParametersResult:
     return SetParametersResult(message.successful, message.reason)
-
-
-def _each(convert: Callable[[Any], T], items: Iterable[Any], count: int) -> list[T]:
-    """Convert the items of a reply, which another implementation may have sent.
-
-    Raises:
-        RemoteError: There are not so many, or one is invalid.
-    """
-    try:
-        # From another process, which may not be callboard: nothing in a reply is certain.
-        found = [convert(item) for item in items]
-    except ValueError as error:
-        raise RemoteError("InvalidReply", peer_text(str(error))) from None
-    if len(found) != count:
-        raise RemoteError("InvalidReply", f"{len(found)} items for {count} parameters")
-    return found

@@ -95,6 +95,8 @@ class InvalidParameterValueError(ParameterError, ValueError):
 class InvalidParameterFileError(ParameterError, ValueError):
     """A parameter file cannot be read, or does not have ROS 2's form."""
 
+    is_operational = True
+
     def __init__(self, path: str, reason: str) -> None:
         super().__init__(f"Invalid parameter file ({reason})", path)
         self.reason = reason

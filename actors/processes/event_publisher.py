@@ -15,6 +15,7 @@ from actors.processes.child_events import (
     message_of,
 )
 from actors.qos.profile import DurabilityPolicy, QoSProfile
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from actors.logging.logger import Logger
@@ -84,8 +85,10 @@ class EventPublisher:
             case ChildEventKind.STARTED:
                 self._log.info(f"{who} started" + (f" with pid {event.pid}" if event.pid else ""))
             case ChildEventKind.ENDED if outcome is not None and not outcome.normal:
-                # An exit has a code, and needs no traceback.
+                # An exit has a code, and needs no traceback, as does an error whose remedy is elsewhere.
                 error = outcome.error if isinstance(outcome.error, Exception) else None
+                if isinstance(error, CallboardError) and error.is_operational:
+                    error = None
                 self._log.error(f"{who} died: {event.reason}", exc_info=error)
             case ChildEventKind.ENDED:
                 self._log.info(f"{who} ended: {event.reason}")

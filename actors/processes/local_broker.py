@@ -59,6 +59,8 @@ would report its own state as the program's."""
 class BrokerStartError(CallboardError):
     """A broker was started and does not listen; the text has its output."""
 
+    is_operational = True
+
 
 class LocalBroker(NamedTuple):
     """A broker that was started.

@@ -31,7 +31,7 @@ from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Sequence
-    from types import FrameType
+    from types import FrameType, TracebackType
 
     from actors.runtime.programs import Program
 
@@ -43,6 +43,9 @@ CANCELLING_SIGNALS: Final = 2
 
 LAST_TASKS_SEC: Final = 8.0
 """Time for tasks to end after a sys.exit in one of them: the default time that a node needs to stop."""
+
+_RUNTIME: Final = ("actors.", "asyncio.", "uvloop.")
+"""The modules before a program in a traceback."""
 
 STOP_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
@@ -61,8 +64,9 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
         The result of a single coroutine function; None otherwise, and when a signal ended it.
 
     Raises:
-        SystemExit: 1 if a program failed with a CallboardError, 2 if the arguments are invalid; the error is
-            printed on stderr in one line. Other exceptions propagate.
+        SystemExit: 1 if a program failed with a CallboardError, which is logged: with its traceback, or in
+            one line if the remedy is outside the program (`CallboardError.is_operational`). 2 if the
+            arguments are invalid; one line on stderr says why. Other exceptions propagate.
         RuntimeError: A loop is running in this thread, as in a coroutine or a notebook.
     """
     if _loop_runs():
@@ -124,10 +128,19 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
     try:
         return run_until_signal(lambda: _run_all(programs))
     except CallboardError as error:
-        get_logger("callboard").fatal(str(error))
+        error.__traceback__ = _from_program(error.__traceback__)
+        get_logger("callboard").fatal(str(error), exc_info=None if error.is_operational else error)
         raise SystemExit(FAILURE) from None
     finally:
         process_arguments.reset(token)
+
+
+def _from_program(traceback: TracebackType | None) -> TracebackType | None:
+    """Return a traceback without the steps before the program's first one; all of it if there is none."""
+    first = traceback
+    while first is not None and first.tb_frame.f_globals.get("__name__", "").startswith(_RUNTIME):
+        first = first.tb_next
+    return first or traceback
 
 
 def set_up_logging(arguments: RosArguments) -> None:

@@ -222,7 +222,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             try:
                 reply = self._replies.decode(entry.body)
             except InvalidMessageError as error:
-                self._fail(future, RemoteError(type(error).__name__, peer_text(str(error))))
+                self._fail(future, RemoteError(type(error).__name__, peer_text(str(error)), self.srv_name))
                 continue
             if self.service_events is not None:
                 identity = CallIdentity(self.gid, entry.call)
@@ -235,11 +235,11 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def _failure(self, entry: ReplyEntry) -> CallFailed:
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
-            return RemoteError(*remote_error(entry.body))
+            return RemoteError(*remote_error(entry.body), self.srv_name)
         text = self.refusal or peer_text(entry.body.decode("utf-8", "replace"))
         failure = _UNSERVED.get(entry.status)
         if failure is None:
-            return RemoteError(f"Status {entry.status}", text)
+            return RemoteError(f"Status {entry.status}", text, self.srv_name)
         return failure(f"Service '{self.srv_name}': {text}")
 
     def _fail(self, future: CallFuture, error: Exception) -> None:

@@ -99,10 +99,10 @@ class NodeExecution(TaskExecution):
         try:
             process_arguments.set(parse_ros_arguments(spec.command))
             await run_program(self._make_node)
-        except CallboardError:
-            raise  # the message about the end has its text; a traceback would add nothing
         except Exception as error:
-            self._log.fatal("the node has failed", exc_info=error)
+            # The message about the end has its text, and that is enough where the remedy is outside the node.
+            if not (isinstance(error, CallboardError) and error.is_operational):
+                self._log.fatal("the node has failed", exc_info=error)
             raise
         except SystemExit as error:
             if not isinstance(error.code, int | None):

@@ -1,4 +1,4 @@
-"""`actors.run`: results, failures in one line, exit codes and signals."""
+"""`actors.run`: results, failures, exit codes and signals."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ import os
 import signal
 import sys
 import threading
-from typing import TYPE_CHECKING, Any
+import traceback
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 import actors
 from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import SimulatedClock
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Awaitable, Callable, Iterator
     from pathlib import Path
 
 
@@ -113,10 +116,10 @@ def test_a_log_level_that_is_none_exits_2(
 
 
 @pytest.mark.parametrize("several", [False, True])
-def test_our_errors_exit_1_with_one_line(
+def test_errors_with_a_remedy_elsewhere_exit_1_with_one_line(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, *, several: bool
 ) -> None:
-    """A CallboardError ends everything: a line in the log, no traceback, exit code 1."""
+    """No broker ends everything: a line in the log, no traceback, exit code 1."""
 
     async def for_ever() -> None:
         await asyncio.Event().wait()
@@ -129,6 +132,75 @@ def test_our_errors_exit_1_with_one_line(
     assert len(fatal) == 1
     assert "No broker at" in fatal[0].getMessage()
     assert fatal[0].exc_info is None
+
+
+async def publish_wrongly(node: actors.Node) -> None:
+    """Set a field to a value of another type."""
+    node.create_publisher(String, "chatter", 1).publish(String(data=cast("Any", 3)))
+
+
+async def name_wrongly(node: actors.Node) -> None:
+    """Use a name that is none."""
+    node.create_publisher(String, "two words", 1)
+
+
+async def read_undeclared(node: actors.Node) -> None:
+    """Read a parameter that does not exist."""
+    node.get_parameter("speed")
+
+
+async def use_destroyed(node: actors.Node) -> None:
+    """Publish after the publisher's end."""
+    publisher = node.create_publisher(String, "chatter", 1)
+    publisher.destroy()
+    publisher.publish(String())
+
+
+async def call_what_fails(node: actors.Node) -> None:
+    """Call a service whose handler raises."""
+
+    def divide(_: Trigger.Request) -> Trigger.Response:
+        raise ZeroDivisionError("by zero")
+
+    node.create_service(Trigger, "do", divide)
+    await node.create_client(Trigger, "do").call(Trigger.Request())
+
+
+@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize(
+    ("mistake", "text"),
+    [
+        (publish_wrongly, "std_msgs/msg/String.data: Expected str, got int"),
+        (name_wrongly, "Invalid topic name"),
+        (read_undeclared, "undeclared parameter(s): speed"),
+        (use_destroyed, "This publisher has been destroyed"),
+        (call_what_fails, "Service '/do' failed: ZeroDivisionError: by zero"),
+    ],
+)
+def test_mistakes_of_the_program_have_a_traceback(
+    caplog: pytest.LogCaptureFixture,
+    mistake: Callable[[actors.Node], Awaitable[None]],
+    text: str,
+    *,
+    several: bool,
+) -> None:
+    """It begins with the program's own line, and ends with the error."""
+
+    async def main() -> None:
+        async with Broker(BrokerOptions(port=0)) as broker, actors.Node("n", url=broker.url) as node:
+            await mistake(node)
+
+    async def for_ever() -> None:
+        await asyncio.Event().wait()
+
+    with pytest.raises(SystemExit) as caught:
+        actors.run(main, *([for_ever] if several else []), args=[])
+    assert caught.value.code == 1
+    (fatal,) = (record for record in caplog.records if record.levelno >= logging.CRITICAL)
+    assert text in fatal.getMessage()
+    assert fatal.exc_info is not None
+    lines = [frame.name for frame in traceback.extract_tb(fatal.exc_info[2])]
+    assert lines[:2] == ["main", mistake.__name__]
 
 
 @pytest.mark.parametrize("several", [False, True])

@@ -106,7 +106,7 @@ async def _call_once(options: Options, client: Client[Any, Any], request: Messag
     try:
         response = await client.call(request, options.timeout or DEFAULT_TIMEOUT)
     except RemoteError as error:
-        raise CommandError(f"Service '{client.srv_name}' failed: {error}") from None
+        raise CommandError(str(error)) from None
     if options.json:
         print_json(message_to_ordereddict(response))
     else:

@@ -73,7 +73,10 @@ async def test_get(desk: Desk) -> None:
         await bad.get_graph()
         code, out, err = await desk.callboard("lifecycle", "get")
         assert (code, out) == (1, "/managed: inactive [2]\n")
-        assert err == "Exception while calling service of node '/bad': OSError: broken\n"
+        assert err == (
+            "Exception while calling service of node '/bad':"
+            " Service '/bad/get_state' failed: OSError: broken\n"
+        )
         assert await desk.callboard("lifecycle", "get", "/bad") == (
             1, "", "Node '/bad' failed: OSError: broken\n"
         )  # fmt: skip

@@ -91,7 +91,10 @@ async def test_one_node_that_fails_does_not_hide_the_others(desk: Desk) -> None:
         await bad.get_graph()
         code, out, err = await desk.callboard("param", "list")
         assert (code, out.splitlines()[0]) == (1, "/driver:")
-        assert err == "Exception while calling service of node '/bad': OSError: broken\n"
+        assert err == (
+            "Exception while calling service of node '/bad':"
+            " Service '/bad/list_parameters' failed: OSError: broken\n"
+        )
 
 
 @pytest.mark.parametrize(

@@ -304,7 +304,7 @@ async def test_an_invalid_reply_is_a_remote_error(meeting: Meeting) -> None:
         (Status.UNAVAILABLE, actors.ServiceUnavailable, "Service '/add': what happened"),
         (Status.CANCELLED, actors.ServiceUnavailable, "Service '/add': what happened"),
         (Status.OVERLOADED, actors.ServiceOverloaded, "Service '/add': what happened"),
-        (77, actors.RemoteError, "Status 77: what happened"),
+        (77, actors.RemoteError, "Service '/add' failed: Status 77: what happened"),
     ],
 )
 async def test_each_status_is_an_error_that_says_so(
