@@ -137,8 +137,11 @@ def five(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
     return Fibonacci.Result()
 
 
-async def test_a_result_waits_for_feedback_on_a_congested_link(meeting: Meeting) -> None:
+async def test_a_result_waits_for_feedback_on_a_congested_link(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Replies overtake messages, but no result ends a goal before feedback that was published earlier."""
+    set_limits(monkeypatch, feedback_wait_sec=DEADLINE_SEC)  # how congested a link is, the machine decides
     go = asyncio.Event()
 
     async def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
@@ -174,8 +177,11 @@ async def test_a_result_waits_for_feedback_on_a_congested_link(meeting: Meeting)
         flooding.cancel()
 
 
-async def test_a_result_waits_for_feedback_that_waits_for_the_mailbox(meeting: Meeting) -> None:
+async def test_a_result_waits_for_feedback_that_waits_for_the_mailbox(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Feedback waits while a callback of the client's node runs; the goal ends after it was handed over."""
+    set_limits(monkeypatch, feedback_wait_sec=DEADLINE_SEC)
     both = await pair(meeting, five)
     entered, gate, taken = asyncio.Event(), asyncio.Event(), list[Any]()
 
