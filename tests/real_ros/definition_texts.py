@@ -135,3 +135,33 @@ def lines(draw: st.DrawFn) -> str:
     if is_constant:
         return f"{kind}{draw(SPACES)}{name}{draw(st.sampled_from(['=', ' = ', '= ', ' =']))}{value}{comment}"
     return f"{kind}{draw(SPACES)}{name}{draw(SPACES) if value else ''}{value}{comment}"
+
+
+STANDARD = ("std_msgs/Header", "geometry_msgs/PoseStamped", "builtin_interfaces/Time", "sensor_msgs/Imu")
+
+
+@st.composite
+def parts(draw: st.DrawFn, own: tuple[str, ...]) -> str:
+    """Return the text of a message, or of a part of a service or action, without a mistake.
+
+    Args:
+        own: Messages of the same package that it may use.
+    """
+    types = PRIMITIVE | st.sampled_from(("string<=3", "wstring<=7", *STANDARD, *own))
+    # Bounded wide strings in an unbounded sequence are a case of their own: see `test_packages.py`.
+    sizes = st.sampled_from(("", "", "[]", "[1]", "[3]", "[<=5]"))
+    names = draw(st.lists(FIELDS, max_size=3, unique=True))
+    text = "".join(f"{draw(types)}{draw(sizes)} {name}\n" for name in names)
+    return text.replace("wstring<=7[]", "wstring<=7[<=7]")
+
+
+@st.composite
+def packages(draw: st.DrawFn) -> dict[str, str]:
+    """Return the files of a package: its messages use each other, a service and an action use them."""
+    names = ("Wheel", "Axle")[: draw(st.integers(1, 2))]
+    files = {f"msg/{name}.msg": draw(parts(names[:index])) for index, name in enumerate(names)}
+    if draw(st.booleans()):
+        files["srv/Turn.srv"] = "---\n".join(draw(parts(names)) for _ in range(2))
+    if draw(st.booleans()):
+        files["action/Drive.action"] = "---\n".join(draw(parts(names)) for _ in range(3))
+    return files

@@ -92,6 +92,12 @@ DIFFERENCES: Final = (
         ("int32 a\n ---\nint32 b", "int32 a\n--- \nint32 b"),
         "The line between request and response may have spaces around the `---`.",
     ),
+    Difference(
+        "package",
+        ("wstring<=7[] a",),
+        "The bound is that of the strings. ROS 2's IDL parser takes it for that of the sequence, too: the"
+        " hash is another one, and the sequence has at most 7 elements.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

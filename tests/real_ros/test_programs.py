@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-NOT_PROGRAMS = ("definitions", "environment", "message_types")
+NOT_PROGRAMS = ("definitions", "environment", "message_types", "packages", "parameters")
 """Modules whose functions are for other tests."""
 
 
