@@ -59,7 +59,8 @@ async def run(parameters: Mapping[str, Any], controller: Controller) -> None:
         async with asyncio.TaskGroup() as group:
             for worker in range(WORKERS):
                 group.create_task(_work(numbers, worker, url, proxy, (every, broker)))
-        await asyncio.gather(*(node.get_graph() for node in permanent))
+        # A session that was lost is there again when the node is in the graph.
+        await asyncio.gather(*(each.wait_for_node(each.get_fully_qualified_name()) for each in permanent))
         _sample(lives, broker)
     report("done", resets=proxy.resets)
 
