@@ -15,6 +15,7 @@ import pytest
 
 from actors.cli.parsing import parser_of
 from actors.cli.table import VERBS, Verb
+from actors.web.options import DEFAULT_PORT as PAGE_PORT
 from broker.access.files import load_rules
 from broker.access.origin import Origin
 from broker.access.rules import Action
@@ -97,7 +98,9 @@ def test_the_container_runs_the_broker_without_rights() -> None:
     assert health[2:4] == options  # both at the same address
     (user,) = re.findall(r"^USER (\d+):\d+$", DOCKERFILE, re.MULTILINE)
     assert int(user) > 0
-    assert re.findall(r"^EXPOSE (\d+)$", DOCKERFILE, re.MULTILINE) == [str(DEFAULT_PORT)]
+    assert re.findall(r"^EXPOSE (.*)$", DOCKERFILE, re.MULTILINE) == [f"{DEFAULT_PORT} {PAGE_PORT} 7447"]
+    (extras,) = re.findall(r"pip install --no-cache-dir '\.\[(.*)\]'", DOCKERFILE)
+    assert set(extras.split(",")) == {"web", "zenoh"}  # what http and mesh in a configuration need
     assert "insecure" not in DOCKERFILE
 
 
@@ -125,6 +128,31 @@ def test_the_example_configuration_shows_the_defaults(tmp_path: Path) -> None:
         assert load_configuration({}, file).values() == load_configuration({}).values()
 
 
+def test_the_configurations_of_the_page_and_the_mesh_are_accepted(tmp_path: Path) -> None:
+    """Those of the guide, and the examples in the configuration; the container has what they need."""
+    sections = re.findall(
+        r"^## (?:With the page|In a mesh).*?^```toml\n(.*?)^```$", GUIDE, re.MULTILINE | re.DOTALL
+    )
+    assert len(sections) == 2
+    shown = (DEPLOY / "broker.toml").read_text(encoding="utf-8")
+    examples = "".join(re.findall(r"^# ((?:http|mesh)\w* = .*\n)", shown, re.MULTILINE))
+    path = tmp_path / "broker.toml"
+    found: list[set[str]] = []
+    for text in (*sections, examples):
+        path.write_text(text, encoding="utf-8")
+        load_configuration({}, path)
+        found.append({*tomllib.loads(text)})
+    assert found[0] >= {"http", "http_token"} <= found[2]
+    assert found[1] == {"mesh_listen", "mesh", "mesh_auth"} <= found[2]
+
+
+def test_the_unit_stops_the_broker_before_the_page() -> None:
+    """A signal for the page's process, too, would let the broker start it again."""
+    assert unit_values("KillMode") == ["mixed"]
+    assert unit_values("#Environment") == ["CALLBOARD_TOKEN_FILE=%d/page.token"]
+    assert "page.token:/etc/callboard/page.token" in unit_values("#LoadCredential")
+
+
 @pytest.mark.parametrize(
     ("user", "address", "action", "name", "allowed"),
     [
@@ -139,6 +167,9 @@ def test_the_example_configuration_shows_the_defaults(tmp_path: Path) -> None:
         ("dashboard", "10.0.0.1", Action.SUBSCRIBE, "/robot1/camera/image", False),
         ("dashboard", "10.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
         ("dashboard", "8.8.8.8", Action.SUBSCRIBE, "/map", False),
+        ("web", "127.0.0.1", Action.NODE, "/_callboard_web_1_0a", True),
+        ("web", "127.0.0.1", Action.ADMINISTER, "/", True),
+        ("web", "127.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
     ],
 )
 def test_the_example_rules_do_what_their_comments_say(
