@@ -142,7 +142,11 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
     specs = read_package(source_dir)
     target = source_dir if output_dir is None else output_dir / source_dir.name
     written: list[Path] = []
-    for name, text in render_package(specs, root or source_dir.name).items():
+    files = render_package(specs, root or source_dir.name)
+    # All before the first is written: a package is not left half new, or with a module that is no Python.
+    for name, text in files.items():
+        compile(text, str(target / name), "exec", dont_inherit=True)
+    for name, text in files.items():
         path = target / name
         if "/" not in name and path.exists():
             continue  # the author may have written it

@@ -1,5 +1,8 @@
 """Writes the Python module of one parsed interface.
 
+Fields, constants and types may have any name that ROS allows. Where the module itself uses such a name, it
+imports what it means with an underscore in front, which no name in ROS has.
+
 The text is as `ruff format` leaves it, the same for the same specification, and passes mypy --strict and
 pyright strict.
 """
@@ -11,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.comments import placeholder
-from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import BINARY
 from actors.interfaces.parser import PARTS
 
@@ -33,6 +35,10 @@ _ZERO: Final = {
     "wstring": '""',
     "byte": 'b"\\x00"',
 }
+_STANDARD: Final = frozenset({"builtins", "typing"})
+"""Modules of the standard library that are imported."""
+_MODULES: Final = frozenset({"msgspec"})
+"""Modules that are imported themselves, not names of them."""
 _BASES: Final = {"msg": "Message", "srv": "Service", "action": "Action"}
 
 
@@ -68,20 +74,19 @@ class _Module:
         self._spec = spec
         self._root = root
         self._module_of = module_of
-        self._imports: dict[str, set[str]] = {"actors.interfaces.message": {"Message", _BASES[spec.kind]}}
-        self._needs_msgspec = False
+        self._imports: dict[str, set[str]] = {}
         self._local_names = self._message_names()
-        self._used: set[str] = set()
+        # Names with a meaning of their own in the module or in a class of it.
+        self._taken = {spec.name, *PARTS[spec.kind], *self._local_names.values()}
+        for part in spec.parts:
+            self._taken |= {each.name for each in part.fields} | {each.name for each in part.constants}
 
     def _message_names(self) -> dict[str, str]:
         """Map each message type used to its name here: with its package's in front where two clash."""
         dependencies = sorted(self._spec.dependencies)
-        # Names that the module uses itself.
         taken = {*_BASES.values(), "Annotated", "ClassVar", "AtMost", "Length"}
-        if self._spec.kind != "msg":
-            taken |= {self._spec.name, *PARTS[self._spec.kind]}
-        else:
-            taken.add(self._spec.name)
+        taken |= {self._spec.name, *PARTS[self._spec.kind]}
+        taken |= {each.name for part in self._spec.parts for each in part.constants}
         shorts = [type_name.rpartition("/")[2] for type_name in dependencies]
         names: dict[str, str] = {}
         for type_name, short in zip(dependencies, shorts, strict=True):
@@ -90,32 +95,44 @@ class _Module:
                 short in taken or shorts.count(short) > 1 or re.fullmatch(r".*\d+(Array|Sequence)", short)
             )
             prefix = "".join(part.capitalize() for part in package.split("_")) if clashes else ""
-            names[type_name] = prefix + short
+            # Or `a1_b/C` and `a1b/C` would both be `A1bC`.
+            unique = prefix + short not in {*names.values(), *shorts, *taken}
+            names[type_name] = prefix + short if unique or not clashes else f"{package}_{short}"
         return names
 
     def _import(self, module: str, name: str) -> str:
-        self._imports.setdefault(module, set()).add(name)
-        self._used.add(name)
-        return name
+        """Import a name; "" is the module itself. Return what it is called here."""
+        plain = name or module
+        local = f"_{plain}" if plain in self._taken else plain
+        self._imports.setdefault(module, set()).add(plain if local == plain else f"{plain} as {local}")
+        return local
+
+    def _builtin(self, name: str) -> str:
+        return self._import("builtins", name) if name in self._taken else name
+
+    def _annotated(self) -> str:
+        return self._import("typing", "Annotated")
 
     def _type(self, name: str) -> str:
         return self._import("actors.interfaces.types", name)
 
+    def _base(self, name: str) -> str:
+        return self._import("actors.interfaces.message", name)
+
     def _message(self, type_name: str) -> str:
         local, short = self._local_names[type_name], type_name.rpartition("/")[2]
-        self._import(self._module_of(type_name), short if local == short else f"{short} as {local}")
-        self._used.add(local)
+        names = self._imports.setdefault(self._module_of(type_name), set())
+        names.add(short if local == short else f"{short} as {local}")
         return local
 
     def _scalar(self, field_type: FieldType) -> str:
         base = field_type.base
         if "/" in base:
             return self._message(base)
-        name = _BUILTIN.get(base) or self._type(base)
-        self._used.add(name)
+        builtin = _BUILTIN.get(base)
+        name = self._builtin(builtin) if builtin else self._type(base)
         if field_type.string_bound:
-            self._import("typing", "Annotated")
-            return f"Annotated[{name}, {self._type('AtMost')}({field_type.string_bound})]"
+            return f"{self._annotated()}[{name}, {self._type('AtMost')}({field_type.string_bound})]"
         return name
 
     def annotation(self, field_type: FieldType) -> str:
@@ -123,15 +140,13 @@ class _Module:
         if not field_type.is_array:
             return self._scalar(field_type)
         if field_type.base in {"bool", "string", "wstring"} or "/" in field_type.base:
-            text = f"list[{self._scalar(field_type)}]"
-            self._used.add("list")
+            text = f"{self._builtin('list')}[{self._scalar(field_type)}]"
         else:
             text = self._type(f"{sequence_name(field_type.base)}Sequence")
         if field_type.high is None:
             return text
-        self._import("typing", "Annotated")
         bound = self._type("Length" if field_type.is_fixed else "AtMost")
-        return f"Annotated[{text}, {bound}({field_type.high})]"
+        return f"{self._annotated()}[{text}, {bound}({field_type.high})]"
 
     def _literal(self, value: object) -> str:
         if isinstance(value, str):
@@ -139,8 +154,10 @@ class _Module:
         if isinstance(value, bytes):
             return _double(repr(value))
         if isinstance(value, float) and value in {float("inf"), float("-inf")}:
-            return f'float("{value}")'
-        return 'float("nan")' if value != value else repr(value)  # noqa: PLR0124 - only NaN differs from itself
+            return f'{self._builtin("float")}("{value}")'
+        if value != value:  # noqa: PLR0124 - only NaN differs from itself
+            return f'{self._builtin("float")}("nan")'
+        return repr(value)
 
     def _array_default(self, field_type: FieldType, default: object) -> str | _Group:
         base = field_type.base
@@ -148,7 +165,7 @@ class _Module:
             if default is not None:
                 values = cast("list[Any]", default)
                 return _double(repr(bytes(each[0] if isinstance(each, bytes) else each for each in values)))
-            return f"bytes({field_type.high})" if field_type.is_fixed else 'b""'
+            return f"{self._builtin('bytes')}({field_type.high})" if field_type.is_fixed else 'b""'
         is_list = base in {"bool", "string", "wstring"} or "/" in base
         content: str | _Group = ""
         if default is not None:
@@ -164,16 +181,15 @@ class _Module:
         if isinstance(content, _Group):
             return self._made_by(replace(content, head="lambda: ["))
         element = self._scalar(replace(field_type, is_array=False, low=0, high=None))
-        return self._made_by(f"lambda: {content}" if content else f"list[{element}]")
+        return self._made_by(f"lambda: {content}" if content else f"{self._builtin('list')}[{element}]")
 
     def _made_by(self, factory: str | _Group) -> _Group:
         """Return the default that a factory makes."""
-        self._needs_msgspec = True
         if isinstance(factory, _Group):
             factory = replace(factory, head=f"default_factory={factory.head}")
         else:
             factory = f"default_factory={factory}"
-        return _Group("msgspec.field(", [factory], ")")
+        return _Group(f"{self._import('msgspec', '')}.field(", [factory], ")")
 
     def default(self, field: FieldSpec) -> str | _Group:
         """Return the Python expression of a field's default."""
@@ -186,34 +202,23 @@ class _Module:
         return _ZERO.get(field.type.base, "0")
 
     def _constant(self, constant: ConstantSpec) -> _Attribute:
-        self._import("typing", "ClassVar")
-        annotation = f"ClassVar[{self._scalar(constant.type)}]"
+        annotation = f"{self._import('typing', 'ClassVar')}[{self._scalar(constant.type)}]"
         return _Attribute(constant.name, annotation, self._literal(constant.value), constant.comment)
 
     def body(self, message: MessageSpec, indent: str) -> list[str]:
         """Return the lines of a message class's body, after its docstring."""
-        # Names that annotations and defaults of this class use. In a class body a field hides them for what
-        # follows.
-        self._used = set()
         constants = [self._constant(constant) for constant in message.constants]
         fields = [
             _Attribute(field.name, self.annotation(field.type), self.default(field), field.comment)
             for field in message.fields
         ]
-        clash = sorted(self._used & {field.name for field in message.fields})
-        if clash:
-            raise InterfaceSyntaxError(
-                self._spec.type_name,
-                0,
-                f"Field '{clash[0]}' hides the Python type of that name; rename the field",
-            )
         lines = [[line for each in group for line in each.lines(indent)] for group in (constants, fields)]
         return lines[0] + ([""] if constants and fields else []) + lines[1]
 
     def text(self) -> str:
         """Return the whole module."""
         spec = self._spec
-        arguments = f'{_BASES[spec.kind]}, type_name="{spec.type_name}"'
+        arguments = f'{self._base(_BASES[spec.kind])}, type_name="{spec.type_name}"'
         if spec.kind == "msg":
             body = self.body(spec.parts[0], _INDENT)
         else:
@@ -224,7 +229,9 @@ class _Module:
                 # The comment above the first part is about the whole.
                 comment = message.comment if body else ""
                 inner = self.body(message, 2 * _INDENT)
-                body += _class(f"{part}(Message)", comment or placeholder(part), inner, _INDENT)
+                body += _class(
+                    f"{part}({self._base('Message')})", comment or placeholder(part), inner, _INDENT
+                )
         comment = spec.parts[0].comment or placeholder(spec.type_name)
         main = _class(f"{spec.name}({arguments})", comment, body)
         head = [f'"""{placeholder(spec.type_name)}"""', "", *self._import_lines(), "", ""]
@@ -233,16 +240,13 @@ class _Module:
     def _import_lines(self) -> list[str]:
         # In sections, sorted as ruff's isort rules do it in the package's own project.
         own = self._root.partition(".")[0]
-        standard = ["typing"] if "typing" in self._imports else []
-        first = [m for m in sorted(self._imports) if m.partition(".")[0] == own]
-        third = [m for m in sorted(self._imports) if m not in {*standard, *first}]
-        sections = [[_import_line(m, self._imports[m]) for m in each] for each in (standard, third, first)]
-        if self._needs_msgspec:
-            sections[1].insert(0, "import msgspec")
-        groups = [section for section in sections if section]
+        sections: list[list[str]] = [[], [], []]
+        for module in sorted(self._imports, key=lambda module: (module not in _MODULES, module)):
+            number = 0 if module in _STANDARD else 2 if module.partition(".")[0] == own else 1
+            sections[number] += _import_statements(module, self._imports[module])
         lines: list[str] = []
-        for group in groups:
-            lines += ([""] if lines else []) + group
+        for section in filter(None, sections):
+            lines += ([""] if lines else []) + section
         return [line for entry in lines for line in entry.split("\n")]
 
 
@@ -253,12 +257,20 @@ def _import_order(name: str) -> tuple[int, str, str]:
     return kind, re.sub(r"\d+", lambda found: found[0].zfill(6), plain), plain
 
 
-def _import_line(module: str, names: set[str]) -> str:
-    ordered = sorted(names, key=_import_order)
-    line = f"from {module} import {', '.join(ordered)}"
+def _import_statements(module: str, names: set[str]) -> list[str]:
+    if module in _MODULES:
+        return [f"import {name}" for name in names]
+    plain = sorted((name for name in names if " as " not in name), key=_import_order)
+    renamed = [[name] for name in names if " as " in name]
+    groups = sorted(filter(None, [plain, *renamed]), key=lambda group: _import_order(group[0]))
+    return [_import_line(module, group) for group in groups]
+
+
+def _import_line(module: str, names: list[str]) -> str:
+    line = f"from {module} import {', '.join(names)}"
     if len(line) <= WIDTH:
         return line
-    return "\n".join([f"from {module} import (", *(f"    {name}," for name in ordered), ")"])
+    return "\n".join([f"from {module} import (", *(f"    {name}," for name in names), ")"])
 
 
 @dataclass(frozen=True)
@@ -326,16 +338,16 @@ def _docstring(text: str, indent: str) -> list[str]:
     # Of what cannot be printed only a newline may stand for itself.
     escaped = "".join(
         each if each == "\n" or (each.isprintable() and each != "\\") else repr(each)[1:-1] for each in text
-    ).replace('"""', r"\"\"\"")
+    )
+    # Three quotation marks, or one beside the last three, would end the docstring.
+    end = r'"""' if "\n" in text else r'"""|"$'
+    escaped = re.sub(end, lambda found: found[0].replace('"', '\\"'), escaped)
     first, *rest = escaped.split("\n")
     if first.startswith('"'):
         first = f" {first}"
     if rest:
         inner = [f"{indent}{line}" if line else "" for line in rest]
         return [f'{indent}"""{first}', *inner, f'{indent}"""']
-    # A quotation mark cannot stand beside those that end it.
-    if first.endswith('"'):
-        first = first[:-1] + r"\""
     return [f'{indent}"""{first}"""']
 
 
@@ -356,9 +368,6 @@ def render_module(spec: InterfaceSpec, module_of: Callable[[str], str], root: st
         spec: The parsed interface.
         module_of: Gives the module that holds a message, from its type name.
         root: The Python package of the interface package, such as "actors.interfaces.std_msgs".
-
-    Raises:
-        InterfaceSyntaxError: A field's name cannot be used in Python.
     """
     return _Module(spec, module_of, root).text()
 
