@@ -8,15 +8,16 @@ its value raises whatever Python raises.
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
+from actors.interfaces.yaml_scalars import MAX_NUMBER_CHARS, yaml_scalar
 from proto.errors import CallboardError
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
 
-T = TypeVar("T")
+    Rules = Callable[[str], object]
 
 MAX_BYTES: Final = 16 * 1024 * 1024
 """Size of a document."""
@@ -26,7 +27,9 @@ MAX_ALIASED: Final = 100_000
 """Values that aliases add to those that are written."""
 MAX_MERGES: Final = 1000
 """Mappings merged with `<<`, in a document."""
-MAX_NUMBER_CHARS: Final = 100
+PLAIN_TAG: Final = "!plain"
+MERGE_TAG: Final = "tag:yaml.org,2002:merge"
+_TEXT_TAG: Final = "tag:yaml.org,2002:str"
 _INTEGERS: Final = range(-(2**63), 2**64)
 """Integers that a message or a parameter can hold."""
 _QUOTED_CHARS: Final = 60
@@ -56,11 +59,24 @@ class YamlError(CallboardError, ValueError):
         self.line = line
 
 
-def load_yaml(source: str | bytes, *, max_bytes: int = MAX_BYTES, max_depth: int = MAX_DEPTH) -> object:
-    """Return the data of a YAML document.
+class PlainText(str):
+    """An unquoted scalar as it is written, for `rules`: whoever knows the type of the value resolves it."""
+
+    __slots__ = ()
+
+
+def load_yaml(
+    source: str | bytes,
+    *,
+    rules: Rules = yaml_scalar,
+    max_bytes: int = MAX_BYTES,
+    max_depth: int = MAX_DEPTH,
+) -> object:
+    """Return the data of a YAML document; keys of mappings are texts as they are written.
 
     Args:
         source: The document; bytes are UTF-8 or UTF-16.
+        rules: What unquoted scalars are: a function of `yaml_scalars`, or `PlainText`.
         max_bytes: Its largest size, in bytes or characters.
         max_depth: Levels of lists and mappings.
 
@@ -70,27 +86,13 @@ def load_yaml(source: str | bytes, *, max_bytes: int = MAX_BYTES, max_depth: int
     Raises:
         YamlError: It is not YAML, or beyond a limit.
     """
-    return _load(source, max_bytes, max_depth, _document)
-
-
-def load_sections(source: str | bytes) -> list[object]:
-    """Return a document's mapping as a list of mappings with one key each, in order.
-
-    Unlike in a mapping, a key may occur several times. Other data, or None, is the only item of the list.
-
-    Args:
-        source: As for `load_yaml`, whose limits and errors it has, too.
-    """
-    return _load(source, MAX_BYTES, MAX_DEPTH, _sections)
-
-
-def _load(source: str | bytes, max_bytes: int, max_depth: int, construct: Callable[[Any, Any], T]) -> T:
     import yaml  # noqa: PLC0415 - slow to import, and not every program reads YAML
 
     if len(source) > max_bytes:
         raise YamlError(f"larger than {max_bytes} bytes")
     try:
-        return construct(*parse_yaml(source, max_depth=max_depth))
+        loader, root = parse_yaml(source, rules=rules, max_depth=max_depth)
+        return None if root is None else loader.construct_document(root)
     except YamlError:
         raise
     except yaml.YAMLError as error:
@@ -100,25 +102,37 @@ def _load(source: str | bytes, max_bytes: int, max_depth: int, construct: Callab
         raise YamlError(escape(str(error))[:_QUOTED_CHARS]) from None
 
 
-def _document(loader: Any, root: Any) -> object:
-    return None if root is None else loader.construct_document(root)
+def yaml_events(source: str | bytes) -> Iterator[Any]:
+    """Yield the parse events of YAML: the quickest way to read it, without aliases and tags.
+
+    The caller limits the depth.
+
+    Args:
+        source: The documents; bytes are UTF-8 or UTF-16.
+
+    Raises:
+        YamlError: It is not YAML.
+    """
+    import yaml  # noqa: PLC0415 - see above
+
+    try:
+        loader = _base_loader()(source)
+        while (event := loader.get_event()) is not None:
+            yield event
+            if type(event) is yaml.StreamEndEvent:
+                return
+    except yaml.YAMLError as error:
+        raise yaml_error(error) from None
+    except UnicodeError as error:
+        raise YamlError(f"it is not Unicode: {error}") from None
 
 
-def _sections(loader: Any, root: Any) -> list[object]:
-    if root is None or root.id != "mapping":
-        return [_document(loader, root)]
-    # Resolves `<<` first, which would otherwise be a key like others.
-    loader.flatten_mapping(root)
-    sections = list[object]()
-    for pair in root.value:
-        # The loader makes a dict, which has each key once. One pair at a time keeps repeated keys apart.
-        root.value = [pair]
-        sections.append(_document(loader, root))
-    return sections
-
-
-def parse_yaml(source: str | bytes, *, max_depth: int = MAX_DEPTH) -> tuple[Any, Any]:
+def parse_yaml(
+    source: str | bytes, *, rules: Rules = yaml_scalar, max_depth: int = MAX_DEPTH
+) -> tuple[Any, Any]:
     """Return a loader and the document's root node, whose size and depth are within the limits.
+
+    Nodes of unquoted scalars have the tag `PLAIN_TAG`, except for `<<`.
 
     Raises:
         YamlError: A limit is exceeded.
@@ -126,7 +140,7 @@ def parse_yaml(source: str | bytes, *, max_depth: int = MAX_DEPTH) -> tuple[Any,
     """
     import yaml  # noqa: PLC0415 - see above
 
-    loader_type = _loader_type()
+    loader_type = _loader_type(rules)
     is_text = isinstance(source, str)
     marks: Any = "[{-?:" if is_text else (b"[", b"{", b"-", b"?", b":")
     # Cheap, and enough to pass nearly every document: without that many marks it cannot be nested so
@@ -223,7 +237,7 @@ class _Expansion:
         size, depth = 1, 0
         children = node.value
         if node.id == "mapping":
-            self._merges += sum(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value)
+            self._merges += sum(key.tag == MERGE_TAG for key, _ in node.value)
             if self._merges > MAX_MERGES:
                 raise _fail(node, f"more than {MAX_MERGES} merged mappings")
             children = [each for pair in node.value for each in pair]
@@ -234,34 +248,68 @@ class _Expansion:
 
 
 @cache
-def _loader_type() -> Any:
-    """Return PyYAML's safe loader, with errors that have a line, and numbers within limits."""
+def _base_loader() -> Any:
     import yaml  # noqa: PLC0415 - see above
 
-    base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    return getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-    def construct_object(loader: Any, node: Any, deep: bool = False) -> object:  # noqa: FBT001, FBT002
-        try:
-            return base.construct_object(loader, node, deep)
-        except YamlError:
-            raise
-        except _CONSTRUCTION_ERRORS:
-            if node.id != "scalar":
-                raise
-            raise _fail(node, f"'{escape(node.value[:_QUOTED_CHARS])}' is not what its tag says") from None
 
-    loader_type: Any = type("Loader", (base,), {"construct_object": construct_object})
+@cache
+def _loader_type(rules: Rules) -> Any:
+    """Return PyYAML's safe loader with other rules, errors that have a line, and limited numbers."""
+    base = _base_loader()
+    overridden = {
+        "resolve": _resolve,
+        "construct_object": _construct_object,
+        "construct_mapping": _construct_mapping,
+    }
+    loader_type: Any = type("Loader", (base,), overridden)
+    loader_type.add_constructor(PLAIN_TAG, partial(_construct_plain, rules))
     for kind in ("int", "float"):
         construct = getattr(base, f"construct_yaml_{kind}")
         loader_type.add_constructor(f"tag:yaml.org,2002:{kind}", partial(_construct_number, construct))
     return loader_type
 
 
+def _resolve(loader: Any, kind: Any, value: Any, implicit: Any) -> Any:
+    if kind.__name__ == "ScalarNode" and implicit[0]:
+        return MERGE_TAG if value == "<<" else PLAIN_TAG
+    return _base_loader().resolve(loader, kind, value, implicit)
+
+
+def _construct_object(loader: Any, node: Any, deep: bool = False) -> object:  # noqa: FBT001, FBT002 - PyYAML's
+    try:
+        return _base_loader().construct_object(loader, node, deep)
+    except YamlError:
+        raise
+    except _CONSTRUCTION_ERRORS:
+        if node.id != "scalar":
+            raise
+        raise _fail(node, f"'{escape(node.value[:_QUOTED_CHARS])}' is not what its tag says") from None
+
+
+def _construct_mapping(loader: Any, node: Any, deep: bool = False) -> object:  # noqa: FBT001, FBT002 - PyYAML's
+    if node.id == "mapping":
+        # First, because it brings in keys of other mappings.
+        loader.flatten_mapping(node)
+        for key, _ in node.value:
+            if key.tag == PLAIN_TAG:
+                key.tag = _TEXT_TAG
+    return _base_loader().construct_mapping(loader, node, deep)
+
+
+def _construct_plain(rules: Rules, _loader: Any, node: Any) -> object:
+    return _in_range(rules(node.value), node)
+
+
 def _construct_number(construct: Any, loader: Any, node: Any) -> object:
     # Before the conversion, which takes quadratic time for long numbers.
     if len(loader.construct_scalar(node)) > MAX_NUMBER_CHARS:
         raise _fail(node, f"a number of more than {MAX_NUMBER_CHARS} characters")
-    value = construct(loader, node)
+    return _in_range(construct(loader, node), node)
+
+
+def _in_range(value: object, node: Any) -> object:
     if isinstance(value, int) and value not in _INTEGERS:
         raise _fail(node, f"the number {node.value} is out of range")
     return value

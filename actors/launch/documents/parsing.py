@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from typing import Any, Final, cast
 
-from actors.interfaces.yaml_reader import YamlError, parse_yaml, yaml_error
+from actors.interfaces.yaml_reader import MERGE_TAG, PLAIN_TAG, YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Location
 from proto.untrusted_text import escape
 
@@ -20,8 +20,7 @@ MAX_VALUES: Final = 100_000
 
 _YAML: Final = "tag:yaml.org,2002:"
 _TEXTS: Final = frozenset(f"{_YAML}{kind}" for kind in ("str", "timestamp", "value"))
-_SCALARS: Final = frozenset(f"{_YAML}{kind}" for kind in ("null", "bool", "int", "float"))
-_MERGE: Final = f"{_YAML}merge"
+_SCALARS: Final = frozenset((PLAIN_TAG, *(f"{_YAML}{kind}" for kind in ("null", "bool", "int", "float"))))
 
 
 def toml_data(source: bytes) -> object:
@@ -117,7 +116,7 @@ class _Builder:
             if key.id != "scalar":
                 raise _error("a key must be a string", key, location)
             name: str = key.value  # as it is written: `on` and `010` are names, no values
-            if key.tag == _MERGE:
+            if key.tag == MERGE_TAG:
                 merged = {**self._merged(each, location.inner(name)), **merged}
             # YAML parsers usually take the last one in silence.
             elif name in made:

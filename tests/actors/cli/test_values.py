@@ -59,7 +59,6 @@ def test_values_are_yaml() -> None:
         ("[1, 2]", "must be a YAML map"),
         ("{data: ", "not YAML"),
         ("{data: \x07}", "not YAML"),
-        ("{data: 2020-99-99}", "not YAML"),
         ("!!python/object:os.system {}", "not YAML"),
     ],
 )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import pytest
 import yaml
 
-from actors.interfaces.yaml_reader import YamlError, deeper_than, load_yaml
+from actors.interfaces.yaml_reader import PlainText, YamlError, deeper_than, load_yaml
+from actors.interfaces.yaml_scalars import rcl_scalar
 
 
 @pytest.mark.parametrize("text", ["[[[]]]", "{a: {b: {c: 1}}}", "- [{}]", "[a, [[]], b]"])
@@ -34,10 +37,13 @@ MERGES = "a: &a {x: 1}\nb: {" + "<<: *a, " * 2000 + "}"
         (MERGES, "line 2: more than 1000 merged mappings"),
         ("a: &x {b: *x}", "line 1: an alias is part of its own value"),
         ("\n" + "[" * 100_000, "line 2: it is nested deeper than 100"),
-        ("a: 1" + ":1" * 100_000, "line 1: a number of more than 100 characters"),
-        ("a: 0x" + "f" * 5000, "line 1: a number of more than 100 characters"),
+        ("a: !!int 1" + ":1" * 100_000, "line 1: a number of more than 1000 characters"),
+        ("a: !!int 0x" + "f" * 5000, "line 1: a number of more than 1000 characters"),
         ("a: 18446744073709551616", "line 1: the number 18446744073709551616 is out of range"),
-        ("a: 2020-01-01 00:00:00 +99:99", "line 1: '2020-01-01 00:00:00 .99:99' is not what its tag says"),
+        (
+            "a: !!timestamp 2020-01-01 00:00:00 +99:99",
+            "line 1: '2020-01-01 00:00:00 .99:99' is not what its tag says",
+        ),
         ("a: !!timestamp x", "line 1: 'x' is not what its tag says"),
         ("a: !!bool x", "line 1: 'x' is not what its tag says"),
         ("a: !!int ''", "line 1: '' is not what its tag says"),
@@ -70,3 +76,26 @@ def test_honest_yaml_is_read() -> None:
     assert load_yaml(f"[{', '.join(['1'] * 200_000)}]") == [1] * 200_000
     assert load_yaml("[18446744073709551615, -9223372036854775808, 1e999]") == [2**64 - 1, -(2**63), "1e999"]
     assert load_yaml(b"") is None
+
+
+def test_keys_are_texts() -> None:
+    """A key is as it is written, also one that a merge brings in."""
+    text = "{on: 1, 010: 2, null: 3, 2020-01-01: {y: 4, off: 5}, a: &a {no: 6}, b: {<<: *a, yes: 7}}"
+    assert load_yaml(text) == {
+        "on": 1,
+        "010": 2,
+        "null": 3,
+        "2020-01-01": {"y": 4, "off": 5},
+        "a": {"no": 6},
+        "b": {"no": 6, "yes": 7},
+    }
+
+
+def test_scalars_by_rules() -> None:
+    """Unquoted scalars follow the rules given; what is quoted or has a tag follows its own."""
+    text = "[on, 08, y, 'on', !!str on, !!int '0b11', !!float '1']"
+    assert load_yaml(text) == [True, "08", "y", "on", "on", 3, 1.0]
+    assert load_yaml(text, rules=rcl_scalar) == [True, 8.0, True, "on", "on", 3, 1.0]
+    raw = cast("list[Any]", load_yaml(text, rules=PlainText))
+    assert raw == ["on", "08", "y", "on", "on", 3, 1.0]
+    assert [isinstance(each, PlainText) for each in raw] == [True] * 3 + [False] * 4

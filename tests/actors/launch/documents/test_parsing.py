@@ -55,7 +55,7 @@ def test_yaml_is_plain_data(text: str, meant: object) -> None:
         ("<<: 3", 1, "<< takes mappings only"),
         ("a: &x [*x]", 1, "an alias is part of its own value"),
         ("[" * 100_000, 1, f"it is nested deeper than {MAX_DEPTH}"),
-        ("a: " + "9" * 10_000, 1, "a number of more than 100 characters"),
+        ("a: !!int " + "9" * 10_000, 1, "a number of more than 1000 characters"),
     ],
 )
 def test_what_is_no_such_yaml_is_an_error(text: str, line: int, error: str) -> None:
