@@ -111,14 +111,17 @@ def yaml_scalar(text: str) -> Scalar:
     return text if value in _INFINITE else value
 
 
-def launch_scalar(text: str) -> Scalar:
+def launch_scalar(text: str) -> bool | int | float | str:
     """Return the value of an unquoted text that a launch gives to a node as a parameter.
 
     Args:
         text: The text.
     """
     value = yaml_scalar(text)
-    return rcl_scalar(text) if value is None or isinstance(value, str) else value
+    if value is None or isinstance(value, str):
+        return rcl_scalar(text)
+    # rcl takes larger integers, too.
+    return _double(str(value), text) if isinstance(value, int) and value not in _INT64 else value
 
 
 def _integer(digits: str, match: re.Match[str]) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
+from actors.interfaces.yaml_writer import block_text
 from actors.parameters.listing import SEPARATOR
 from actors.parameters.types import ParameterType
 
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
     """Return values by name, sorted, each level of a name in a map of its own; without those that have none.
 
-    A name that continues the name of another parameter stays in one piece.
+    A name that continues the name of another parameter stays in one piece, and so does one with an empty
+    level, which no key of YAML can be.
 
     Args:
         parameters: The parameters.
@@ -28,7 +30,7 @@ def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
         if parameter.type_ is ParameterType.NOT_SET:
             continue
         level, rest = tree, parameter.name
-        while SEPARATOR in rest:
+        while SEPARATOR in rest and all(rest.split(SEPARATOR)):
             first, _, last = rest.partition(SEPARATOR)
             if not isinstance(level.setdefault(first, {}), dict):
                 break
@@ -44,7 +46,4 @@ def parameter_file_text(node: str, parameters: Iterable[Parameter]) -> str:
         node: The node's full name.
         parameters: Its parameters.
     """
-    import yaml  # noqa: PLC0415 - most programs write none
-
-    document = {node: {"ros__parameters": parameter_tree(parameters)}}
-    return str(yaml.dump(document, default_flow_style=False))
+    return block_text({node: {"ros__parameters": parameter_tree(parameters)}})

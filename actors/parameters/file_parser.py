@@ -8,7 +8,6 @@ last value counts (of `a: 1` and `a: x`, rcl keeps the 1).
 from __future__ import annotations
 
 import base64
-import binascii
 import re
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -163,13 +162,13 @@ class _Parser:
             what = "a list" if self.kind == "SequenceStartEvent" else "a mapping"
             raise self.error(f"{where} cannot be {what}, or have one in a list")
         text = event.value
-        if event.tag == _STRING_TAG or event.style in {"'", '"'}:
-            return cast("str", text)
         if event.tag == _BINARY_TAG:
             try:
                 return base64.b64decode(text)
-            except binascii.Error:
+            except ValueError:
                 raise self.error(f"{where} is not base64") from None
+        if event.tag == _STRING_TAG or event.style in {"'", '"'}:
+            return cast("str", text)
         if not text:
             raise self.error(f"{where} has no value; an empty string is ''")
         return rcl_scalar(text)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.interfaces.yaml_reader import PlainText
+from actors.interfaces.yaml_scalars import launch_scalar
 from actors.launch.description.process_actions import ParameterValue
 from actors.launch.documents.kinds import (
     NAMES,
@@ -29,11 +31,10 @@ if TYPE_CHECKING:
     from actors.launch.documents.errors import Location
 
 
-_TYPES: Final[dict[str, type[str | int | float | bool]]] = {
-    "str": str,
-    "int": int,
-    "float": float,
-    "bool": bool,
+_LISTS: Final[dict[Any, Any]] = {str: list[str], int: list[int], float: list[float], bool: list[bool]}
+_TYPES: Final[dict[str, Any]] = {
+    **{kind.__name__: kind for kind in _LISTS},
+    **{f"list_of_{kind.__name__}": listed for kind, listed in _LISTS.items()},
 }
 
 
@@ -93,11 +94,9 @@ class RosParametersKind(Kind):
         if typed:
             kind = _type(found["type"], location.inner("type"))
             typed_value: Any = ParameterKind().read(found[what], below)
-            listed: Any = list[kind]  # type: ignore[valid-type]  # made at run time
-            yield (
-                name,
-                ParameterValue(typed_value, value_type=listed if isinstance(found[what], list) else kind),
-            )
+            if isinstance(found[what], list):
+                kind = _LISTS.get(kind, kind)
+            yield name, ParameterValue(typed_value, value_type=kind)
             return
         if what == "value":
             yield name, ParameterKind().read(found[what], below)
@@ -137,7 +136,7 @@ def _by_name(value: object, location: Location) -> dict[str, Any]:
     }
 
 
-def _type(value: object, location: Location) -> type[str | int | float | bool]:
+def _type(value: object, location: Location) -> Any:
     kind = _TYPES.get(value) if isinstance(value, str) else None
     if kind is None:
         raise location.error(f"expected one of {', '.join(_TYPES)}")
@@ -145,8 +144,11 @@ def _type(value: object, location: Location) -> type[str | int | float | bool]:
 
 
 def _single(value: object, location: Location) -> Any:
-    """Return a value: as it is, if it is no text."""
-    return value if isinstance(value, bool | int | float) else read_text(value, location)
+    """Return a value: as it is, if it is no text; what is a text to YAML may be a number to nodes."""
+    if isinstance(value, bool | int | float):
+        return value
+    text = read_text(value, location)
+    return launch_scalar(text) if isinstance(value, PlainText) and isinstance(text, str) else text
 
 
 def _list(values: list[object], location: Location) -> list[Any]:

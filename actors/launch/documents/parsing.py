@@ -1,7 +1,7 @@
 """Parses YAML and TOML files to plain data, within limits.
 
-Data is None, booleans, numbers, strings, lists, and mappings from strings to data. In YAML a date is a
-string, keys are strings as they are written, and a duplicate key is an error, as in TOML.
+Data is None, booleans, numbers, strings, lists, and mappings from strings to data. In YAML an unquoted string
+is `PlainText`, keys are strings as they are written, and a duplicate key is an error, as in TOML.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from typing import Any, Final, cast
 
-from actors.interfaces.yaml_reader import MERGE_TAG, PLAIN_TAG, YamlError, parse_yaml, yaml_error
+from actors.interfaces.yaml_reader import MERGE_TAG, PLAIN_TAG, PlainText, YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Location
 from proto.untrusted_text import escape
 
@@ -104,9 +104,11 @@ class _Builder:
         if node.tag not in _SCALARS:
             raise _error(f"the tag {escape(node.tag)} is not known here", node, location)
         try:
-            return self._loader.construct_object(node)
+            value = self._loader.construct_object(node)
         except YamlError as error:
             raise _error(error.problem, node, location) from None
+        # Parameters need to know that it has no quotes.
+        return PlainText(value) if node.tag == PLAIN_TAG and isinstance(value, str) else value
 
     def _mapping(self, node: Any, location: Location) -> dict[str, object]:
         made: dict[str, object] = {}

@@ -23,7 +23,9 @@ from actors.launch.documents.elements import BY_NAME
 from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.kinds import SWITCH
 from actors.launch.documents.parameters import ParameterKind
-from actors.launch.documents.parsing import MAX_DEPTH, yaml_data
+from actors.launch.documents.parsing import MAX_DEPTH
+from actors.launch.errors import LaunchError
+from actors.launch.planning.parameter_values import value_from_text
 from proto.untrusted_text import escape
 
 _ROOT_ATTRIBUTES: Final = {"version", "deprecated"}
@@ -89,7 +91,7 @@ class XmlDocument:
             # All attributes are strings. Kinds that read strings need no help; these two would not.
             body[name] = _switch(text) if kind is SWITCH else text
             if isinstance(kind, ParameterKind):
-                body[name] = _parameter(text)
+                body[name] = _parameter(text, Location((*path, name)), node.line)
         inner = next((name for name in ("children", "do") if name in keys), None)
         if inner:
             body.setdefault(inner, [])  # a group without actions is allowed, as in ROS 2
@@ -111,8 +113,10 @@ class XmlDocument:
         if node.tag == "param" and "value" in body:
             text, separator = node.attributes["value"], body.pop("value-sep", "")
             # With a type the string is converted when it is planned.
-            read = str if "type" in body else _parameter
-            body["value"] = [read(each) for each in text.split(str(separator))] if separator else read(text)
+            texts = text.split(str(separator)) if separator else [text]
+            location = Location((*path, "value"))
+            read = texts if "type" in body else [_parameter(each, location, node.line) for each in texts]
+            body["value"] = read if separator else read[0]
         if node.children:
             tag = node.children[0].tag
             body[tag] = [self._record(each, (*path, tag, at)) for at, each in enumerate(node.children)]
@@ -142,20 +146,14 @@ def _switch(text: str) -> bool | str:
     return text if value is None else value  # the table reports another word
 
 
-def _parameter(text: str) -> object:
-    """Return the value that a text is in YAML; the text itself if it is no value of a parameter."""
+def _parameter(text: str, location: Location, line: int) -> object:
+    """Return the value of a text without substitutions; with them it is read when they have values."""
     if "$(" in text:
         return text  # its value is read as YAML when it is known
     try:
-        value = yaml_data(text.encode())
-    except DocumentError:
-        return text
-    return value if _is_value(value) else text
-
-
-def _is_value(value: object) -> bool:
-    values = cast("list[object]", value) if isinstance(value, list) else [value]
-    return bool(values) and all(isinstance(each, str | int | float) for each in values)
+        return value_from_text(text)
+    except LaunchError as error:
+        raise DocumentError(str(error), location, line) from None
 
 
 def _parse(source: bytes) -> _Node:

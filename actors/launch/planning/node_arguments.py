@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
+from typing import TYPE_CHECKING, Any, cast
 
-from actors.launch.description.conditions import to_bool
-from actors.launch.description.process_actions import ParameterValue
-from actors.launch.description.substitutions import Substitution, resolve
+from actors.interfaces.yaml_writer import flow_text
+from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
+from actors.launch.planning.parameter_values import parameter_value
 from proto.untrusted_text import escape
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
@@ -90,7 +88,9 @@ def _namespace(node: Node, scope: Scope) -> str | None:
 
 
 def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Yield names of parameters, and their values as YAML. Names in nested mappings are joined by dots.
+    """Yield names of parameters, and their values as YAML that any node reads as the same values.
+
+    Names in nested mappings are joined by dots.
 
     Raises:
         LaunchError: A value cannot be that of a parameter, or a substitution has no value.
@@ -100,69 +100,7 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
         if isinstance(value, Mapping):
             yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
         else:
-            yield name, _yaml(name, value, scope)
-
-
-def _yaml(name: str, value: Any, scope: Scope) -> str:
-    """Return a value as YAML that is read as the same value and type."""
-    match value:
-        case bool():  # before int, whose subclass it is
-            text = "true" if value else "false"
-        case int():
-            text = str(value)
-        case float():
-            text = _yaml_float(value)
-        case str() | PurePath():
-            text = json.dumps(str(value), ensure_ascii=False)
-        case Substitution():
-            text = resolve(value, scope)
-        case ParameterValue():
-            text = _typed(name, value, scope)
-        case Sequence():
-            text = _yaml_list(name, cast("Sequence[object]", value), scope)
-        case _:
-            raise LaunchError(f"Parameter '{escape(name)}' cannot be {value!r}")
-    return text or '""'  # an empty text would be null
-
-
-def _typed(name: str, parameter: ParameterValue, scope: Scope) -> str:
-    kind, value = parameter.value_type, parameter.value
-    if kind is None:
-        return _yaml(name, value, scope)
-    if get_origin(kind) is list:
-        return _typed_list(name, value, get_args(kind)[0], scope)
-    if kind not in (str, int, float, bool):
-        raise LaunchError(
-            f"Parameter '{escape(name)}': value_type can be str, int, float or bool, or a list of one,"
-            f" not {kind!r}"
-        )
-    text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
-    try:
-        return _yaml(name, to_bool(text, scope) if kind is bool else kind(text), scope)
-    except ValueError:
-        raise LaunchError(
-            f"Parameter '{escape(name)}' must be of type {kind.__name__}, not '{escape(text)}'"
-        ) from None
-
-
-def _typed_list(name: str, value: Any, kind: Any, scope: Scope) -> str:
-    if isinstance(value, str | Substitution):  # the substitution must give a YAML list
-        return resolve(value, scope)
-    items = (_typed(name, ParameterValue(each, value_type=kind), scope) for each in value)
-    return f"[{', '.join(items)}]"
-
-
-def _yaml_list(name: str, values: Sequence[Any], scope: Scope) -> str:
-    if any(isinstance(each, Substitution) for each in values):  # pieces of one string
-        return resolve(values, scope)
-    return f"[{', '.join(_yaml(name, each, scope) for each in values)}]"
-
-
-def _yaml_float(value: float) -> str:
-    if math.isnan(value):
-        return ".nan"
-    if math.isinf(value):
-        return ".inf" if value > 0 else "-.inf"
-    mantissa, exponent, power = repr(value).partition("e")
-    # YAML 1.1 reads 1e+22 as a string.
-    return mantissa + ("" if "." in mantissa else ".0") + exponent + power
+            try:
+                yield name, flow_text(parameter_value(value, scope))
+            except (LaunchError, ValueError) as error:
+                raise LaunchError(f"Parameter '{escape(name)}': {error}") from None

@@ -86,7 +86,8 @@ def test_rules(text: str, rcl: object, pyyaml: object) -> None:
     """rcl's value, PyYAML's, and a launch's: what is a text for PyYAML is read again by rcl."""
     assert alike(rcl_scalar(text), rcl)
     assert alike(yaml_scalar(text), pyyaml)
-    assert alike(launch_scalar(text), rcl if pyyaml is None or isinstance(pyyaml, str) else pyyaml)
+    integer = isinstance(pyyaml, int) and abs(pyyaml) < 1 << 63
+    assert alike(launch_scalar(text), pyyaml if integer or isinstance(pyyaml, float) else rcl)
 
 
 @pytest.mark.parametrize(("text", "value"), SURPRISES)

@@ -528,4 +528,4 @@ def test_lists_of_parameters_may_have_substitutions_in_them() -> None:
     text = "launch: [{node: {script: a.py, parameters: {a: [$(var robot), 'x y'], b: [1, $(env LIMIT)]}}}]"
     (step,) = planned(read_document("/files/a.yaml", text.encode()))
     process: Any = step
-    assert process.process.command[-4:] == ("-p", 'a:=[r3, "x y"]', "-p", "b:=[1, 7]")
+    assert process.process.command[-4:] == ("-p", "a:=[r3, x y]", "-p", "b:=[1, 7]")

@@ -33,7 +33,7 @@ VAR = LaunchConfiguration("x")
 
 PARAMETERS = """<node pkg='p' exec='e'>
     <param name='a' value='1.5'/><param name='b' value='[1, 2]'/>
-    <param name='c' value='x: y'/><param name='d' value='$(var x)'/><param from='p.yaml'/>
+    <param name='c' value='08'/><param name='d' value='$(var x)'/><param from='p.yaml'/>
     <param name='e'><param name='f' value='true'/></param><param name='g' value='1' type='str'/>
     <param name='h' value='1;2' value-sep=';'/><param name='i' value='1;2' value-sep=';' type='str'/>
 </node>"""
@@ -76,7 +76,7 @@ def described(text: str) -> tuple[Action, ...]:
                 parameters=(
                     {"a": 1.5},
                     {"b": [1, 2]},
-                    {"c": "x: y"},
+                    {"c": 8.0},
                     {"d": VAR},
                     "p.yaml",
                     {"e.f": True},
@@ -144,6 +144,14 @@ def test_an_element_is_the_action_that_ros_2_has(text: str, action: Action) -> N
         (
             "<launch>\n<node pkg='p' exec='e'><param name='a'>\n<param/>\n<x/></param></node></launch>",
             "line 4: launch[0].node.param[0]: <param> and <x> cannot both be in <param>",
+        ),
+        (
+            "<launch>\n<node pkg='p' exec='e'>\n<param name='a' value='[1, 2.0]'/></node></launch>",
+            "line 3: launch[0].node.param[0].value: the values of a list must be of one type, not [1, 2.0]",
+        ),
+        (
+            "<launch>\n<node pkg='p' exec='e'>\n<param name='a' value='x: y'/></node></launch>",
+            "line 3: launch[0].node.param[0].value: 'x: y' is a mapping in YAML, no value of a",
         ),
         (
             "<launch>\n<node pkg='p' exec='e'><param from='a' value-sep=';'/></node></launch>",

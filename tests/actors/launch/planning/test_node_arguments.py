@@ -75,8 +75,8 @@ def test_a_parameters_type_can_be_said(value: ParameterValue, got: Any) -> None:
 @pytest.mark.parametrize(
     ("value", "error"),
     [
-        (ParameterValue("1.5", value_type=int), "Parameter 'p' must be of type int, not '1.5'"),
-        (ParameterValue("x", value_type=bool), "Parameter 'p' must be of type bool, not 'x'"),
+        (ParameterValue("1.5", value_type=int), "Parameter 'p': expected a value of type int, not '1.5'"),
+        (ParameterValue("x", value_type=bool), "Parameter 'p': expected a value of type bool, not 'x'"),
         (ParameterValue("x", value_type=dict), "Parameter 'p': value_type can be str, int, "),  # type: ignore[arg-type]
     ],
 )

@@ -51,7 +51,7 @@ def after(*settings: Setting) -> Scope:
         (UnsetEnvironmentVariable("EMPTY"), "environment", {"PATH": "/bin"}),
         (UnsetEnvironmentVariable("NONE"), "environment", {"PATH": "/bin", "EMPTY": ""}),
         (SetParameter("speed", 1.5), "parameters", {"speed": "1.5"}),
-        (SetParameter("a", {"b": ["x", "y"], "c": ROBOT}), "parameters", {"a.b": '["x", "y"]', "a.c": "r2"}),
+        (SetParameter("a", {"b": ["x", "y"], "c": ROBOT}), "parameters", {"a.b": '[x, "y"]', "a.c": "r2"}),
         (SetRemap(src="a", dst=["/", ROBOT]), "remappings", [("a", "/r2")]),
     ],
 )
@@ -98,7 +98,7 @@ def test_an_inner_scope_keeps_its_parameters_and_rules() -> None:
     [
         (Setting(), "Setting is not an action that can be carried out"),
         (SetLaunchConfiguration("x", LaunchConfiguration("none")), "'none' is used, but not declared"),
-        (SetParameter("a", None), "Parameter 'a' cannot be None"),  # type: ignore[arg-type]
+        (SetParameter("a", None), "Parameter 'a': cannot be None"),  # type: ignore[arg-type]
         (AppendEnvironmentVariable("PATH", "x", prepend="maybe"), "Expected true or false"),
     ],
 )

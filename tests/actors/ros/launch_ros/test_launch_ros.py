@@ -51,7 +51,7 @@ def test_a_shell_reads_the_arguments_of_a_node() -> None:
             package="p q", executable="e", shell=True, arguments=["$HOME"], parameters=[{"a": "b c"}]
         )
     )
-    assert found.command == ("/bin/sh", "-c", """'p q:e' $HOME --ros-args -p 'a:="b c"'""")
+    assert found.command == ("/bin/sh", "-c", """'p q:e' $HOME --ros-args -p 'a:=b c'""")
 
 
 def test_settings_are_for_all_nodes() -> None:

@@ -1,0 +1,128 @@
+"""Values of parameters in launch files, as ROS 2's launch gives them to a node."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Final, cast, get_args, get_origin
+
+from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
+from actors.interfaces.yaml_scalars import launch_scalar
+from actors.launch.description.conditions import to_bool
+from actors.launch.description.process_actions import ParameterValue
+from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.errors import LaunchError
+from proto.untrusted_text import escape
+
+if TYPE_CHECKING:
+    from actors.launch.description.substitutions import Scope, Text
+
+_SCALARS: Final = (str, int, float, bool)
+_SHOWN_CHARS: Final = 80
+
+
+def parameter_value(value: Any, scope: Scope) -> Any:
+    """Return a value without substitutions: a scalar, bytes, or a list of scalars of one type.
+
+    The text of a substitution is read as YAML. A list of integers and doubles is one of doubles.
+
+    Args:
+        value: What a description has.
+        scope: For the substitutions.
+
+    Raises:
+        LaunchError: A parameter cannot have this value, or a substitution has no value.
+    """
+    match value:
+        case bool() | int() | float() | str() | bytes():
+            return value
+        case PurePath():
+            return str(value)
+        case Substitution():
+            return value_from_text(resolve(value, scope))
+        case ParameterValue():
+            return _typed(value, scope)
+        case Sequence():
+            return _list(cast("Any", value), scope)
+        case _:
+            raise LaunchError(f"cannot be {value!r}")
+
+
+def value_from_text(text: str) -> Any:
+    """Return the value that a text has in a launch file; a text that is not YAML is a string.
+
+    Raises:
+        LaunchError: It is a mapping, or a list that no parameter can have.
+    """
+    if not text:
+        return text
+    try:
+        value = load_yaml(text, rules=launch_scalar)
+    except YamlError:
+        return text
+    if isinstance(value, list):
+        return _of_one_type(cast("Any", value))
+    if isinstance(value, _SCALARS):
+        return value
+    what = "a mapping" if isinstance(value, dict) else "nothing"
+    shown = escape(text[:_SHOWN_CHARS])
+    raise LaunchError(f"'{shown}' is {what} in YAML, no value of a parameter; a string needs the type str")
+
+
+def _list(values: Sequence[Any], scope: Scope) -> Any:
+    if any(isinstance(each, Substitution) for each in values) and all(
+        isinstance(each, Substitution | str) for each in values
+    ):  # pieces of one text
+        return value_from_text(resolve(cast("Text", values), scope))
+    items = [
+        # In a list, pieces of a text are in a list of their own.
+        value_from_text(resolve(cast("Text", each), scope))
+        if isinstance(each, list | tuple)
+        else parameter_value(each, scope)
+        for each in values
+    ]
+    if {type(each) for each in values} == {int, float}:
+        return [float(each) for each in values]
+    return _of_one_type(items)
+
+
+def _of_one_type(items: list[Any]) -> list[Any]:
+    kinds: set[type[object]] = {type(each) for each in items}
+    if len(kinds) > 1 or not kinds.issubset(_SCALARS):
+        raise LaunchError(
+            f"the values of a list must be of one type, not {escape(str(items)[:_SHOWN_CHARS])}"
+        )
+    return items
+
+
+def _typed(parameter: ParameterValue, scope: Scope) -> Any:
+    kind, value = parameter.value_type, parameter.value
+    if kind is None:
+        return parameter_value(value, scope)
+    if get_origin(kind) is list:
+        return [_converted(each, get_args(kind)[0], scope) for each in _items(value, scope)]
+    return _converted(value, kind, scope)
+
+
+def _items(value: Any, scope: Scope) -> Sequence[Any]:
+    """Return the elements of a list, which a text has in YAML, as they are written there."""
+    if not isinstance(value, str | Substitution):
+        return cast("Sequence[Any]", value)
+    text = resolve(value, scope)
+    try:
+        items = load_yaml(text, rules=PlainText)
+    except YamlError as error:
+        raise LaunchError(f"'{escape(text[:_SHOWN_CHARS])}' is no list in YAML: {error}") from None
+    if not isinstance(items, list):
+        raise LaunchError(f"'{escape(text[:_SHOWN_CHARS])}' is no list in YAML")
+    return cast("Any", items)
+
+
+def _converted(value: Any, kind: Any, scope: Scope) -> Any:
+    if kind not in _SCALARS:
+        raise LaunchError(f"value_type can be str, int, float or bool, or a list of one, not {kind!r}")
+    text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
+    try:
+        return to_bool(text, scope) if kind is bool else kind(text)
+    except ValueError:
+        raise LaunchError(f"expected a value of type {kind.__name__}, not '{escape(text)}'") from None
