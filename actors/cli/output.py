@@ -35,7 +35,11 @@ def print_err(text: str) -> None:
 
 
 def print_json(value: object) -> None:
-    """Print one JSON document in one line. JSON has no NaN and no infinity: they become null."""
+    """Print one JSON document in one line.
+
+    JSON has no NaN and no infinity: they become the texts "nan", "inf" and "-inf", which verbs read as
+    numbers where the type has numbers.
+    """
     try:
         text = json.dumps(value, allow_nan=False)
     except ValueError:
@@ -54,7 +58,7 @@ def print_names(names: Iterable[str], *, json: bool = False) -> None:
 
 def _finite(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
-        return None
+        return str(value)
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in cast("Any", value).items()}
     if isinstance(value, list | tuple):

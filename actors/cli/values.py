@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
@@ -106,7 +107,7 @@ def _filled(msg_type: type[M], values: dict[str, Any]) -> M:
 
 def _fields(text: str) -> dict[str, Any]:
     try:
-        values = load_yaml(text)
+        values = _json(text) or load_yaml(text)
     except YamlError as error:
         raise CommandError(f"The values are not YAML: {error}") from None
     if values is None:
@@ -114,6 +115,19 @@ def _fields(text: str) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise CommandError(f"The values must be a YAML map such as '{{data: hello}}', got: {shortened(text)}")
     return {str(key): value for key, value in cast("Any", values).items()}
+
+
+def _json(text: str) -> object:
+    """Return the values of a JSON object, and None for any other text.
+
+    YAML's rules differ from JSON's for some strings: for pairs of escaped surrogates, and control characters.
+    """
+    if text.lstrip()[:1] != "{":
+        return None
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
 
 
 def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:

@@ -140,6 +140,8 @@ def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
     if base == "byte" or (base in BINARY and field_type.is_array):
         if isinstance(value, bytes) and len(value) == 1:
             return value
+        if isinstance(value, str) and len(value) == 1 and not field_type.is_array:  # as it is printed
+            value = ord(value)
         if not isinstance(value, int) or not 0 <= value <= 255:
             raise ValueError(f"{path}: Expected an integer from 0 to 255, got {value!r}")
         return bytes([value])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -281,6 +282,47 @@ async def test_a_dump_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
             "Set parameter start_type_description_service failed: Trying to set a read-only parameter\n"
         )
         assert node.get_parameters(names) == before
+
+
+async def test_a_dump_as_json_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
+    """NaN, infinities, bytes, empty lists and 64-bit integers come back, with the types of the parameters."""
+    values: dict[str, Any] = {
+        "nan": math.nan,
+        "infinite": -math.inf,
+        "numbers": [0.5, math.nan, math.inf],
+        "all_nan": [math.nan],
+        "raw": b"\0\xff",
+        "no_bytes": b"",
+        "limits": [-(2**63), 2**63 - 1],
+        "text": "nan",
+        "texts": ["1e3", "\U0001f9be", "\x7f\0", "inf"],
+        "a.b": 1,
+        "a.b.c": True,
+    }
+    empty = {f"empty_{kind.name.lower()}": kind for kind in ParameterType if kind > ParameterType.BYTE_ARRAY}
+    others: dict[type, Any] = {float: 1.0, bytes: b"x", int: 0, str: "", bool: False}
+    async with driver(desk, namespace="ns") as node:
+        for name, value in values.items():
+            node.declare_parameter(name, value)
+        for name, kind in empty.items():
+            node.declare_parameter(name, Parameter(name, kind, []).value or kind)
+            node.set_parameters([Parameter(name, kind, [])])
+        names = [*values, *empty]
+        before = node.get_parameters(names)
+        file = tmp_path / "dump.json"
+        file.write_text((await desk.callboard("param", "dump", "/ns/driver", "--json")).out, encoding="utf-8")
+        for name, value in values.items():
+            other = [others[type(value[0])]] if isinstance(value, list) else others[type(value)]
+            assert all(each.successful for each in node.set_parameters([Parameter(name, value=other)]))
+        for arguments in ((), ("--no-use-wildcard", "--json")):
+            await desk.callboard("param", "load", "/ns/driver", str(file), *arguments)
+            after = node.get_parameters(names)
+            assert [repr(each.value) for each in after] == [repr(each.value) for each in before]
+            assert [each.type_ for each in after] == [each.type_ for each in before]
+        file.write_text('{"/ns/driver": {"ros__parameters": {"text": null}}}', encoding="utf-8")
+        assert (await desk.callboard("param", "load", "/ns/driver", str(file))).code == 1
+        file.write_text('{"/ns/driver": {"ros__parameters": {"text": [1, "a"]}}}', encoding="utf-8")
+        assert (await desk.callboard("param", "load", "/ns/driver", str(file))).code == 1
 
 
 async def test_load(desk: Desk, tmp_path: Path) -> None:
