@@ -42,7 +42,8 @@ def known_packages() -> list[str]:
         except OSError:  # a zip file or a missing folder
             continue
         found.update(folder.name for folder in folders if any(_has(folder / kind, kind) for kind in KINDS))
-    return sorted(found)
+    # Without generated packages that another module of the name hides: they cannot be imported.
+    return sorted(name for name in found if any(_names(name, kind) for kind in KINDS))
 
 
 def python_package(package: str, kind: str) -> str | None:
@@ -61,7 +62,7 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
         return None
     if package in standard_packages():
         return None
-    files = (folder / kind / f"{name}.{kind}" for folder in _folders(package))
+    files = (folder / kind / f"{name}.{kind}" for folder in _text_folders(package))
     return next((file for file in files if file.is_file()), None)
 
 
@@ -84,12 +85,13 @@ def unknown_package(package: str) -> str:
 
 
 def _names(package: str, kind: str) -> list[str]:
-    folders = [_STANDARD / package] if package in standard_packages() else _folders(package)
-    for folder in folders:
+    standard = package in standard_packages()
+    for folder in [_STANDARD / package] if standard else _folders(package):
         # Generated packages list their names; only folders with texts alone are searched for files.
         exported = _exported(folder / kind / "__init__.py")
         if exported:
             return sorted(exported)
+    folders = () if standard else _text_folders(package)
     files = (file for folder in folders for file in (folder / kind).glob(f"*.{kind}"))
     return sorted({file.stem for file in files if _TYPE.fullmatch(file.stem)})
 
@@ -120,9 +122,22 @@ def _folders(package: str) -> list[Path]:
     return [Path(each) for each in (spec.submodule_search_locations or ())] if spec is not None else []
 
 
+def _text_folders(package: str) -> list[Path]:
+    """Return the folders in which a package may have texts: any of its name on the import path.
+
+    A module of the same name, such as Python's own `test`, hides a folder from `import`, and not its texts.
+    """
+    if not _PACKAGE.fullmatch(package):
+        return []
+    return list(dict.fromkeys([*_folders(package), *(Path(entry or ".") / package for entry in sys.path)]))
+
+
 def _has(folder: Path, kind: str) -> bool:
     """Return whether a folder has interfaces of a kind: generated, or as text."""
-    if not folder.is_dir():
+    try:
+        if not folder.is_dir():
+            return False
+    except OSError:  # a folder above it that nobody may enter
         return False
     try:
         if _GENERATED in (folder / "__init__.py").read_text(encoding="utf-8"):

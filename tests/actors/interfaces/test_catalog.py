@@ -97,3 +97,28 @@ def test_lists_need_no_classes() -> None:
         "sys.exit('msgspec' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=50)
+
+
+@pytest.mark.parametrize("name", ["test", "json", "catalog_hidden"])
+def test_a_folder_with_the_name_of_a_module(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its texts are found, although `import` finds the module; a generated package there is no package."""
+    earlier, later = tmp_path / "earlier", tmp_path / "later"
+    (earlier / "catalog_hidden").mkdir(parents=True)
+    (earlier / "catalog_hidden" / "__init__.py").touch()
+    for path in (earlier, later):
+        monkeypatch.syspath_prepend(path)
+    monkeypatch.setattr(sys, "path", [*sys.path[2:], str(earlier), str(later)])  # as the current directory
+    (later / name / "msg").mkdir(parents=True)
+    text = later / name / "msg" / "Wheel.msg"
+    text.write_text("float64 speed\n", encoding="utf-8")
+    assert name in known_packages()
+    assert interfaces_of(name) == [f"{name}/msg/Wheel"]
+    assert source_file(name, "msg", "Wheel") == text
+    assert python_package(name, "msg") is None
+    generate(later / name)
+    text.unlink()
+    assert name not in known_packages()
+    with pytest.raises(UnknownInterfaceError):
+        interfaces_of(name)
