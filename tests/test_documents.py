@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli.reference import reference
+from actors.launch.description.templates import known_substitutions
 from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
-from actors.launch.documents.templates import known_substitutions
 from tests.actors.site_packages import Site
 from tests.fork_server.client import FORKED
 

@@ -70,6 +70,8 @@ from actors.launch.description.library_substitutions import (
     FindExecutable as FindExecutable,
     FindPackagePrefix as FindPackagePrefix,
     FindPackageShare as FindPackageShare,
+    LaunchLogDir as LaunchLogDir,
+    Parameter as Parameter,
 )
 from actors.launch.description.lifecycle import (
     ChangeState as ChangeState,
@@ -89,6 +91,7 @@ from actors.launch.description.logic import (
     NotSubstitution as NotSubstitution,
     OrSubstitution as OrSubstitution,
 )
+from actors.launch.description.parameter_file import ParameterFile as ParameterFile
 from actors.launch.description.process_actions import (
     ExecuteProcess as ExecuteProcess,
     Node as Node,

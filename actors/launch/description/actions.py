@@ -232,6 +232,13 @@ class TimerAction(Action):
     actions: Sequence[Action] = field(
         metadata=option("The actions to carry out then.", keys="children actions")
     )
+    cancel_on_shutdown: bool | Text = field(
+        default=True,
+        metadata=option(
+            "Whether to forget them when the launch ends. Otherwise it ends after them; processes are not"
+            " started any more."
+        ),
+    )
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,14 @@ class Library(Protocol):
         """Return the content of a UTF-8 file, within a limit of size."""
         ...
 
+    def temporary_file(self, name: str, text: str) -> str:
+        """Return the path of a new file with this name and text, which exists until the launch has ended."""
+        ...
+
+    def log_folder(self) -> str:
+        """Return the folder of the log files of this launch, which is created if necessary."""
+        ...
+
     def unique(self) -> str:
         """Return a unique word of letters, digits and underscores."""
         ...

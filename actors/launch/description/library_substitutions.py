@@ -1,7 +1,8 @@
-"""Substitutions that use the library: files, packages, programs, and unique names."""
+"""Substitutions that use the library, and those with values that a launch has chosen."""
 
 from __future__ import annotations
 
+import json
 import shlex
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -108,6 +109,39 @@ class FileContent(Substitution):
 
     def perform(self, scope: Scope) -> str:
         return scope.library.text(str(PurePath(scope.folder, resolve(self.path, scope))))
+
+
+@dataclass(frozen=True)
+class LaunchLogDir(Substitution):
+    """The folder of the log files of this launch, which is created if it does not exist yet."""
+
+    def perform(self, scope: Scope) -> str:
+        return scope.library.log_folder()
+
+
+@dataclass(frozen=True)
+class Parameter(Substitution):
+    """The value of a parameter that `SetParameter` has set for all nodes.
+
+    Attributes:
+        name: The parameter.
+        default: Its value if it is not set; None: that is an error.
+    """
+
+    name: Text
+    default: Text | None = None
+
+    def perform(self, scope: Scope) -> str:
+        name = resolve(self.name, scope)
+        if name not in scope.parameters:
+            if self.default is None:
+                raise LaunchError(f"No parameter '{escape(name)}' has been set for all nodes")
+            return resolve(self.default, scope)
+        text = scope.parameters[name]
+        if text.startswith('"'):  # the YAML of a string, which planning writes as JSON
+            return str(json.loads(text))
+        # As ROS 2 writes them, so that they can be used in a PythonExpression.
+        return {"true": "True", "false": "False"}.get(text, text)
 
 
 @dataclass(frozen=True)

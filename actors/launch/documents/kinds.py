@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
-from actors.launch.documents.templates import template, words
+from actors.launch.description.templates import template, words
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
 from proto.untrusted_text import escape
@@ -309,11 +309,11 @@ def read_fields(value: object, location: Location, names: Sequence[str]) -> Mapp
     return found
 
 
-def record_schema(fields: Mapping[str, Schema]) -> Schema:
-    """Return the schema of a mapping that has exactly these keys."""
+def record_schema(fields: Mapping[str, Schema], **optional: Schema) -> Schema:
+    """Return the schema of a mapping that has exactly these keys, and perhaps optional ones."""
     return {
         "type": "object",
-        "properties": dict(fields),
+        "properties": {**fields, **optional},
         "required": list(fields),
         "additionalProperties": False,
     }

@@ -3,6 +3,7 @@
 parameters: {speed: 1.5, limits: {low: 0, high: $(var high)}}       by name; a dot is one level
 parameters: [common.yaml, {speed: 1.5}]                             files, too; the last value counts
 param: [{from: common.yaml}, {name: speed, value: 1.5}]             ROS 2's form
+param: [{from: common.yaml, allow_substs: true}]                    with $(var …) in the file
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.yaml_reader import PlainText
 from actors.interfaces.yaml_scalars import launch_scalar
+from actors.launch.description.parameter_file import ParameterFile
 from actors.launch.description.process_actions import ParameterValue
 from actors.launch.documents.kinds import (
+    FLAG,
     NAMES,
     SCALAR,
     Kind,
@@ -81,8 +84,18 @@ class RosParametersKind(Kind):
 
     def _entry(self, value: object, location: Location) -> Any:
         if "from" in read_mapping(value, location):
-            return read_text(read_fields(value, location, ("from",))["from"], location.inner("from"))
+            return self._file(value, location)
         return dict(self._named("", value, location))
+
+    def _file(self, value: object, location: Location) -> Any:
+        optional = [name for name in ("allow_substs",) if name in read_mapping(value, location)]
+        found = read_fields(value, location, ("from", *optional))
+        path = read_text(found["from"], location.inner("from"))
+        if not optional:
+            return path
+        return ParameterFile(
+            path, allow_substs=FLAG.read(found["allow_substs"], location.inner("allow_substs"))
+        )
 
     def _named(self, prefix: str, value: object, location: Location) -> Iterator[tuple[str, Any]]:
         given = read_mapping(value, location)
@@ -105,7 +118,7 @@ class RosParametersKind(Kind):
             yield from self._named(f"{name}.", each, below.inner(at))
 
     def schema(self) -> Schema:
-        file = record_schema({"from": {"$ref": "#/definitions/text"}})
+        file = record_schema({"from": {"$ref": "#/definitions/text"}}, allow_substs=FLAG.schema())
         return {"type": "array", "items": {"anyOf": [{"$ref": "#/definitions/parameter"}, file]}}
 
 

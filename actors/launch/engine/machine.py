@@ -109,14 +109,17 @@ class Machine:
     def finished(self) -> bool:
         """Whether the launch has ended: nothing runs, and nothing will be started."""
         # A function of `OnShutdown` may still run: what it logs and returns belongs to the launch.
-        return self.stopping and not self._table.living and not self._reactions.waiting
+        busy = self._table.living or self._schedule.keeping_alive or self._reactions.waiting
+        return self.stopping and not busy
 
     @property
     def wake_at(self) -> float | None:
         """When `tick` is due; None: not before another event."""
+        due = self._schedule.next_at
         if self.stopping and self._reactions.waiting:
-            return self._stopped_at + LAST_FUNCTION_SEC
-        return self._schedule.next_at
+            limit = self._stopped_at + LAST_FUNCTION_SEC
+            return limit if due is None else min(limit, due)
+        return due
 
     def state(self, label: str) -> ProcessState:
         """Return the state of a process; one that has been forgotten is dead."""
@@ -210,6 +213,7 @@ class Machine:
             self._reactions.add(self._stop_all(reason))
         # `timeout` and terminals may signal twice for one request; that must not kill.
         elif escalate and now - self._stopped_at >= REPEATED_STOP_SEC:
+            self._schedule.shut_down(force=True)
             self._effects.append(ForceStopAll())
             self._reactions.abandon()
         return self._pop_effects()
@@ -281,7 +285,10 @@ class Machine:
                 yield from self._run_step(step)
             elif not self.stopping:
                 self._schedule.add(
-                    self._now + step.after_sec, partial(self._step_is_due, step), keep_alive=True
+                    self._now + step.after_sec,
+                    partial(self._step_is_due, step),
+                    keep_alive=True,
+                    cancel_on_shutdown=step.cancel_on_shutdown,
                 )
 
     def _step_is_due(self, step: Step, now: float) -> None:
@@ -456,7 +463,7 @@ class Machine:
         event = ShuttingDown(reason)
         self.stopping = True
         self._stopped_at = self._now
-        self._schedule.clear()
+        self._schedule.shut_down()
         self._notify(event)
         for state in (ProcessState.WAITING, ProcessState.RESTARTING):
             for process in self._table.in_state(state):

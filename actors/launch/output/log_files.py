@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from actors.launch.description.process_actions import OutputMode
-from actors.launch.output.log_folder import LogFolder
 from actors.launch.output.messages import message_for
 from actors.launch.output.sanitize import has_controls, plain_line
 from actors.launch.output.writer import WriteQueue
@@ -21,8 +20,9 @@ from actors.launch.planning.events import Level, Message, ProcessEvent, ProcessI
 from actors.logging.terminal_text import escape_controls
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Callable
 
+    from actors.launch.output.log_folder import LogFolder
     from actors.launch.planning.events import Event, Listener
 
 LAUNCH_LOG: Final = "launch.log"
@@ -49,12 +49,12 @@ class LogFiles:
     """A listener that writes log files, from the first process whose output mode asks for them.
 
     Args:
-        root: The folder in which each launch makes its own.
+        open_folder: Called in the writer thread; returns the folder of this launch.
         notify: Called with messages about the folder and errors, also in the writer thread.
     """
 
-    def __init__(self, root: Path, notify: Listener) -> None:
-        self._root = root
+    def __init__(self, open_folder: Callable[[], LogFolder], notify: Listener) -> None:
+        self._open_folder = open_folder
         self._notify = notify
         self._early: deque[_Entry] = deque(maxlen=MAX_EARLY_LINES)
         self._queue: WriteQueue[_Entry] = WriteQueue()
@@ -112,7 +112,7 @@ class LogFiles:
 
     def _run(self) -> None:
         try:
-            self._folder = LogFolder(self._root)
+            self._folder = self._open_folder()
         except OSError as error:
             self._complain(error)
         else:
@@ -143,7 +143,7 @@ class LogFiles:
         """Report once that files cannot be written; the launch goes on."""
         if not self._complained:
             self._complained = True
-            where = self._folder.path if self._folder is not None else self._root
+            where = self._folder.path if self._folder is not None else error.filename
             self._notify(
                 Message(Level.ERROR, f"log files in {where} cannot be written: {error.strerror or error}")
             )

@@ -196,9 +196,7 @@ class _Planner:
             case IncludeLaunchDescription():
                 return self._include(action, scope)
             case TimerAction():
-                later = option_value(action, "period", scope)
-                steps = self._deferring(action.actions, scope.inner())
-                return [replace(step, after_sec=later + step.after_sec) for step in steps]
+                return self._delay(action, scope)
             case OpaqueFunction():
                 return self._opaque(action, scope)
             case RegisterEventHandler():
@@ -217,6 +215,20 @@ class _Planner:
             case _:
                 raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
         return []
+
+    def _delay(self, action: TimerAction, scope: Scope) -> list[Step]:
+        later = option_value(action, "period", scope)
+        cancel = option_value(action, "cancel_on_shutdown", scope)
+        steps = self._deferring(action.actions, scope.inner())
+        # A timer in another one is cancelled with it: that one would have begun it.
+        return [
+            replace(
+                step,
+                after_sec=later + step.after_sec,
+                cancel_on_shutdown=cancel or (step.after_sec > 0 and step.cancel_on_shutdown),
+            )
+            for step in steps
+        ]
 
     def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
         name = action.name

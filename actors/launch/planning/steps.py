@@ -23,9 +23,11 @@ class PlannedStep:
 
     Attributes:
         after_sec: Seconds from the beginning of its plan until it is due.
+        cancel_on_shutdown: Whether to forget it if the launch ends before that.
     """
 
     after_sec: float = 0.0
+    cancel_on_shutdown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

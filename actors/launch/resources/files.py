@@ -8,15 +8,20 @@ import re
 import secrets
 import shutil
 import sys
+import threading
+import weakref
 from functools import lru_cache
 from pathlib import Path
+from tempfile import mkdtemp
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.config import environment
 from actors.errors import error_text
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.description_source import LaunchLibrary
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
+from actors.launch.output.log_folder import LogFolder
 from actors.launch.planning.error_location import line_in
 from actors.launch.resources.command_output import command_output
 from actors.parameters.errors import InvalidParameterFileError
@@ -63,6 +68,10 @@ class Files(LaunchLibrary):
         self._runner = tuple(runner)
         self._run_command = tuple(run_command)
         self.launch_files: list[str] = []
+        # Functions of the description, and the log files, use this in threads.
+        self._lock = threading.Lock()
+        self._temporary: str | None = None
+        self._log_folder: LogFolder | None = None
         # A launch may have the same program a thousand times, and each look-up of a package reads files.
         self._package = lru_cache(MAX_REMEMBERED)(_package)
         self._command = lru_cache(MAX_REMEMBERED)(self._find_command)
@@ -182,6 +191,34 @@ class Files(LaunchLibrary):
             return _read(path, "file", LaunchError, LaunchError).decode()
         except UnicodeDecodeError:
             raise LaunchError(f"{escape(path)} is not UTF-8") from None
+
+    def temporary_file(self, name: str, text: str) -> str:
+        with self._lock:
+            if self._temporary is None:
+                self._temporary = mkdtemp(prefix="callboard-launch-")
+                # Nodes that are restarted read the files again, so they are removed with this object.
+                weakref.finalize(self, shutil.rmtree, self._temporary, ignore_errors=True)
+            # A folder for each: two includes may substitute the same file differently.
+            path = Path(mkdtemp(dir=self._temporary), name)
+            path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    def open_log_folder(self) -> LogFolder:
+        """Return the log folder of this launch, which is created by the first call, in any thread.
+
+        Raises:
+            OSError: It cannot be created.
+        """
+        with self._lock:
+            if self._log_folder is None:
+                self._log_folder = LogFolder(Path(environment.state_folder(), "log"))
+            return self._log_folder
+
+    def log_folder(self) -> str:
+        try:
+            return str(self.open_log_folder().path)
+        except OSError as error:
+            raise LaunchError(f"The folder for log files cannot be created: {error}") from None
 
     def unique(self) -> str:
         return f"{os.getpid()}_{secrets.token_hex(4)}"

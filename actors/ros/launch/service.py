@@ -5,10 +5,8 @@ from __future__ import annotations
 import asyncio
 import signal
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from actors.config import environment
 from actors.launch import Launch, LaunchError
 from actors.launch.output.log_files import LogFiles
 from actors.launch.output.screen import Screen
@@ -71,12 +69,13 @@ class LaunchService:
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
         """Do the same as `run` in a loop that runs."""
         screen = Screen(_write, color=False)
-        logs = LogFiles(Path(environment.state_folder(), "log"), screen)
+        library = ros_files()
+        logs = LogFiles(library.open_log_folder, screen)
         self._loop = asyncio.get_running_loop()
         self._launch = launch = Launch(
             self._description,
             arguments=self._arguments,
-            library=ros_files(),
+            library=library,
             listeners=[screen, logs],
             keep=not shutdown_when_idle,
         )

@@ -21,6 +21,7 @@ class FakeLibrary:
     def __init__(self, **files: LaunchDescription) -> None:
         self._files = files
         self._numbers = count(1)
+        self.temporary_files: dict[str, str] = {}
 
     @property
     def run_command(self) -> Sequence[str]:
@@ -71,6 +72,13 @@ class FakeLibrary:
 
     def text(self, path: str) -> str:
         return f"text of {path}"
+
+    def temporary_file(self, name: str, text: str) -> str:
+        self.temporary_files[name] = text
+        return f"/temporary/{name}"
+
+    def log_folder(self) -> str:
+        return "/log/of/this/launch"
 
     def unique(self) -> str:
         return f"unique_{next(self._numbers)}"

@@ -89,7 +89,9 @@ def run(options: argparse.Namespace) -> int:
     process.raise_file_limit(OPEN_FILES)
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
-    return run_async(lambda: _run(launch, watched, json=options.json), loop_factory=process.new_event_loop)
+    return run_async(
+        lambda: _run(launch, library, watched, json=options.json), loop_factory=process.new_event_loop
+    )
 
 
 def _library(*, ros: bool, force: bool) -> Files:
@@ -248,7 +250,7 @@ def _transitions(transitions: Iterable[int | str]) -> str:
 # Doing it
 
 
-async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -> int:
+async def _run(launch: Launch, library: Files, watched: Collection[str] | None, *, json: bool) -> int:
     """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
     loop = asyncio.get_running_loop()
 
@@ -256,7 +258,7 @@ async def _run(launch: Launch, watched: Collection[str] | None, *, json: bool) -
         with suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", escalate=False))
 
-    reports = Reports(json=json, on_closed=on_closed)
+    reports = Reports(library.open_log_folder, json=json, on_closed=on_closed)
     launch.listen(reports)
     code = FAILURE
     try:

@@ -6,7 +6,6 @@ import os
 import sys
 import threading
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
@@ -20,6 +19,7 @@ from actors.launch.planning.events import Stream
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.launch.output.log_folder import LogFolder
     from actors.launch.output.status import StatusLine
     from actors.launch.planning.events import Event, Listener
 
@@ -31,6 +31,7 @@ class Reports:
     """A listener that passes events on to all that show or write them.
 
     Args:
+        open_log_folder: Returns the folder for log files; called in a thread when the first one is needed.
         json: Whether stdout gets JSON, and nothing else. What is printed then goes to stderr.
         on_closed: Called once, in a thread, when the reader of stdout has closed it.
 
@@ -38,7 +39,9 @@ class Reports:
         closed: Whether that has happened.
     """
 
-    def __init__(self, *, json: bool, on_closed: Callable[[], None]) -> None:
+    def __init__(
+        self, open_log_folder: Callable[[], LogFolder], *, json: bool, on_closed: Callable[[], None]
+    ) -> None:
         self.closed = False
         self._on_closed = on_closed
         self._json = JsonReport(self._write) if json else None
@@ -49,7 +52,7 @@ class Reports:
         stdout = self._write_error if json else self._write
         self._unattributed = UnattributedOutput({Stream.STDOUT: stdout, Stream.STDERR: self._write_error})
         shown: Listener = self._json or Screen(self._write, color=_color())
-        self._logs = LogFiles(Path(environment.state_folder(), "log"), shown)
+        self._logs = LogFiles(open_log_folder, shown)
         self._listeners: list[Listener] = [shown, self._logs]
         if self._json is None and sys.stdout.isatty() and not environment.dumb_terminal():
             # First, so that it is up to date when what has happened is shown.

@@ -141,7 +141,7 @@ class TimerAction(CallboardTimer):
     Args:
         period: Seconds until then.
         actions: The actions.
-        cancel_on_shutdown: Ignored: a launch that ends starts nothing more.
+        cancel_on_shutdown: Whether to forget them when the launch ends.
         condition: When to carry it out; None: always.
     """
 
@@ -153,7 +153,12 @@ class TimerAction(CallboardTimer):
         cancel_on_shutdown: bool | Text = True,
         condition: Condition | None = None,
     ) -> None:
-        super().__init__(period=period, actions=_listed(actions), condition=condition)
+        super().__init__(
+            period=period,
+            actions=_listed(actions),
+            cancel_on_shutdown=cancel_on_shutdown,
+            condition=condition,
+        )
 
 
 class Shutdown(CallboardShutdown):

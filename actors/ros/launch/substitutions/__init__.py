@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, cast
 
-from actors.config import environment
 from actors.launch import (
     AllSubstitution as AllSubstitution,
     AndSubstitution as AndSubstitution,
@@ -20,6 +19,7 @@ from actors.launch import (
     IfElseSubstitution as IfElseSubstitution,
     LaunchConfiguration as CallboardConfiguration,
     LaunchError,
+    LaunchLogDir as LaunchLogDir,
     LocalSubstitution as LocalSubstitution,
     NotEqualsSubstitution as NotEqualsSubstitution,
     NotSubstitution as NotSubstitution,
@@ -108,11 +108,3 @@ class PathSubstitution(PathJoinSubstitution):
     def __truediv__(self, part: Text) -> PathSubstitution:
         """Return the path of something in it."""
         return PathSubstitution((*self.substitutions, part))
-
-
-class LaunchLogDir(Substitution):
-    """The folder with the log folders of launches."""
-
-    def perform(self, scope: Scope) -> str:
-        """Return its path."""
-        return str(Path(environment.state_folder(), "log"))

@@ -21,6 +21,8 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.conditions import IfCondition
 from actors.launch.description.event_handlers import OnProcessExit
+from actors.launch.description.library_substitutions import LaunchLogDir, Parameter
+from actors.launch.description.parameter_file import ParameterFile
 from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
 from actors.launch.description.substitutions import LaunchConfiguration
 from actors.launch.documents.reading import read_document
@@ -102,6 +104,15 @@ def described(text: str) -> tuple[Action, ...]:
             "<include file='b' scoped='true'><let name='a' value='1'/></include>",
             IncludeLaunchDescription("b", launch_arguments={"a": "1"}),
         ),
+        (
+            "<node pkg='p' exec='e'><param from='p.yaml' allow_substs='$(var x)'/></node>",
+            Node(package="p", executable="e", parameters=(ParameterFile("p.yaml", allow_substs=VAR),)),
+        ),
+        (
+            "<timer period='2' cancel_on_shutdown='false'/>",
+            TimerAction(period="2", actions=(), cancel_on_shutdown="false"),
+        ),
+        ("<log message='$(param a) $(log_dir)'/>", LogInfo(msg=(Parameter("a"), " ", LaunchLogDir()))),
         ("<group scoped='0'/>", GroupAction((), scoped=False)),
         ("<group scoped='Off'/>", GroupAction((), scoped=False)),
         ("<executable cmd='ls -l' output='screen'/>", ExecuteProcess(cmd=("ls", "-l"), output="screen")),

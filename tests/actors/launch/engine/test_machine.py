@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -135,6 +137,26 @@ class Play:
     def said(self) -> list[str]:
         """What was reported."""
         return [f"{each.level.value} {each.about}: {each.text}" for each in self.told(Message)]
+
+
+def test_a_timer_may_survive_the_end_of_the_launch() -> None:
+    """The launch goes on until it is due, and starts no process then; a second request to stop forgets it."""
+    last = LogText(text="last", after_sec=5.0, cancel_on_shutdown=False)
+    late = start("b", after_sec=6.0)
+    steps = (start(), LogText(text="lost", after_sec=4.0), last, replace(late, cancel_on_shutdown=False))
+    for insist in (False, True):
+        play = Play(*steps)
+        play.up()
+        play.does(partial(play.machine.stop, "enough"))
+        play.ends()
+        assert not play.machine.finished
+        if insist:
+            play.waits(1.0)
+            play.does(partial(play.machine.stop, "enough"))
+        else:
+            play.waits(6.0)
+        assert play.machine.finished
+        assert (play.said, play.runs) == ([] if insist else ["INFO launch: last"], ["a-1"])
 
 
 def test_steps_are_taken_in_order_when_they_are_due() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import re
 import threading
+from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
@@ -28,7 +29,7 @@ STAMP = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z "
 def logged(root: Path, *events: Event) -> tuple[dict[str, str], Sequence[Event]]:
     """Return the files, stamps replaced, that events leave behind, and what was told."""
     told: list[Event] = []
-    logs = LogFiles(root, told.append)
+    logs = LogFiles(partial(LogFolder, root), told.append)
     for event in events:
         logs(event)
     assert logs.close(DEADLINE_SEC)
@@ -106,7 +107,7 @@ def test_files_that_cannot_be_made_are_reported_once(tmp_path: Path) -> None:
     """The launch goes on; what is missing is counted."""
     (tmp_path / "file").touch()
     told: list[Event] = []
-    logs = LogFiles(tmp_path / "file" / "log", told.append)
+    logs = LogFiles(partial(LogFolder, tmp_path / "file" / "log"), told.append)
     talker = spec(output=OutputMode.LOG)
     for event in (started(talker), wrote(talker, b"a", b"b"), exited(talker, 0)):
         logs(event)
@@ -130,7 +131,7 @@ def test_a_full_disk_is_reported_once(tmp_path: Path, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(LogFolder, "write", write_if_room)
     told: list[Event] = []
-    logs = LogFiles(tmp_path, told.append)
+    logs = LogFiles(partial(LogFolder, tmp_path), told.append)
     talker = spec(output=OutputMode.OWN_LOG)
     for number in range(1, 5):
         logs(wrote(talker, b"%d" % number))
@@ -145,7 +146,7 @@ def test_lines_that_come_too_fast_are_counted(tmp_path: Path, monkeypatch: pytes
     """The log says how many there were, as the launch does in the end."""
     monkeypatch.setattr(writer, "MAX_QUEUED_BYTES", 100)
     told: list[Event] = []
-    logs = LogFiles(tmp_path, told.append)
+    logs = LogFiles(partial(LogFolder, tmp_path), told.append)
     talker = spec(output=OutputMode.LOG)
     logs(wrote(talker, b"x" * 101, b"y"))
     assert not logs.close(DEADLINE_SEC)
@@ -159,7 +160,7 @@ def test_closing_does_not_wait_for_a_disk_that_hangs(tmp_path: Path, monkeypatch
     free = threading.Event()
     monkeypatch.setattr(LogFolder, "write", lambda *_: free.wait(DEADLINE_SEC))
     told: list[Event] = []
-    logs = LogFiles(tmp_path, told.append)
+    logs = LogFiles(partial(LogFolder, tmp_path), told.append)
     logs(wrote(spec(output=OutputMode.LOG), b"x"))
     assert not logs.close(0.01)
     free.set()

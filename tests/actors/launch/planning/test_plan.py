@@ -191,6 +191,17 @@ def test_an_included_file_may_be_named_as_in_ros_2() -> None:
         assert said(include, sub_f=file) == ["1 in /files/sub/f"]
 
 
+def test_a_timer_is_cancelled_with_the_one_around_it() -> None:
+    """Unless both say that they survive the end of the launch."""
+    inner = [
+        TimerAction(period=1.0, actions=[LogInfo(msg=each)], cancel_on_shutdown=each)
+        for each in ("on", "off")
+    ]
+    for cancel in (True, False):
+        made = steps(TimerAction(period=1.0, actions=[*inner, LogInfo(msg="x")], cancel_on_shutdown=cancel))
+        assert [each.cancel_on_shutdown for each in made] == [True, cancel, cancel]
+
+
 @pytest.mark.parametrize("pairs", [False, True])
 def test_arguments_of_an_include_see_those_before_them(*, pairs: bool) -> None:
     """As in ROS 2, and not those of the file around it; the folder is that of the including file."""

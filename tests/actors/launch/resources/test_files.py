@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -17,7 +19,6 @@ from actors.tools.executables import find_package
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from tests.actors.site_packages import Site
 
@@ -121,6 +122,31 @@ def test_what_is_not_there_is_an_error(
     (tmp_path / "large").write_bytes(b"a" * (MAX_FILE_BYTES + 1))
     with pytest.raises(LaunchError, match=error):
         question(tmp_path)
+
+
+def test_a_temporary_file_exists_as_long_as_the_library() -> None:
+    """Two of one name are two files."""
+    files = Files()
+    first, second = (files.temporary_file("p.yaml", text) for text in ("a: 1", "a: 2"))
+    assert [Path(each).read_text(encoding="utf-8") for each in (first, second)] == ["a: 1", "a: 2"]
+    assert Path(first).name == "p.yaml"
+    del files
+    gc.collect()  # its caches refer to it
+    assert not Path(first).exists()
+
+
+def test_the_log_folder_of_a_launch_is_created_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Substitutions and log files have the same one."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    files = Files()
+    folder = files.log_folder()
+    assert folder == files.log_folder() == str(files.open_log_folder().path)
+    assert Path(folder).parent == tmp_path / "callboard" / "log"
+    files.open_log_folder().close()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "file"))
+    (tmp_path / "file").touch()
+    with pytest.raises(LaunchError, match=r"The folder for log files cannot be created: .*Not a directory"):
+        Files().log_folder()
 
 
 def test_a_launch_files_name_says_its_language(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import pytest
 from actors.cli.commands.launch.reports import Reports
 from actors.launch.description.process_actions import OutputMode
 from actors.launch.planning.events import ShuttingDown, Stream
+from actors.launch.resources.files import Files
 from tests.actors.launch.event_samples import exited, spec, started, wrote
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Terminal]:
 def test_a_terminal_has_a_status_line(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     """Below the last line, cut to the terminal's width, and gone in the end; labels have colours."""
     monkeypatch.setattr(sys, "stdout", terminal.stdout)
-    reports = Reports(json=False, on_closed=lambda: None)
+    reports = Reports(Files().open_log_folder, json=False, on_closed=lambda: None)
     terminal.resize(12)
     one = spec("a-1")
     reports(started(one))
@@ -89,7 +90,7 @@ def test_colors_and_the_status_line_are_by_wish(
     name, _, value = variable.partition("=")
     monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "stdout", terminal.stdout)
-    reports = Reports(json=False, on_closed=lambda: None)
+    reports = Reports(Files().open_log_folder, json=False, on_closed=lambda: None)
     reports(started(spec("a-1")))
     reports(exited(spec("a-1"), 0))
     reports.close(0)
@@ -105,7 +106,7 @@ def test_other_places_get_lines(capfd: pytest.CaptureFixture[str], monkeypatch: 
     """A pipe or a file has no status line, and colours only if they are wished for."""
     for wish in ("", "1"):
         monkeypatch.setenv("FORCE_COLOR", wish)
-        reports = Reports(json=False, on_closed=lambda: None)
+        reports = Reports(Files().open_log_folder, json=False, on_closed=lambda: None)
         reports(wrote(spec("a-1"), b"hello"))
         reports.close(0)
     assert capfd.readouterr().out == "[a-1] hello\n\x1b[36m[a-1]\x1b[0m hello\n"
@@ -116,7 +117,7 @@ def test_json_stands_alone_on_stdout(
 ) -> None:
     """An object a line, the last one with the exit code; where the log files are is one, too."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    reports = Reports(json=True, on_closed=lambda: None)
+    reports = Reports(Files().open_log_folder, json=True, on_closed=lambda: None)
     process = spec("a-1", output=OutputMode.LOG)
     reports(started(process))
     reports(wrote(process, b"hello"))
@@ -137,7 +138,7 @@ def test_it_is_told_that_nobody_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     unheard = threading.Event()
     with os.fdopen(writing, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
-        reports = Reports(json=False, on_closed=unheard.set)
+        reports = Reports(Files().open_log_folder, json=False, on_closed=unheard.set)
         reports(wrote(spec("a-1"), b"hello"))
         assert unheard.wait(DEADLINE_SEC)
         reports.close(0)
@@ -147,7 +148,7 @@ def test_it_is_told_that_nobody_reads(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("json", [False, True])
 def test_what_is_printed_is_shown(capfd: pytest.CaptureFixture[str], *, json: bool) -> None:
     """In its place on stdout, unless that has JSON; never waited for."""
-    reports = Reports(json=json, on_closed=lambda: None)
+    reports = Reports(Files().open_log_folder, json=json, on_closed=lambda: None)
     reports(wrote(spec("a-1"), b"one"))
     reports.printed(Stream.STDOUT, b"printed\nno end")
     reports.printed(Stream.STDERR, b"bad\n")
@@ -166,7 +167,7 @@ def test_a_full_disk_is_reported(capfd: pytest.CaptureFixture[str], monkeypatch:
     """Once on stderr, and in the end how much is missing; nobody is taken to be gone."""
     with Path("/dev/full").open("w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
-        reports = Reports(json=False, on_closed=pytest.fail)
+        reports = Reports(Files().open_log_folder, json=False, on_closed=pytest.fail)
         for _ in range(3):
             reports(wrote(spec("a-1"), b"hello"))
         reports.close(0)

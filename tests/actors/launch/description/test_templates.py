@@ -1,4 +1,4 @@
-"""Tests of actors.launch.documents.templates."""
+"""Tests of actors.launch.description.templates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.launch.description.substitutions import LaunchConfiguration, Substitution, resolve
-from actors.launch.documents.templates import known_substitutions, template, words
+from actors.launch.description.templates import known_substitutions, template, words
 from actors.launch.errors import LaunchError
 from tests.actors.launch.fake_library import scope
 

@@ -24,6 +24,8 @@ from actors.launch.description.library_substitutions import (
     FindExecutable,
     FindPackagePrefix,
     FindPackageShare,
+    LaunchLogDir,
+    Parameter,
 )
 from actors.launch.description.logic import (
     AllSubstitution,
@@ -234,10 +236,13 @@ _CALLS: Final = {
     "exec-in-pkg": _Call("$(exec-in-pkg PROGRAM PACKAGE)", ExecutableInPackage, 2, 2),
     "find-pkg-prefix": _Call("$(find-pkg-prefix PACKAGE)", FindPackagePrefix),
     "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", FindPackageShare),
+    "launch_log_dir": _Call("$(launch_log_dir)", LaunchLogDir, 0, 0),
+    "log_dir": _Call("$(log_dir)", LaunchLogDir, 0, 0),
     "if": _Call("$(if CONDITION THEN) or $(if CONDITION THEN ELSE)", IfElseSubstitution, 2, 3),
     "not": _Call("$(not VALUE)", NotSubstitution),
     "not-equals": _Call("$(not-equals LEFT RIGHT)", NotEqualsSubstitution, 2, 2),
     "or": _Call("$(or LEFT RIGHT)", OrSubstitution, 2, 2),
+    "param": _Call("$(param NAME) or $(param NAME DEFAULT)", Parameter, 1, 2),
     "path-join": _Call("$(path-join PART …)", lambda *parts: PathJoinSubstitution(parts), 1, MAX_ARGUMENTS),
     "var": _Call("$(var NAME) or $(var NAME DEFAULT)", LaunchConfiguration, 1, 2),
 }
