@@ -12,7 +12,7 @@ from actors.cli.parsing import import_from_working_directory
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.message import Action, Message, Service, type_hash, type_name
 from actors.interfaces.registry import find_interface
-from actors.interfaces.yaml_reader import YamlError, load_yaml
+from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
 from actors.qos.profile import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -107,7 +107,8 @@ def _filled(msg_type: type[M], values: dict[str, Any]) -> M:
 
 def _fields(text: str) -> dict[str, Any]:
     try:
-        values = _json(text) or load_yaml(text)
+        # The types of the fields decide what unquoted texts are.
+        values = _json(text) or load_yaml(text, rules=PlainText)
     except YamlError as error:
         raise CommandError(f"The values are not YAML: {error}") from None
     if values is None:

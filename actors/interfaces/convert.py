@@ -24,6 +24,8 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.fields import BINARY, IDL_NAMES, fields_of
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, type_name
+from actors.interfaces.yaml_reader import PlainText
+from actors.interfaces.yaml_scalars import rcl_scalar, yaml_scalar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,6 +49,7 @@ def set_message_fields(message: Message, values: Mapping[str, Any]) -> None:
     Args:
         message: The message; fields that are not in `values` keep their values.
         values: Field name to value: a dict for a nested message, a list of dicts for a sequence of messages.
+            A `PlainText` is what its text means for the field's type.
 
     Raises:
         AttributeError: A key is not a field.
@@ -80,7 +83,7 @@ def message_from_fields(msg_type: type[T], values: Mapping[str, Any]) -> T:
 def _filled(cls: type[Message], current: Message | None, values: Any, path: str) -> Message:
     """Return a copy of `current`, or a new message, with `values` in place."""
     if not isinstance(values, dict):
-        raise TypeError(f"{path}: Expected a dict of field values, got {type(values).__name__}")
+        raise TypeError(f"{path}: Expected a dict of field values, got {_kind(values)}")
     types = {field.name: field.type for field in fields_of(cls)}
     converted: dict[str, Any] = {}
     for name, value in cast("Any", values).items():
@@ -105,7 +108,7 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
         if not field_type.is_array:
             return value if isinstance(value, nested) else _filled(nested, current, value, path)
         if not isinstance(value, list | tuple):
-            raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
+            raise ValueError(f"{path}: Expected a list, got {_kind(value)}")
         return [
             item if isinstance(item, nested) else _filled(nested, None, item, f"{path}[{index}]")
             for index, item in enumerate(cast("list[Any]", value))
@@ -113,7 +116,7 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
     if not field_type.is_array:
         return _scalar(field_type, value, path)
     if isinstance(value, str) or not hasattr(value, "__iter__"):
-        raise ValueError(f"{path}: Expected a list, got {type(value).__name__}")
+        raise ValueError(f"{path}: Expected a list, got {_kind(value)}")
     # The codec converts these faster, and without a number in Python for each element.
     if isinstance(value, bytes | bytearray | memoryview | NumericArray) or hasattr(value, "dtype"):
         return cast("Any", value)
@@ -126,6 +129,8 @@ def _converted(field_type: FieldType, value: Any, current: Any, path: str) -> An
 def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
     """Convert a command line's value: `data: 5` is text for a string field, and 1 is true for a bool."""
     base = field_type.base
+    if isinstance(value, PlainText):
+        value = _resolved(value, base)
     if base in {"string", "wstring"} and isinstance(value, bool | int | float):
         return str(value)
     if base == "bool" and isinstance(value, int) and value in {0, 1}:
@@ -138,14 +143,34 @@ def _scalar(field_type: FieldType, value: Any, path: str) -> Any:
     if base in INTEGER_RANGE and isinstance(value, float) and value.is_integer():
         value = int(value)
     if base == "byte" or (base in BINARY and field_type.is_array):
-        if isinstance(value, bytes) and len(value) == 1:
-            return value
-        if isinstance(value, str) and len(value) == 1 and not field_type.is_array:  # as it is printed
-            value = ord(value)
-        if not isinstance(value, int) or not 0 <= value <= 255:
-            raise ValueError(f"{path}: Expected an integer from 0 to 255, got {value!r}")
-        return bytes([value])
+        return _byte(value, path, character=not field_type.is_array)
     return value
+
+
+def _byte(value: Any, path: str, *, character: bool) -> bytes:
+    if isinstance(value, bytes) and len(value) == 1:
+        return value
+    if character and isinstance(value, str) and len(value) == 1:  # as it is printed
+        value = ord(value)
+    if not isinstance(value, int) or not 0 <= value <= 255:
+        raise ValueError(f"{path}: Expected an integer from 0 to 255, got {value!r}")
+    return bytes([value])
+
+
+def _resolved(text: str, base: str) -> object:
+    """Return what an unquoted text is for a field of a type."""
+    if base in {"string", "wstring"}:
+        return str(text)
+    value = yaml_scalar(text)
+    if not isinstance(value, str) or base == "byte":
+        return value
+    # What is a string for PyYAML may be a bool or a number for rcl: `y`, `08`, `nan`.
+    found = rcl_scalar(text)
+    return found if isinstance(found, bool) == (base == "bool") else value
+
+
+def _kind(value: object) -> str:
+    return "str" if isinstance(value, str) else type(value).__name__
 
 
 class _Renderer:

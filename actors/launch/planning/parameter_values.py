@@ -110,12 +110,12 @@ def _items(value: Any, scope: Scope) -> Sequence[Any]:
         return cast("Sequence[Any]", value)
     text = resolve(value, scope)
     try:
-        items = load_yaml(text, rules=PlainText)
+        items: Any = load_yaml(text, rules=PlainText)
     except YamlError as error:
         raise LaunchError(f"'{escape(text[:_SHOWN_CHARS])}' is no list in YAML: {error}") from None
     if not isinstance(items, list):
         raise LaunchError(f"'{escape(text[:_SHOWN_CHARS])}' is no list in YAML")
-    return cast("Any", items)
+    return [*cast("Any", items)]
 
 
 def _converted(value: Any, kind: Any, scope: Scope) -> Any:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -11,7 +13,7 @@ from actors.cli.parsing import QOS_PRESETS, Parser, add_qos_options
 from actors.cli.values import message_from_text, named_message, named_service, profile
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_msgs.msg import Bool, Byte, Float64, Int32, String, UInt64
 from actors.qos.profile import (
     DurabilityPolicy,
     HistoryPolicy,
@@ -51,6 +53,30 @@ def test_values_are_yaml() -> None:
 
 
 @pytest.mark.parametrize(
+    ("msg_type", "text", "value"),
+    [
+        *(
+            (String, each, each)
+            for each in ("on", "010", "1e3", "12:30", "2020-01-01", "null", "~", "y", "1.0")
+        ),
+        *((String, f"'{each}'", each) for each in ("on", "1", "")),
+        *((Bool, each, True) for each in ("on", "y", "1", "True")),
+        *((Bool, each, False) for each in ("off", "n", "0", "False")),
+        *((Int32, each, 8) for each in ("8", "010", "08", "0x8", "8.0", "0b1000", "8e0")),
+        *((Float64, each, 1000.0) for each in ("1000", "1e3", "1_000", "0x3e8", "1.0e+3", "'1e3'")),
+        *((Float64, each, -math.inf) for each in ("-.inf", "-inf", "'-Infinity'")),
+        (UInt64, "18446744073709551615", 2**64 - 1),
+        *((Byte, each, each.strip("'").encode()) for each in ("y", "a", "'1'")),
+        (Byte, "1", b"\1"),
+    ],
+)
+def test_a_value_is_what_the_type_of_its_field_says(msg_type: Any, text: str, value: object) -> None:
+    """ROS 2's `topic pub` decides first, and then publishes "True", "8", "750" and true for `n`."""
+    made = message_from_text(msg_type, f"{{data: {text}}}")
+    assert (made.data, type(made.data)) == (value, type(value))
+
+
+@pytest.mark.parametrize(
     ("text", "reason"),
     [
         ("{daata: x}", "no field 'daata'"),
@@ -60,6 +86,7 @@ def test_values_are_yaml() -> None:
         ("{data: ", "not YAML"),
         ("{data: \x07}", "not YAML"),
         ("!!python/object:os.system {}", "not YAML"),
+        ("null", "must be a YAML map"),
     ],
 )
 def test_wrong_values_say_why(text: str, reason: str) -> None:
