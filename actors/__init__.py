@@ -8,7 +8,16 @@ The names below load their modules when they are first used.
 
 from __future__ import annotations
 
+from importlib.machinery import PathFinder as _PathFinder
+
 from actors.lazy import lazy_imports
+
+# Somebody's own proto.py, or another library, would give errors that nobody understands.
+_spec = _PathFinder.find_spec("proto")
+if _spec is None or _spec.origin != "proto".join(__file__.rsplit("actors", 1)):
+    from actors.hidden import refuse_without_proto
+
+    refuse_without_proto()
 
 _RENAMED = {
     "InvalidGoalTransition": "InvalidGoalTransitionError",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Any
 
-_HELPERS = {"annotations", "lazy_imports"}
+_HELPERS = {"annotations", "lazy_imports", "refuse_without_proto"}
 """What the package roots import for themselves."""
 _lock = allocate_lock()
 """Held while `__import__` is replaced: two threads must not put back each other's replacement."""
@@ -128,7 +128,12 @@ def lazy_getattr(package: str, home_of: Mapping[str, str]) -> Callable[[str], ob
     def get(name: str) -> object:
         if name not in home_of:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
-        value: object = getattr(import_module(home_of[name]), name)
+        try:
+            value: object = getattr(import_module(home_of[name]), name)
+        except ImportError as error:
+            from actors.hidden import raise_explained  # noqa: PLC0415 - after a failure only
+
+            raise_explained(error)
         setattr(sys.modules[package], name, value)
         return value
 

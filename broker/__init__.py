@@ -5,6 +5,7 @@ The names below load their modules when they are first used.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,21 @@ _HOME_OF = {
     "TopicStats": "proto.wire.stats",
 }
 
+
+def explained(error: ImportError) -> ImportError:
+    """Return an error that names the module that hides `proto`, or the same error (as `actors.hidden`)."""
+    from pathlib import Path  # noqa: PLC0415 - after a failure only
+
+    file = getattr(sys.modules.get("proto"), "__file__", None)
+    if file is None or Path(__file__).resolve().parent.parent / "proto" in Path(file).resolve().parents:
+        return error
+    return ImportError(
+        f"the import name 'proto' belongs to another package here: {file}\n"
+        "Rename that, or install callboard into a separate environment: python -m venv",
+        name=error.name,
+    )
+
+
 if not TYPE_CHECKING:  # with a `__getattr__` in sight, type checkers accept each misspelt name
 
     def __getattr__(name: str) -> object:
@@ -44,7 +60,10 @@ if not TYPE_CHECKING:  # with a `__getattr__` in sight, type checkers accept eac
             return sorted(_HOME_OF)
         if name not in _HOME_OF:
             raise AttributeError(f"module 'broker' has no attribute '{name}'")
-        value = getattr(import_module(_HOME_OF[name]), name)
+        try:
+            value = getattr(import_module(_HOME_OF[name]), name)
+        except ImportError as error:
+            raise explained(error) from error.__cause__
         globals()[name] = value
         return value
 

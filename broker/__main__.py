@@ -5,7 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 
-from broker.daemon.command import add_arguments, run
+from broker import explained
+
+try:
+    from broker.daemon.command import add_arguments, run
+except ImportError as error:
+    raise explained(error) from error.__cause__
 
 
 def main() -> int:

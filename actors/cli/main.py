@@ -165,19 +165,13 @@ def _listed(verbs: Mapping[str, Verb | Group]) -> str:
 
 
 def _report_clash(error: ImportError) -> int:
-    """Report that another package called `proto` hides callboard's; raise the error if none does."""
-    from pathlib import Path
+    """Report that another package hides one of callboard's; raise the error if none does."""
+    from actors.hidden import hidden_package
 
-    # proto-plus, a library of Google, uses the import name `proto`, too.
-    home = Path(__file__).resolve().parent.parent.parent
-    file = getattr(sys.modules.get("proto"), "__file__", None)
-    if file is None or home in Path(file).resolve().parents:
+    text = hidden_package(error)
+    if not text:
         raise error
-    print(
-        f"callboard: the import name 'proto' belongs to another package here: {file}\n"
-        "Rename that, or install callboard into a separate environment: python -m venv",
-        file=sys.stderr,
-    )
+    print(f"callboard: {text}", file=sys.stderr)
     return 1
 
 
