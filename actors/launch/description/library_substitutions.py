@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from actors.interfaces.yaml_reader import load_yaml
+from actors.interfaces.yaml_scalars import rcl_scalar
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
@@ -138,10 +139,9 @@ class Parameter(Substitution):
                 raise LaunchError(f"No parameter '{escape(name)}' has been set for all nodes")
             return resolve(self.default, scope)
         text = scope.parameters[name]
-        if text.startswith('"'):  # the YAML of a string, which planning writes as JSON
-            return str(json.loads(text))
-        # As ROS 2 writes them, so that they can be used in a PythonExpression.
-        return {"true": "True", "false": "False"}.get(text, text)
+        value = load_yaml(text, rules=rcl_scalar)
+        # As ROS 2 writes them: truth values are Python's, for a PythonExpression.
+        return str(value) if isinstance(value, str | bool) else text
 
 
 @dataclass(frozen=True)

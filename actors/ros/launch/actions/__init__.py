@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.launch import (
     AppendEnvironmentVariable as AppendEnvironmentVariable,
     DeclareLaunchArgument as DeclareLaunchArgument,
-    EmitEvent as EmitEvent,
     ExecuteProcess as CallboardProcess,
     GroupAction as GroupAction,
     IncludeLaunchDescription as CallboardInclude,
@@ -34,7 +33,10 @@ from actors.ros.launch.loops import (
     ForEach as ForEach,
     ForLoop as ForLoop,
 )
-from actors.ros.launch.unsupported import unsupported
+from actors.ros.launch.unsupported import (
+    EmitEvent as EmitEvent,
+    unsupported_action,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -45,8 +47,8 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
     from actors.ros.launch.descriptions import Executable
 
-OpaqueCoroutine = unsupported("OpaqueCoroutine", "use OpaqueFunction")
-UnregisterEventHandler = unsupported("UnregisterEventHandler", "give the handler handle_once=True")
+OpaqueCoroutine = unsupported_action("OpaqueCoroutine", "use OpaqueFunction")
+UnregisterEventHandler = unsupported_action("UnregisterEventHandler", "give the handler handle_once=True")
 
 _IGNORED: Final = ("output_format", "cached_output", "log_cmd")
 

@@ -14,7 +14,7 @@ from actors.launch import (
     SetParametersFromFile as SetParametersFromFile,
     SetRemap as SetRemap,
 )
-from actors.ros.launch.unsupported import unsupported
+from actors.ros.launch.unsupported import unsupported_action
 from actors.ros.launch.actions import TimerAction, process_options
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 _COMPONENTS = "components are C++ libraries; start each node with Node"
 
-ComposableNodeContainer = unsupported("ComposableNodeContainer", _COMPONENTS)
-LoadComposableNodes = unsupported("LoadComposableNodes", _COMPONENTS)
+ComposableNodeContainer = unsupported_action("ComposableNodeContainer", _COMPONENTS)
+LoadComposableNodes = unsupported_action("LoadComposableNodes", _COMPONENTS)
 PushROSNamespace = PushRosNamespace
 RosTimer = TimerAction
 """Of real time, also if nodes use simulated time."""

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.launch.description.actions import SetParameter
 from actors.launch.description.library_substitutions import (
     AnonName,
     Command,
     FileContent,
     FindExecutable,
     FindPackageShare,
+    LaunchLogDir,
+    Parameter,
 )
 from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution, Scope, resolve
 from actors.launch.errors import LaunchError
+from actors.launch.planning.settings import apply_setting
 from tests.actors.launch.fake_library import FakeLibrary, scope
 
 if TYPE_CHECKING:
@@ -49,6 +53,23 @@ def test_each_stands_for_a_text(text: Text, meant: str | None, monkeypatch: pyte
         FakeLibrary, "output_of", lambda _, command, environment: f"{'|'.join(command)} said\r\n\n"
     )
     assert resolve(text, here()) == (meant if meant is not None else "/share/r2_description/urdf")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1, "1"), (1.5, "1.5"), (True, "True"), ("hello", "hello"), ("7", "7"), ("", ""), ([1, 2], "[1, 2]")],
+)
+def test_a_parameter_is_what_set_parameter_has_set_last(value: Any, text: str) -> None:
+    """Truth values as Python writes them, as in ROS 2; a string without its quotes."""
+    scope = here()
+    apply_setting(SetParameter("a", "first"), scope)
+    apply_setting(SetParameter("a", value), scope)
+    assert (
+        resolve([Parameter("a"), Parameter("b", ROBOT), LaunchLogDir()], scope)
+        == f"{text}r2/log/of/this/launch"
+    )
+    with pytest.raises(LaunchError, match="No parameter 'b' has been set for all nodes"):
+        resolve(Parameter("b"), scope)
 
 
 def test_a_name_for_nobody_else_is_the_same_in_all_scopes() -> None:

@@ -182,9 +182,6 @@ def test_a_handler_chooses_events_by_a_function() -> None:
 @pytest.mark.parametrize(
     ("module", "name"),
     [
-        (actions, "OpaqueCoroutine"),
-        (actions, "UnregisterEventHandler"),
-        (events.process, "SignalProcess"),
         (events.process, "matches_name"),
         (events.process, "matches_pid"),
         (events.process, "matches_executable"),
@@ -195,6 +192,20 @@ def test_what_is_absent_says_so(module: Any, name: str) -> None:
     """With what to do instead, where it is used and not where it is imported."""
     with pytest.raises(Exception, match=f"callboard has no {name}: "):
         getattr(module, name)(1, a=2)
+
+
+@pytest.mark.parametrize(
+    "name", ["OpaqueCoroutine", "UnregisterEventHandler", "SignalProcess", "ShutdownProcess"]
+)
+def test_what_is_absent_may_be_in_a_branch_that_is_not_taken(name: str) -> None:
+    """And if it is taken, the error says what to do instead."""
+    if hasattr(actions, name):
+        made = getattr(actions, name)(1, a=2)
+    else:
+        made = actions.EmitEvent(event=getattr(events.process, name)(process_matcher=lambda action: True))
+    assert steps(actions.GroupAction([made], condition=conditions.IfCondition("false"))) == []
+    with pytest.raises(LaunchError, match=f"callboard has no {name}: "):
+        steps(made)
 
 
 def test_substitutions_have_the_arguments_of_ros_2() -> None:

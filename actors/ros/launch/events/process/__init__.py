@@ -8,7 +8,7 @@ from actors.launch.planning.events import (
     ProcessIO as ProcessIO,
     ProcessStarted as ProcessStarted,
 )
-from actors.ros.launch.unsupported import unsupported
+from actors.ros.launch.unsupported import unsupported, unsupported_event
 
 _MATCHERS = "give the event handler a target_action, or a matcher that looks at the event"
 
@@ -19,5 +19,5 @@ RunningProcessEvent = ProcessEvent
 ProcessStdin = unsupported("ProcessStdin", "the stdin of processes is empty")
 ProcessStdout = ProcessIO
 ProcessStderr = ProcessIO
-ShutdownProcess = unsupported("ShutdownProcess", "a launch stops its processes together, with Shutdown")
-SignalProcess = unsupported("SignalProcess", "a launch stops its processes together, with Shutdown")
+ShutdownProcess = unsupported_event("ShutdownProcess", "a launch stops its processes together, with Shutdown")
+SignalProcess = unsupported_event("SignalProcess", "a launch stops its processes together, with Shutdown")
