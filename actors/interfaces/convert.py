@@ -159,8 +159,9 @@ def _byte(value: Any, path: str, *, character: bool) -> bytes:
 
 def _resolved(text: str, base: str) -> object:
     """Return what an unquoted text is for a field of a type."""
+    text = str(text)
     if base in {"string", "wstring"}:
-        return str(text)
+        return text
     value = yaml_scalar(text)
     if not isinstance(value, str) or base == "byte":
         return value

@@ -97,6 +97,15 @@ def test_wrong_values_say_why(text: str, reason: str) -> None:
     assert "\n" not in str(failure.value)
 
 
+@pytest.mark.parametrize(
+    ("msg_type", "text"), [(Int32, "y"), (Int32, "x"), (Bool, "maybe"), (Byte, "no one")]
+)
+def test_a_text_that_its_field_cannot_have(msg_type: Any, text: str) -> None:
+    """It is named as the string that it is, and no other value is made of it."""
+    with pytest.raises(CommandError, match=r"data: Expected (int|bool), got str|an integer from 0 to 255"):
+        message_from_text(msg_type, f"{{data: {text}}}")
+
+
 def asked(options: str, default: QoSProfile) -> QoSProfile:
     """Return the profile that a command line asks for."""
     parser = Parser()
