@@ -98,6 +98,75 @@ DIFFERENCES: Final = (
         "The bound is that of the strings. ROS 2's IDL parser takes it for that of the sequence, too: the"
         " hash is another one, and the sequence has at most 7 elements.",
     ),
+    Difference(
+        "launch value",
+        ("12:30", "1:30.5"),
+        "Times are strings. For ROS 2 they are numbers to the base 60: 750 and 90.5.",
+    ),
+    Difference(
+        "launch value",
+        ("2020-01-01", "null", "~", "Null", "=", "<<"),
+        "Strings. launch_ros refuses what is a date or nothing to PyYAML.",
+    ),
+    Difference(
+        "launch value",
+        ("...", ":", ",", "[", "]", "{", "}", "&", "*", "!", "%", "@", "'", '"', "*a", "[1, ", "0x_"),
+        "What is not YAML is a string, as in ROS 2's XML files. Of a substitution, launch_ros refuses it.",
+    ),
+    Difference("launch value", ("[]",), "An empty list. launch_ros refuses it."),
+    Difference(
+        "launch value",
+        ("'y'", "'1e3'"),
+        "What has quotes is a string. launch_ros loses them on the way to the node: True and 1000.0.",
+    ),
+    Difference(
+        "launch value",
+        ("4e-320", "1.5e+400"),
+        "A double that is tiny is one, and one that is out of range is a string: for ROS 2 a string and inf.",
+    ),
+    Difference(
+        "param set",
+        ("1e3", "1e-3", "-.5", "4e-320", "[1e3, 1e4]"),
+        "Doubles. For ROS 2 they are strings, which no double parameter takes.",
+    ),
+    Difference(
+        "param set",
+        ("12:30", "1:30.5"),
+        "Times are strings. For ROS 2 they are numbers to the base 60: 750 and 90.5.",
+    ),
+    Difference("param set", ("1.5e+400",), "A number out of range is a string. For ROS 2 it is inf."),
+    Difference(
+        "param set",
+        (
+            "=",
+            "<<",
+            "?",
+            "&",
+            "*",
+            "!",
+            "%",
+            "@",
+            "'",
+            '"',
+            "a:",
+            "a: b",
+            "{a: 1}",
+            "*a",
+            "0x_",
+            "2020-01-01",
+        ),
+        "What is no value of a parameter is a string. ROS 2's command ends with a traceback.",
+    ),
+    Difference(
+        "param set",
+        (
+            "99999999999999999999",
+            "-9223372036854775809",
+            "999999999999999999999999999999",
+            "1_000_000_000_000_000_000_000",
+        ),
+        "Integers of more than 64 bits are strings. ROS 2's command ends with a traceback.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

@@ -57,7 +57,7 @@ def value_from_text(text: str) -> Any:
     if not text:
         return text
     try:
-        value = load_yaml(text, rules=launch_scalar)
+        value = load_yaml(text, rules=_scalar)
     except YamlError:
         return text
     if isinstance(value, list):
@@ -67,6 +67,10 @@ def value_from_text(text: str) -> Any:
     what = "a mapping" if isinstance(value, dict) else "nothing"
     shown = escape(text[:_SHOWN_CHARS])
     raise LaunchError(f"'{shown}' is {what} in YAML, no value of a parameter; a string needs the type str")
+
+
+def _scalar(text: str) -> object:
+    return launch_scalar(text) if text else None  # `-` is a list of nothing
 
 
 def _list(values: Sequence[Any], scope: Scope) -> Any:

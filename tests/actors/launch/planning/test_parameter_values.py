@@ -48,7 +48,7 @@ def test_texts(text: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["[1, 2.0]", "[0, 0.5, 1]", "[1, a]", "[[1], [2]]", "[{a: 1}]", "{a: 1}", "a: b", "#", " "]
+    "text", ["[1, 2.0]", "[0, 0.5, 1]", "[1, a]", "[[1], [2]]", "[{a: 1}]", "{a: 1}", "a: b", "#", " ", "-"]
 )
 def test_texts_that_are_no_values(text: str) -> None:
     """What ROS 2 refuses is an error, and no string."""
