@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import logging
 import os
 import shutil
@@ -19,7 +20,7 @@ from actors.config import environment
 from tests import real_ros
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator
 
 SHARED_MACHINE = hypothesis.settings(
     hypothesis.settings.get_profile("default"),
@@ -46,7 +47,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         without = [item for item in items if real_ros.PROGRAMS.parent in item.path.parents]
         config.hook.pytest_deselected(items=without)
         items[:] = [item for item in items if item not in without]
-    for item in items:
+    for item in items if config.pluginmanager.hasplugin("_cov") else ():
         if not any(folder in item.path.parents for folder in MEASURED):
             item.add_marker("no_cover")
 
@@ -55,6 +56,20 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say why the tests of real ROS 2 have not run."""
     if not real_ros.is_supported():
         terminalreporter.write_line("tests/real_ros is deselected: it needs Linux x86-64 and CPython 3.11")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Let the garbage collector ignore what is imported and collected.
+
+    It is more than most tests make, stays until the end, and would be walked through again and again.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

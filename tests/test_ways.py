@@ -1,11 +1,8 @@
-"""ARCHITECTURE.md names the files that an operation really enters."""
+"""What the comparison of the ways with ARCHITECTURE.md finds."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
-from tests.ways import ROOT, Way, faults
+from tests.ways import Way, faults
 
 DOCUMENT = """
 ### A call: 2 files, 1,000 calls
@@ -17,14 +14,6 @@ It starts in `client.py` and ends in `broker/routing/calls.py`; `make check` is 
 `never.py` belongs to no operation.
 """
 CALL = Way(["actors/endpoints/client/client.py", "broker/routing/calls.py"], 1100)
-
-
-def test_the_architecture_describes_the_ways_as_they_are() -> None:
-    """After a change of a way: python -m tests.ways --files."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.ways", "--check"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_what_a_document_says_wrongly_is_found() -> None:

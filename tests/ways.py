@@ -2,7 +2,7 @@
 
     python -m tests.ways            # a table
     python -m tests.ways --files    # and the files of each operation
-    python -m tests.ways --check    # compare them with ARCHITECTURE.md, as tests/test_ways.py does
+    python -m tests.ways --check    # compare them with ARCHITECTURE.md, as the integration tests do
 
 A broker and nodes share a loop, so that one profiler sees both sides. Each operation is warmed up and then
 measured several times. Other work of the loop, such as a keepalive that is due, only adds to a measurement:
