@@ -231,7 +231,7 @@ def test_every_example_in_the_readme_exists() -> None:
 
 def test_the_guide_to_environment_variables_is_complete() -> None:
     """Its table has exactly the variables that the code reads."""
-    names = r'"(CALLBOARD_[A-Z_]+|XDG_[A-Z_]+|[A-Z]+_COLOR|AMENT_[A-Z_]+|ROS_PYTHON_[A-Z_]+)"'
+    names = r'"(CALLBOARD_[A-Z_]+|XDG_[A-Z_]+|[A-Z]+_COLOR|AMENT_[A-Z_]+|ROS_PYTHON_[A-Z_]+|ROS_DOMAIN_ID)"'
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "actors").rglob("*.py")]
     rows = re.findall(r"^\| `(\w+)`", document("how-to/environment.md"), re.MULTILINE)
     assert sorted(rows) == sorted({name for source in sources for name in re.findall(names, source)})

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import CommandError
 from actors.cli.interrupts import raise_at_once
+from actors.cli.output import print_warning
 from actors.config.context_errors import UnknownContextError
-from actors.config.contexts import DEFAULT, BrokerTarget, find_broker_target
+from actors.config.contexts import DEFAULT, BrokerTarget, find_broker_target, warn_of_ros_domain
 from actors.errors import BrokerUnreachable
 from actors.session.start_hint import start_hint
 from actors.tools.suggestions import did_you_mean
@@ -36,9 +37,11 @@ def target_of(options: argparse.Namespace) -> BrokerTarget:
         CommandError: There is no such context.
     """
     try:
-        return find_broker_target(options.url or None, options.domain, options.context or None)
+        target = find_broker_target(options.url or None, options.domain, options.context or None)
     except UnknownContextError as error:
         raise unknown_context(error) from error
+    warn_of_ros_domain(target, print_warning)
+    return target
 
 
 def unknown_context(error: UnknownContextError) -> CommandError:

@@ -34,6 +34,11 @@ def print_err(text: str) -> None:
     print(sanitize(text), file=sys.stderr, flush=True)
 
 
+def print_warning(text: str) -> None:
+    """Print a warning to stderr, as ROS 2 marks it."""
+    print_err(f"WARNING: {text}")
+
+
 def print_json(value: object) -> None:
     """Print one JSON document in one line.
 

@@ -33,7 +33,7 @@ from proto.wire.tls import TlsFiles
 from proto.wire.url import DEFAULT_URL, parse_urls
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable
+    from collections.abc import Callable, Generator, Iterable
     from typing import Self
 
     from proto.wire.url import BrokerUrl
@@ -48,6 +48,8 @@ MAX_FILE_BYTES: Final = 1024 * 1024
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 _FILES: Final = ("token_file", "ca", "cert", "key")
 _KEYS: Final = {"url": str, "domain": int, "description": str, **dict.fromkeys(_FILES, str)}
+_warned: Final = set[str]()
+"""The warnings that this process has given; one, unless its environment changes."""
 _HEADER: Final = "# Written by `callboard context`, which keeps no comments.\n"
 
 
@@ -292,6 +294,19 @@ def find_broker_target(
     files = chosen if chosen is not None and url_from == source else Context()  # never to another broker
     credentials = find_credentials(files.token_file, files.tls, named=context is not None)
     return BrokerTarget(parse_urls(text), graph, url_from, domain_from, credentials)
+
+
+def warn_of_ros_domain(target: BrokerTarget, warn: Callable[[str], object]) -> None:
+    """Warn if ROS_DOMAIN_ID is set and not used, once in a process.
+
+    Args:
+        target: What the process uses. If anything has chosen its domain, that is meant.
+        warn: Called with the text.
+    """
+    text = environment.ignored_ros_domain(target.domain) if target.domain_from == DEFAULT else None
+    if text is not None and text not in _warned:
+        _warned.add(text)
+        warn(text)
 
 
 def _first(values: Iterable[tuple[T | None, str]], *, otherwise: T) -> tuple[T, str]:

@@ -14,6 +14,7 @@
     AMENT_PREFIX_PATH    folders that packages of ROS 2 are installed in
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
+    ROS_DOMAIN_ID        the same as CALLBOARD_DOMAIN, for programs written for ROS 2, if that is unset
     ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
     AMENT_PREFIX_PATH    folders where such programs find interface packages, in share
     NO_COLOR             set to anything: no colours
@@ -45,6 +46,8 @@ VARIABLES: Final = (
 )
 """Those that are callboard's own."""
 
+ROS_DOMAIN: Final = "ROS_DOMAIN_ID"
+
 LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 stand_in: Final[ContextVar[Mapping[str, str] | None]] = ContextVar("callboard_environment", default=None)
@@ -69,18 +72,45 @@ def broker_url(environ: Mapping[str, str] | None = None) -> str | None:
     return _get("CALLBOARD_URL", environ)
 
 
-def domain_id(environ: Mapping[str, str] | None = None) -> int | None:
+def domain_id(environ: Mapping[str, str] | None = None, *, ros: bool = False) -> int | None:
     """Return CALLBOARD_DOMAIN, None if unset.
+
+    Args:
+        environ: The variables; None for those of the process.
+        ros: For a program written for ROS 2: if it is unset, return ROS_DOMAIN_ID.
 
     Raises:
         InvalidEnvironmentError: It is not an integer from 0 to `MAX_DOMAIN`.
     """
-    value = _get("CALLBOARD_DOMAIN", environ)
+    name = "CALLBOARD_DOMAIN"
+    value = _get(name, environ)
+    if value is None and ros:
+        name = ROS_DOMAIN
+        value = _get(name, environ)
     if value is None:
         return None
     if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
-        raise InvalidEnvironmentError("CALLBOARD_DOMAIN", value, f"an integer from 0 to {MAX_DOMAIN}")
+        raise InvalidEnvironmentError(name, value, f"an integer from 0 to {MAX_DOMAIN}")
     return int(value)
+
+
+def ignored_ros_domain(domain: int, environ: Mapping[str, str] | None = None) -> str | None:
+    """Return the warning that a process does not use ROS_DOMAIN_ID; None if there is no reason for it.
+
+    Args:
+        domain: The domain that it uses.
+        environ: The variables; None for those of the process.
+    """
+    number = _get(ROS_DOMAIN, environ) or ""
+    if _get("CALLBOARD_DOMAIN", environ) is not None or not _DOMAIN.fullmatch(number):
+        return None
+    if int(number) == domain:
+        return None
+    return (
+        f"{ROS_DOMAIN}={number} counts for programs that run with --ros only, and this one uses domain"
+        f" {domain}: export CALLBOARD_DOMAIN={number} to be with them, or CALLBOARD_DOMAIN={domain} if it is"
+        " meant"
+    )
 
 
 def context_name(environ: Mapping[str, str] | None = None) -> str | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, Unpack, overload
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.arguments.ros_arguments import process_arguments as found_arguments
-from actors.config.contexts import find_broker_target
+from actors.config.contexts import find_broker_target, warn_of_ros_domain
 from actors.config.environment import allows_shared_memory
 from actors.endpoints.client.client import Client
 from actors.endpoints.context import NodeContext
@@ -122,6 +122,7 @@ class Node(NodeGraph, NodeParameters):
         full_name = full_node_name(self._names.namespace, self._names.name)
         log = get_logger(node_logger_name(full_name))
         target = find_broker_target(options.url or None, options.domain)
+        warn_of_ros_domain(target, log.warning)
         credentials = target.credentials
         if options.token is not None:
             credentials = credentials.with_token(options.token)

@@ -60,9 +60,10 @@ def _prepare() -> Callable[[], object]:
 
 def _ensure_broker() -> None:
     from actors.config.contexts import find_broker_target
+    from actors.config.environment import domain_id
     from actors.processes.local_broker import ensure_local_broker, keep_local_broker
 
-    target = find_broker_target()
+    target = find_broker_target(domain=domain_id(ros=True))
     started = ensure_local_broker(target)
     if started is not None:
         print(started, file=sys.stderr, flush=True)  # noqa: T201 - a command

@@ -189,6 +189,10 @@ def variables(environ: Mapping[str, str] | None = None) -> list[Check]:
             read(environ)
         except CallboardError as error:
             found.append(Check("variables", "fail", str(error), "correct it, or unset it"))
+    warning = environment.ignored_ros_domain(0, environ)
+    if warning is not None:
+        finding, _, remedy = warning.partition(": ")
+        found.append(Check("variables", "warn", finding, remedy))
     return found or [
         Check("variables", "ok", ", ".join(sorted(given)) or "none of callboard's variables is set")
     ]

@@ -45,6 +45,54 @@ async def test_the_course_runs_without_ros(system: System, door: str) -> None:
         assert "Traceback" not in programs[name].output
 
 
+ROBOTS = """
+import sys
+
+from launch import LaunchDescription
+from launch.actions import ExecuteProcess
+
+
+def generate_launch_description():
+    program = [sys.executable, {program!r}]
+    return LaunchDescription(
+        [
+            ExecuteProcess(cmd=program, name="first", output="screen"),
+            ExecuteProcess(
+                cmd=program, name="other", output="screen", additional_env={{"ROS_DOMAIN_ID": "7"}}
+            ),
+        ]
+    )
+"""
+
+
+async def test_domains_of_ros_separate_graphs(
+    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """ROS_DOMAIN_ID counts for programs and launches with --ros; commands warn, and follow with --domain."""
+
+    async def nodes(*options: str) -> str:
+        command = await system.python("-m", "actors", "node", "list", *options)
+        assert await command.wait_for_exit() == 0
+        return command.output
+
+    await system.broker()
+    monkeypatch.setenv("ROS_DOMAIN_ID", "5")
+    file = tmp_path / "robots.launch.py"
+    file.write_text(ROBOTS.format(program=str(PROGRAMS / "minimal_publisher.py")), encoding="utf-8")
+    launch = await system.python("-m", "actors", "launch", "--ros", str(file))
+    while not all(any(f"[{each}]" in line for line in launch.lines) for each in ("first-1", "other-2")):
+        await launch.wait_for_line("Publishing")
+    here = await nodes()
+    assert "/minimal_publisher" not in here
+    assert "ROS_DOMAIN_ID=5 counts for programs that run with --ros only" in here
+    for domain in ("5", "7"):
+        assert await nodes("--domain", domain) == "/minimal_publisher"
+    assert "ROS_DOMAIN_ID" not in launch.output
+    program = await start(system, "run", "minimal_subscriber")
+    await program.wait_for_line("I heard: ")
+    assert "ROS_DOMAIN_ID" not in program.output
+
+
 async def test_arguments_are_ros_arguments(system: System) -> None:
     """A topic is renamed and the node, too; the command line sees both."""
     await system.broker()

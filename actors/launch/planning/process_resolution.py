@@ -77,6 +77,7 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     prefix = _words(options.pop("prefix"))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
+    environment = _with_domain({**base, **extra}, scope)
     end = ending(action.on_exit)
     # A program that dies at once would otherwise keep the machine busy.
     delay = max(options["respawn_delay_sec"], LEAST_RESPAWN_DELAY_SEC)
@@ -95,7 +96,7 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
         command=(*prefix, *program.command),
         program=program.factory,
         shown=shlex.join((*prefix, *program.typed)),
-        environment={**base, **extra},
+        environment=environment,
         own_environment=extra if action.env is None else {**base, **extra},
         origin=action,
         depends_on=dependencies(action.depends_on, nodes, scope, namespace),
@@ -104,6 +105,21 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
         sources=tuple(program.sources),
         **options,
     )
+
+
+ROS_DOMAIN: Final = "ROS_DOMAIN_ID"
+
+
+def _with_domain(environment: dict[str, str], scope: Scope) -> dict[str, str]:
+    """Return the environment of a process; with --ros, a ROS_DOMAIN_ID that the description sets counts.
+
+    The launch gives all processes its own domain as CALLBOARD_DOMAIN, which goes before ROS_DOMAIN_ID.
+    """
+    domain = environment.get(ROS_DOMAIN)
+    changed = domain is not None and domain != scope.first_environment.get(ROS_DOMAIN)
+    if changed and "--ros" in scope.library.run_command:
+        return {**environment, "CALLBOARD_DOMAIN": domain or ""}
+    return environment
 
 
 def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str:

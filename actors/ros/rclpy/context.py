@@ -14,7 +14,7 @@ from inspect import ismethod
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar
 
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
-from actors.config.environment import domain_id
+from actors.config.environment import domain_id as environment_domain
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
@@ -105,6 +105,7 @@ class Context:
         Raises:
             RuntimeError: It has been initialized before, or the domain is negative.
             InvalidRosArgumentError: A ROS argument is wrong.
+            InvalidEnvironmentError: The domain of the environment is not an integer from 0 to 232.
         """
         with self._lock:
             if domain_id is not None and domain_id < 0:
@@ -112,7 +113,7 @@ class Context:
             if self._initialized:
                 raise RuntimeError("Context.init() must only be called once")
             self.arguments = parse_ros_arguments(sys.argv if args is None else args)
-            self.domain_id = domain_id
+            self.domain_id = environment_domain(ros=True) if domain_id is None else domain_id
             if initialize_logging:
                 set_up_logging(self.arguments)
             # After everything that can fail: no thread starts for a context with wrong arguments.
@@ -279,7 +280,7 @@ class Context:
         """Return the domain of its nodes."""
         if not self._initialized:
             raise RuntimeError("Context must be initialized before it can have a domain id")
-        return self.domain_id if self.domain_id is not None else domain_id() or 0
+        return self.domain_id or 0
 
     def __enter__(self) -> Self:
         if not self._initialized:

@@ -21,6 +21,7 @@ from actors.config.contexts import (
     Contexts,
     contexts_file,
     find_broker_target,
+    warn_of_ros_domain,
 )
 from actors.config.environment import InvalidEnvironmentError
 from proto.aio import file_lock
@@ -36,7 +37,7 @@ LAB = Context(url="callboard://a:1,callboard+unix:///b")
 @pytest.fixture(autouse=True)
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A configuration directory of the test's own, and no variable that says where to go."""
-    for name in ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT"):
+    for name in ("CALLBOARD_URL", "CALLBOARD_DOMAIN", "CALLBOARD_CONTEXT", "ROS_DOMAIN_ID"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     return tmp_path
@@ -279,3 +280,27 @@ def test_a_node_goes_where_the_context_says(kept: Contexts, monkeypatch: pytest.
     kept.use("robot")
     kept.save()
     assert link_of(Node("talker")).broker_urls == ROBOT.url
+
+
+def test_a_domain_of_ros_is_warned_of_once(monkeypatch: pytest.MonkeyPatch, kept: Contexts) -> None:
+    """Unless something has chosen the domain."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "211")
+    warnings: list[str] = []
+    warn_of_ros_domain(find_broker_target(domain=0), warnings.append)
+    warn_of_ros_domain(find_broker_target(context="robot"), warnings.append)
+    assert not warnings
+    for _ in range(2):
+        warn_of_ros_domain(find_broker_target(), warnings.append)
+    (warning,) = warnings
+    assert warning.startswith("ROS_DOMAIN_ID=211 counts for programs that run with --ros only")
+
+
+def test_a_node_warns_of_a_domain_of_ros(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """In its log, with the remedy."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "212")
+    for name in ("one", "two"):
+        Node(name).destroy_node()
+    (record,) = [each for each in caplog.records if "ROS_DOMAIN_ID" in each.getMessage()]
+    assert "export CALLBOARD_DOMAIN=212 " in record.getMessage()

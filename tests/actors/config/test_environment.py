@@ -15,6 +15,7 @@ from actors.config.environment import (
     domain_id,
     environment_for,
     foreign_variables,
+    ignored_ros_domain,
     log_level,
     stand_in,
     state_folder,
@@ -46,6 +47,34 @@ def test_process_environment_is_the_default(monkeypatch: pytest.MonkeyPatch) -> 
 def test_domain(text: str, domain: int) -> None:
     """A domain is 0 to 232."""
     assert domain_id({"CALLBOARD_DOMAIN": text}) == domain
+
+
+def test_domain_of_a_program_written_for_ros() -> None:
+    """ROS_DOMAIN_ID counts for it, and callboard's own variable goes first."""
+    assert domain_id({"ROS_DOMAIN_ID": "5"}) is None
+    assert domain_id({"ROS_DOMAIN_ID": "5"}, ros=True) == 5
+    assert domain_id({"ROS_DOMAIN_ID": ""}, ros=True) is None
+    assert domain_id({"ROS_DOMAIN_ID": "5", "CALLBOARD_DOMAIN": "7"}, ros=True) == 7
+    with pytest.raises(InvalidEnvironmentError, match="ROS_DOMAIN_ID must be an integer from 0 to 232"):
+        domain_id({"ROS_DOMAIN_ID": "robot"}, ros=True)
+
+
+@pytest.mark.parametrize(
+    ("environ", "warned"),
+    [
+        ({"ROS_DOMAIN_ID": "5"}, True),
+        ({"ROS_DOMAIN_ID": "0"}, False),
+        ({"ROS_DOMAIN_ID": ""}, False),
+        ({"ROS_DOMAIN_ID": "robot"}, False),
+        ({"ROS_DOMAIN_ID": "5", "CALLBOARD_DOMAIN": "0"}, False),
+        ({}, False),
+    ],
+)
+def test_a_domain_of_ros_that_is_not_used(environ: dict[str, str], warned: bool) -> None:
+    """Where it would change something, the warning says what; a chosen domain is meant."""
+    text = ignored_ros_domain(0, environ)
+    assert (text is not None) is warned
+    assert text is None or "export CALLBOARD_DOMAIN=5 " in text
 
 
 @pytest.mark.parametrize("text", ["-1", "233", "1.0", "1_0", " 1", "٣", "one", "9" * 5000, "\x1b[2J"])

@@ -16,10 +16,11 @@ from actors.cli.commands.launch.reports import Reports
 from actors.cli.errors import BROKEN_PIPE, FAILURE, OK, USAGE, CommandError, exit_code
 from actors.cli.interrupts import raise_at_once
 from actors.cli.loop import exit_asked_for, run_async
-from actors.cli.output import print_out
+from actors.cli.output import print_out, print_warning
 from actors.cli.web_address import DEFAULT_LISTEN, check_web
 from actors.config import environment
 from actors.config.context_errors import UnknownContextError
+from actors.config.contexts import warn_of_ros_domain
 from actors.launch.description.description import format_actions
 from actors.launch.description.process_actions import ExecuteProcess, OutputMode
 from actors.launch.description.substitutions import Scope
@@ -123,7 +124,7 @@ def _planned(
             description,
             arguments=arguments,
             url=options.url or None,
-            domain=options.domain,
+            domain=_domain(options),
             context=options.context or None,
             environment=_environment(json=options.json),
             library=library,
@@ -132,6 +133,7 @@ def _planned(
             keep=options.watch,
             watch_graph=options.json,
         )
+        warn_of_ros_domain(launch.target, print_warning)
         launch.plan()  # before the loop runs: a signal interrupts whatever a launch file does
     except UnknownArgumentError as error:
         hint = did_you_mean(error.name, error.known) or "; see --show-args"
@@ -139,6 +141,14 @@ def _planned(
     except UnknownContextError as error:
         raise unknown_context(error) from error
     return launch
+
+
+def _domain(options: argparse.Namespace) -> int | None:
+    """Return the chosen domain; with --ros ROS_DOMAIN_ID chooses it, too, unless a context is named."""
+    if options.domain is None and options.context is None and options.ros:
+        return environment.domain_id(ros=True)
+    chosen: int | None = options.domain
+    return chosen
 
 
 def _web() -> ExecuteProcess:

@@ -14,7 +14,12 @@ from actors.launch.planning.settings import apply_setting
 from actors.launch.planning.steps import AddHandler, ChangeStates, Start, Step
 from actors.ros import launch_ros
 from actors.ros.launch import LaunchDescription
-from actors.ros.launch.actions import EmitEvent, GroupAction, RegisterEventHandler
+from actors.ros.launch.actions import (
+    EmitEvent,
+    GroupAction,
+    RegisterEventHandler,
+    SetEnvironmentVariable,
+)
 from actors.ros.launch.conditions import IfCondition
 from actors.ros.launch.substitutions import LaunchConfiguration
 from actors.ros.launch_ros import actions, descriptions, event_handlers, substitutions
@@ -159,3 +164,26 @@ def test_sources_are_files() -> None:
     """Whatever their language."""
     for kind in (XMLLaunchDescriptionSource, YAMLLaunchDescriptionSource):
         assert kind(["a", ".launch"]).perform(scope()) == "a.launch"
+
+
+def test_a_domain_that_a_file_sets_counts_for_its_processes() -> None:
+    """In a launch with --ros, whose own domain all other processes have."""
+    environment = {"CALLBOARD_DOMAIN": "3", "ROS_DOMAIN_ID": "3"}
+    given = [
+        actions.Node(package="p", executable="one"),
+        actions.Node(package="p", executable="two", additional_env={"ROS_DOMAIN_ID": "7"}),
+        SetEnvironmentVariable("ROS_DOMAIN_ID", "8"),
+        actions.Node(package="p", executable="three"),
+    ]
+
+    class RosLibrary(FakeLibrary):
+        run_command = ("callboard", "run", "--ros")
+
+    domains: list[list[str]] = []
+    for library in (FakeLibrary(), RosLibrary()):
+        plan = make_plan(
+            LaunchDescription(given), library, arguments={}, environment=environment, folder="/files"
+        )
+        processes = [step.process for step in plan if isinstance(step, Start)]
+        domains.append([each.environment["CALLBOARD_DOMAIN"] for each in processes])
+    assert domains == [["3", "3", "3"], ["3", "7", "8"]]

@@ -110,6 +110,13 @@ def test_the_domain_is_the_arguments_or_the_environments(monkeypatch: pytest.Mon
         context.init([], initialize_logging=False, domain_id=given)
         assert context.get_domain_id() == expected
         context.shutdown()
+    monkeypatch.delenv("CALLBOARD_DOMAIN")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "8")
+    context = Context()
+    context.init([], initialize_logging=False)
+    node = Node("there", context=context)
+    assert context.get_domain_id() == node.context.domain_id == 8
+    context.shutdown()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
