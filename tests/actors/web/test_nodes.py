@@ -291,5 +291,5 @@ async def test_a_node_that_does_not_answer_is_an_error_of_the_part(shown: NodePa
     node = await meeting.node("driver", start_parameter_services=True)
     node.create_service(GetDiagnostics, "~/get_diagnostics", fail)
     found = await shown.until(lambda each: "parameters" in each and each.get("errors"))
-    assert found["errors"] == {"diagnostics": "OSError: broken"}
+    assert found["errors"] == {"diagnostics": "Service '/driver/get_diagnostics' failed: OSError: broken"}
     assert "diagnostics" not in found
