@@ -36,6 +36,10 @@ class InvalidRosArgumentError(CallboardError, ValueError):
         self.argument = argument
 
 
+class UnknownRosArgumentError(InvalidRosArgumentError):
+    """Arguments after `--ros-args` are none of ROS's."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RosArguments:
     """ROS arguments for the nodes of a process.
@@ -169,8 +173,9 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
         argv: The command line, with or without the program's name.
 
     Raises:
-        InvalidRosArgumentError: A ROS argument is unknown, lacks its value or has a wrong one, or a parameter
-            file cannot be used.
+        UnknownRosArgumentError: An argument is none of ROS's.
+        InvalidRosArgumentError: A ROS argument lacks its value or has a wrong one, or a parameter file cannot
+            be used.
     """
     builder = _Builder()
     arguments = iter(argv)
@@ -181,7 +186,7 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
             builder.remaining.append(argument)
     if builder.unknown:
         hint = "a remap rule needs -r before it, a parameter -p"
-        raise InvalidRosArgumentError(" ".join(builder.unknown), f"Found unknown ROS arguments; {hint}")
+        raise UnknownRosArgumentError(" ".join(builder.unknown), f"Found unknown ROS arguments; {hint}")
     return builder.build()
 
 

@@ -167,6 +167,53 @@ DIFFERENCES: Final = (
         ),
         "Integers of more than 64 bits are strings. ROS 2's command ends with a traceback.",
     ),
+    Difference(
+        "program",
+        ("declaring.odd_values",),
+        "`bytes` are a byte array. Integers outside of int64, and bools among integers, are refused at once;"
+        " rclpy takes them, and sends something else or raises a SystemError.",
+    ),
+    Difference(
+        "program",
+        ("declaring.byte_array_of_message",),
+        "A received byte array is `bytes`; in rclpy a list of single ones.",
+    ),
+    Difference(
+        "program",
+        ("declaring.empty_lists",),
+        "A list may be set to `[]`, also by an override. rclpy refuses it as a byte array, and an override of"
+        " `[]` leaves the parameter without a value.",
+    ),
+    Difference(
+        "program",
+        ("declaring.descriptor_without_type",),
+        "A descriptor of no type keeps the parameter's. rclpy refuses the parameter's own value then.",
+    ),
+    Difference(
+        "program",
+        ("names.tilde_without_slash",),
+        "A name beginning with `~` has a `/` behind it. rclpy makes `/probea` of `~a`.",
+    ),
+    Difference(
+        "program",
+        ("names.remapped_substitution",),
+        "Rules may have substitutions such as `{node}`. ROS 2 refuses them.",
+    ),
+    Difference(
+        "program",
+        ("qos.preset_best_available",),
+        "Times of this profile are unlimited. rclpy has a number for the best that is available.",
+    ),
+    Difference(
+        "program",
+        ("qos.negative_depth",),
+        "A negative depth is refused at once. In rclpy it fails with the endpoint.",
+    ),
+    Difference(
+        "program",
+        ("qos.unknown_short_key",),
+        "An unknown key is a ValueError that lists the known ones; in rclpy a KeyError.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

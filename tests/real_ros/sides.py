@@ -38,20 +38,20 @@ class Answer:
 
     Attributes:
         returned: What it has returned, as JSON carries it.
-        raised: The name of the exception's class; "" if there was none.
+        raised: The names of the exception's class and its bases, its own first; empty if there was none.
         text: The exception's text.
         traceback: Its traceback.
     """
 
     returned: Any = None
-    raised: str = ""
+    raised: tuple[str, ...] = ()
     text: str = ""
     traceback: str = ""
 
     @property
     def outcome(self) -> object:
-        """What two sides are compared by: the texts of errors are each side's own."""
-        return {"raised": self.raised} if self.raised else {"returned": self.returned}
+        """What two sides are compared by. The texts of errors are each side's own."""
+        return {"raises": self.raised} if self.raised else {"returned": self.returned}
 
 
 class SideError(Exception):

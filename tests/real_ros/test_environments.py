@@ -52,7 +52,7 @@ def test_what_a_function_raises_is_shown(real: Side) -> None:
     """`call` gives the traceback; `ask` the name of the exception."""
     with pytest.raises(SideError, match="AttributeError"):
         real.call("environment.nothing")
-    assert real.ask("environment.nothing").raised == "AttributeError"
+    assert real.ask("environment.nothing").raised[0] == "AttributeError"
     assert REAL_COMMAND[0].endswith("build/ros2/bin/python")
 
 

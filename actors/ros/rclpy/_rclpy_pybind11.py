@@ -6,4 +6,8 @@ from actors.ros.rclpy.exceptions import InvalidHandle as InvalidHandle
 
 
 class RCLError(RuntimeError):
-    """A context has been shut down twice, or the state of a goal does not allow a change."""
+    """An argument or name is wrong, a context was shut down twice, or a goal's state allows no change."""
+
+
+class UnknownROSArgsError(RuntimeError):
+    """An argument after `--ros-args` is none of ROS's."""

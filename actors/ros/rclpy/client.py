@@ -54,11 +54,12 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         self,
         context: Context,
         srv_type: Any,
+        srv_name: str,
         native: NativeClient[Any, Any],
         callback_group: CallbackGroup,
         qos_profile: QoSProfile,
     ) -> None:
-        super().__init__(context.thread, srv_type, callback_group, qos_profile)
+        super().__init__(context.thread, srv_type, srv_name, callback_group, qos_profile)
         convert_assignments(srv_type.Request)
         prepare(srv_type.Response)
         self.context = context

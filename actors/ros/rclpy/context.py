@@ -13,11 +13,16 @@ from contextlib import ExitStack
 from inspect import ismethod
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar
 
-from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
+from actors.arguments.ros_arguments import (
+    InvalidRosArgumentError,
+    RosArguments,
+    UnknownRosArgumentError,
+    parse_ros_arguments,
+)
 from actors.config.environment import domain_id as environment_domain
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
-from actors.ros.rclpy._rclpy_pybind11 import RCLError
+from actors.ros.rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from actors.ros.rclpy.destroyable import Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
@@ -104,7 +109,8 @@ class Context:
 
         Raises:
             RuntimeError: It has been initialized before, or the domain is negative.
-            InvalidRosArgumentError: A ROS argument is wrong.
+            UnknownROSArgsError: A ROS argument is unknown.
+            RCLError: A ROS argument is wrong.
             InvalidEnvironmentError: The domain of the environment is not an integer from 0 to 232.
         """
         with self._lock:
@@ -112,7 +118,7 @@ class Context:
                 raise RuntimeError(f"Domain id ({domain_id}) should not be lower than zero.")
             if self._initialized:
                 raise RuntimeError("Context.init() must only be called once")
-            self.arguments = parse_ros_arguments(sys.argv if args is None else args)
+            self.arguments = _parsed(sys.argv if args is None else args)
             self.domain_id = environment_domain(ros=True) if domain_id is None else domain_id
             if initialize_logging:
                 set_up_logging(self.arguments)
@@ -308,6 +314,15 @@ _contexts: tuple[weakref.ref[Context], ...] = ()
 _watched: NodeThread | None = None
 """The thread whose end ends contexts."""
 _exiting = False
+
+
+def _parsed(argv: Sequence[str]) -> RosArguments:
+    try:
+        return parse_ros_arguments(argv)
+    except UnknownRosArgumentError as error:
+        raise UnknownROSArgsError(str(error)) from error
+    except InvalidRosArgumentError as error:
+        raise RCLError(str(error)) from error
 
 
 def _thread_for(context: Context) -> NodeThread:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 
 from actors.interfaces.message import Message, is_message_type
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.callback_groups import (
     CallbackGroup,
     MutuallyExclusiveCallbackGroup,
@@ -32,6 +33,7 @@ from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.imported_names import imported_names
 from actors.threads.errors import ThreadStopped
+from proto.errors import InvalidNameError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -172,12 +174,26 @@ class Node(NodeParameters, NodeGraph):
         return self._default_callback_group
 
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a topic."""
-        return self._callboard.native.resolve_topic_name(topic, only_expand=only_expand)
+        """Return the full name of a topic.
+
+        Raises:
+            RCLError: It is no name.
+        """
+        try:
+            return self._callboard.native.resolve_topic_name(topic, only_expand=only_expand)
+        except InvalidNameError as error:
+            raise RCLError(str(error)) from error
 
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a service."""
-        return self._callboard.native.resolve_service_name(service, only_expand=only_expand)
+        """Return the full name of a service.
+
+        Raises:
+            RCLError: It is no name.
+        """
+        try:
+            return self._callboard.native.resolve_service_name(service, only_expand=only_expand)
+        except InvalidNameError as error:
+            raise RCLError(str(error)) from error
 
     # Entities
 
@@ -344,7 +360,12 @@ class Node(NodeParameters, NodeGraph):
         """Make a client of a service."""
         native = self._callboard.thread.call(lambda: self._callboard.native.create_client(srv_type, srv_name))
         client = Client[Any, Any, Any](
-            self._context, srv_type, native, callback_group or self._default_callback_group, qos_profile
+            self._context,
+            srv_type,
+            srv_name,
+            native,
+            callback_group or self._default_callback_group,
+            qos_profile,
         )
         self._callboard.add(client)
         return client
@@ -362,6 +383,7 @@ class Node(NodeParameters, NodeGraph):
         service = Service[Any, Any, Any](
             self._callboard.thread,
             srv_type,
+            srv_name,
             # Concurrent in callboard: the callback group decides here, and the mailbox would let only one
             # request through at a time.
             lambda handle: self._callboard.native.create_service(srv_type, srv_name, handle, concurrent=True),

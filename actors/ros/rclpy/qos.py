@@ -67,7 +67,7 @@ class QoSProfile:
         durability: VOLATILE by default.
         lifespan: Age at which messages expire.
         deadline: Longest time between two messages.
-        liveliness: AUTOMATIC by default.
+        liveliness: SYSTEM_DEFAULT by default, which is AUTOMATIC.
         liveliness_lease_duration: Longest time without a sign of life.
         avoid_ros_namespace_conventions: Kept, without effect.
 
@@ -105,7 +105,7 @@ class QoSProfile:
             "durability": durability,
             "lifespan": lifespan,
             "deadline": deadline,
-            "liveliness": liveliness,
+            "liveliness": LivelinessPolicy.SYSTEM_DEFAULT if liveliness is None else liveliness,
             "liveliness_lease_duration": liveliness_lease_duration,
         }
         wanted: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
@@ -169,16 +169,24 @@ def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
     return QoSPolicyKind(policy_kind).name
 
 
-qos_profile_unknown = QoSProfile.from_native(native.qos_profile_unknown)
-qos_profile_default = QoSProfile.from_native(native.qos_profile_default)
-qos_profile_system_default = QoSProfile.from_native(native.qos_profile_system_default)
-qos_profile_sensor_data = QoSProfile.from_native(native.qos_profile_sensor_data)
-qos_profile_services_default = QoSProfile.from_native(native.qos_profile_services_default)
-qos_profile_parameters = QoSProfile.from_native(native.qos_profile_parameters)
-qos_profile_parameter_events = QoSProfile.from_native(native.qos_profile_parameter_events)
-qos_profile_rosout_default = QoSProfile.from_native(native.qos_profile_rosout_default)
-qos_profile_action_status_default = QoSProfile.from_native(native.qos_profile_action_status_default)
-qos_profile_best_available = QoSProfile.from_native(native.qos_profile_best_available)
+def _preset(profile: native.QoSProfile) -> QoSProfile:
+    """Return a profile as rclpy has it, which leaves the liveliness to the middleware."""
+    made = QoSProfile.from_native(profile)
+    if made.liveliness is LivelinessPolicy.AUTOMATIC:
+        made.liveliness = LivelinessPolicy.SYSTEM_DEFAULT
+    return made
+
+
+qos_profile_unknown = _preset(native.qos_profile_unknown)
+qos_profile_default = _preset(native.qos_profile_default)
+qos_profile_system_default = _preset(native.qos_profile_system_default)
+qos_profile_sensor_data = _preset(native.qos_profile_sensor_data)
+qos_profile_services_default = _preset(native.qos_profile_services_default)
+qos_profile_parameters = _preset(native.qos_profile_parameters)
+qos_profile_parameter_events = _preset(native.qos_profile_parameter_events)
+qos_profile_rosout_default = _preset(native.qos_profile_rosout_default)
+qos_profile_action_status_default = _preset(native.qos_profile_action_status_default)
+qos_profile_best_available = _preset(native.qos_profile_best_available)
 
 
 class QoSPresetProfiles(Enum):

@@ -32,12 +32,13 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         self,
         thread: NodeThread,
         srv_type: Any,
+        srv_name: str,
         make: Callable[[Callable[..., Any]], NativeService[Any, Any]],
         callback: Callable[[RequestT, ResponseT], Any],
         callback_group: CallbackGroup,
         qos_profile: QoSProfile,
     ) -> None:
-        super().__init__(thread, srv_type, callback_group, qos_profile)
+        super().__init__(thread, srv_type, srv_name, callback_group, qos_profile)
         self.callback = callback
         self._native = thread.call(lambda: make(self._handle))
         convert_assignments(srv_type.Response)
@@ -58,7 +59,7 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         """Return what to send: the handler may change its response after it has returned it."""
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
-                f"The handler of {self.srv_name} returned {response!r},"
+                f"The handler of {self.service_name} returned {response!r},"
                 f" not a {self.srv_type.Response.__qualname__}"
             )
         return copied(response)

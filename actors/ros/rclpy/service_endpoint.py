@@ -24,22 +24,24 @@ class ServiceEndpoint(QueuedCalls, Generic[NativeT]):
 
     Attributes:
         srv_type: The service class.
+        srv_name: The service's name as given, such as "~/stop".
         qos_profile: Its QoS.
     """
 
     _native: NativeT
 
     def __init__(
-        self, thread: NodeThread, srv_type: Any, callback_group: CallbackGroup, qos_profile: QoSProfile
+        self,
+        thread: NodeThread,
+        srv_type: Any,
+        srv_name: str,
+        callback_group: CallbackGroup,
+        qos_profile: QoSProfile,
     ) -> None:
         super().__init__(thread, callback_group)
         self.srv_type = srv_type
+        self.srv_name = srv_name
         self.qos_profile = qos_profile
-
-    @property
-    def srv_name(self) -> str:
-        """The full name of the service."""
-        return self._native.srv_name
 
     @property
     def service_name(self) -> str:

@@ -11,6 +11,8 @@ import sys
 import traceback
 from importlib import import_module
 
+from tests.real_ros.programs.errors import error_names
+
 
 def answer(function: str, args: list[object]) -> dict[str, object]:
     """Return what a function returns or raises."""
@@ -18,7 +20,7 @@ def answer(function: str, args: list[object]) -> dict[str, object]:
     try:
         return {"returned": getattr(import_module(f"tests.real_ros.programs.{module}"), name)(*args)}
     except Exception as error:  # noqa: BLE001 - whatever a program raises is its answer
-        raised = {"raised": type(error).__name__, "text": str(error)}
+        raised = {"raised": error_names(error), "text": str(error)}
         return {**raised, "traceback": "".join(traceback.format_exception(error))}
 
 
@@ -27,7 +29,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     for line in sys.stdin:
-        answers.write(json.dumps(answer(*json.loads(line))) + "\n")
+        answers.write(json.dumps(answer(*json.loads(line)), default=repr) + "\n")
         answers.flush()
 
 

@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import pytest
 
+from actors.ros.rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from actors.ros.rclpy.context import Context
 from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
 from actors.ros.rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -117,6 +118,13 @@ def test_the_domain_is_the_arguments_or_the_environments(monkeypatch: pytest.Mon
     node = Node("there", context=context)
     assert context.get_domain_id() == node.context.domain_id == 8
     context.shutdown()
+
+
+def test_wrong_arguments_are_errors_of_rclpy() -> None:
+    """A program may catch them by rclpy's names."""
+    for error, arguments in ((UnknownROSArgsError, ["--nothing"]), (RCLError, ["-r", "no rule"])):
+        with pytest.raises(error):
+            Context().init(["--ros-args", *arguments])
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -15,6 +15,7 @@ from actors.interfaces.rcl_interfaces.msg import IntegerRange, ParameterDescript
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.interfaces.std_msgs.msg import String
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.clock import Clock, JumpThreshold
 from actors.ros.rclpy.event_handler import PublisherEventCallbacks
 from actors.ros.rclpy.exceptions import (
@@ -313,6 +314,9 @@ def test_wrong_use_is_an_error(context: Context, node: Node) -> None:
     """Names, callbacks, types and contexts that cannot work are named at once."""
     with pytest.raises(InvalidTopicNameException):
         node.create_publisher(String, "a//b", 1)
+    for resolve in (node.resolve_topic_name, node.resolve_service_name):
+        with pytest.raises(RCLError, match="a b"):
+            resolve("a b")
     with pytest.raises(RuntimeError, match="callable with one argument"):
         node.create_subscription(String, "t", lambda: None, 1)
     with pytest.raises(TypeError, match="no message class"):
