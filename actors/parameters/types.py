@@ -10,8 +10,6 @@ from dataclasses import fields as dataclass_fields
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.interfaces.yaml_reader import YamlError, load_yaml
-
 if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces import msg as rcl_interfaces
 
@@ -393,6 +391,8 @@ def parameter_value_from_string(text: str) -> ParameterValue:
     Args:
         text: The text.
     """
+    from actors.interfaces.yaml_reader import YamlError, load_yaml  # noqa: PLC0415 - for command lines only
+
     try:
         value = load_yaml(text)
     except YamlError:
