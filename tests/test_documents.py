@@ -247,6 +247,15 @@ def test_every_make_target_in_the_documents_exists() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
+def test_make_demo_installs_what_the_demo_needs(tmp_path: Path) -> None:
+    """A newcomer does not wait for linters and the tools of tests."""
+    command = ["make", "--dry-run", f"VENV={tmp_path}", "demo"]
+    planned = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert re.findall(r"pip install .*--editable (\S+)", planned) == ["."]
+    assert planned.rstrip().endswith("callboard demo")
+    assert "pip install . && callboard demo" in README
+
+
 def files_named_in(path: Path) -> set[str]:
     """Return the paths in backquotes in a document, outside of code blocks: "a/b.py", "b.py" or "a/"."""
     text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)

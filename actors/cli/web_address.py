@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from typing import Final
 
 from actors.cli.errors import USAGE, CommandError
+from proto.extras import install_command
 
 DEFAULT_LISTEN: Final = "127.0.0.1:7412"
-MISSING: Final = "The page needs more packages: pip install 'callboard[web]'"
 
 
 def split_listen(listen: str, flag: str) -> tuple[str, int]:
@@ -38,7 +38,7 @@ def require_packages(code: int) -> None:
         CommandError: They are not.
     """
     if find_spec("aiohttp") is None or find_spec("prometheus_client") is None:
-        raise CommandError(MISSING, code)
+        raise CommandError(f"The page needs more packages: {install_command('web')}", code)
 
 
 def check_web(listen: str, flag: str) -> None:

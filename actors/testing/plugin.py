@@ -62,9 +62,10 @@ class NodeFactory(Protocol):
 def _pytest_asyncio(pytestconfig: pytest.Config) -> None:
     """Fail with the name of the missing package, before pytest reports an unhandled async fixture."""
     if not pytestconfig.pluginmanager.hasplugin("asyncio"):
-        pytest.fail(
-            "callboard's fixtures need pytest-asyncio: pip install 'callboard[testing]'", pytrace=False
-        )
+        from proto.extras import install_command  # noqa: PLC0415
+
+        text = f"callboard's fixtures need pytest-asyncio: {install_command('testing', 'pytest-asyncio')}"
+        pytest.fail(text, pytrace=False)
 
 
 @pytest.fixture

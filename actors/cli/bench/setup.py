@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final, Literal
 
 from actors.cli.errors import CommandError
+from proto.extras import install_command
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,7 +43,7 @@ class Setup:
 
     def __post_init__(self) -> None:
         if self.transport == "tls" and find_spec("trustme") is None:
-            raise CommandError("Measuring TLS needs trustme: pip install 'callboard[bench]'")
+            raise CommandError(f"Measuring TLS needs trustme: {install_command('bench', 'trustme')}")
 
     def __str__(self) -> str:
         words: list[str] = [word for word in (self.loop, self.transport) if word not in {"uvloop", "auto"}]

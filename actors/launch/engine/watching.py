@@ -23,6 +23,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Level, Message, ProcessExited, ProcessStarted
 from actors.launch.planning.steps import Start
 from actors.logging.severity import ROOT_NAME
+from proto.extras import install_command
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from actors.launch.planning.events import Event, Listener
     from actors.launch.planning.steps import Step
 
-MISSING: Final = "Watching sources needs watchfiles: pip install 'callboard[watch]'"
 
 QUIET_MS: Final = 100
 """Changes within this time of each other count as one, because editors write a file in pieces."""
@@ -92,7 +92,7 @@ class SourceWatch:
             LaunchError: watchfiles is not installed, or the system cannot watch these folders.
         """
         if find_spec("watchfiles") is None:
-            raise LaunchError(MISSING)
+            raise LaunchError(f"Watching sources needs watchfiles: {install_command('watch')}")
         self._loop = asyncio.get_running_loop()
         changes = await call_in_thread(self._begin)
         watching = call_in_thread(partial(self._watch, changes))

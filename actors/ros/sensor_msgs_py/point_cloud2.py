@@ -8,12 +8,13 @@ from collections import namedtuple
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.sensor_msgs.msg import PointCloud2, PointField
+from proto.extras import install_command
 
 try:
     import numpy as np
     from numpy.lib import recfunctions
 except ImportError as error:
-    raise ImportError("sensor_msgs_py needs NumPy: pip install 'callboard[numpy]'", name="numpy") from error
+    raise ImportError(f"sensor_msgs_py needs NumPy: {install_command('numpy')}", name="numpy") from error
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

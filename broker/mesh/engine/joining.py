@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from broker.errors import ConfigurationError
 from broker.mesh.engine.member import MeshMember
+from proto.extras import install_command
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -56,6 +57,7 @@ def _zenoh_engine(options: BrokerOptions, budget: ReadBudget) -> Callable[[int, 
     except ImportError as error:
         if error.name != "zenoh":
             raise
-        raise ConfigurationError("A mesh of brokers needs Zenoh: pip install 'callboard[zenoh]'") from None
+        text = f"A mesh of brokers needs Zenoh: {install_command('zenoh')}"
+        raise ConfigurationError(text) from None
     config = make_config(options)
     return lambda number, host: ZenohEngine(number, host, budget, config)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from actors.cli.errors import FAILURE, OK, USAGE, CommandError
 from actors.cli.output import print_json, print_out
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, positive
+from proto.extras import install_command
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
@@ -24,7 +25,6 @@ EXAMPLES: Final = {
     "callboard top --once": "the same as plain tables, of one second",
     "callboard top --json --interval 10": "one document every ten seconds, until Ctrl-C",
 }
-MISSING: Final = "The live view needs textual: pip install 'callboard[top]'; without it: callboard top --once"
 
 
 def add_arguments(parser: Parser) -> None:
@@ -51,7 +51,8 @@ def run(options: Options) -> int:
     if not _has_terminal():
         raise CommandError("callboard top needs a terminal; without one: callboard top --once", USAGE)
     if find_spec("textual") is None:
-        raise CommandError(MISSING, FAILURE)
+        text = f"The live view needs textual: {install_command('top')}; without it: callboard top --once"
+        raise CommandError(text, FAILURE)
     from actors.cli.commands.top import live
 
     return live.run(options)

@@ -16,6 +16,7 @@ import pytest
 
 from actors.cli import web_address
 from actors.cli.main import main
+from proto.extras import install_command
 from tests.certificates import Authority
 from tests.fork_server.client import FORKED
 
@@ -163,7 +164,7 @@ def test_the_page_needs_its_packages(
 
     monkeypatch.setattr(web_address, "find_spec", find_nothing)
     assert main(["broker", "--port", "0", "--http", "127.0.0.1:0"]) == 2
-    assert capsys.readouterr().err == "The page needs more packages: pip install 'callboard[web]'\n"
+    assert capsys.readouterr().err == f"The page needs more packages: {install_command('web')}\n"
 
 
 def test_control_of_the_page_needs_the_page(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import sys
 import threading
 from typing import TYPE_CHECKING
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.launch.engine.captured_output import launch_logs
-from actors.launch.engine.watching import MISSING, OFF, SourceWatch
+from actors.launch.engine.watching import OFF, SourceWatch
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import Event, Level, Message, ProcessStarted
 from actors.launch.planning.process_spec import ProcessSpec
 from actors.launch.planning.steps import Start
+from proto.extras import install_command
 from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
@@ -211,10 +213,9 @@ async def test_without_watchfiles_it_says_what_to_install(monkeypatch: pytest.Mo
     """It is an extra."""
     monkeypatch.setitem(sys.modules, "watchfiles", None)
     monkeypatch.setattr("actors.launch.engine.watching.find_spec", lambda _: None)
-    with pytest.raises(LaunchError, match="pip install 'callboard\\[watch\\]'"):
+    with pytest.raises(LaunchError, match=re.escape(install_command("watch"))):
         async with Witness().watch.running():
             pass
-    assert "callboard[watch]" in MISSING
 
 
 async def test_it_needs_only_the_public_names_of_watchfiles(

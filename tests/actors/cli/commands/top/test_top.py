@@ -16,6 +16,7 @@ from actors.cli.main import main
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
+from proto.extras import install_command
 from tests.actors.tools.made_up import sample
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ def test_without_textual_the_text_says_how_to_get_it(
         monkeypatch.setattr(stream, "isatty", lambda: True)
     monkeypatch.setattr("actors.cli.commands.top.find_spec", lambda name: None)
     assert main(["top"]) == 1
-    assert "pip install 'callboard[top]'" in capsys.readouterr().err
+    assert install_command("top") in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["top", "--help"], ["top"]], ids=" ".join)
