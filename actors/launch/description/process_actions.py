@@ -84,10 +84,12 @@ class ProcessAction(Action):
         default_factory=dict[str, Text],
         metadata=option("Variables to add to the environment.", keys="env additional_env"),
     )
-    prefix: Text = field(
-        default="",
+    prefix: Text | None = field(
+        default=None,
         metadata=option(
-            "A command to start the process with, such as `gdb -ex run --args`.", keys="launch-prefix prefix"
+            "A command to start the process with, such as `gdb -ex run --args`; by default that of the"
+            " command line.",
+            keys="launch-prefix prefix",
         ),
     )
     output: Text = field(

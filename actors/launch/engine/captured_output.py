@@ -204,7 +204,7 @@ def _added(handler: logging.Handler) -> Generator[None]:
 
 
 def _message(record: logging.LogRecord) -> Message:
-    level = Level.INFO
+    level = Level.INFO if record.levelno >= logging.INFO else Level.DEBUG
     if record.levelno >= logging.WARNING:
         level = Level.ERROR if record.levelno >= logging.ERROR else Level.WARN
     text = escape(record.getMessage())

@@ -173,6 +173,7 @@ class Appeared(Event):
 class Level(Enum):
     """The severity of a message."""
 
+    DEBUG = "DEBUG"
     INFO = "INFO"
     WARN = "WARN"
     ERROR = "ERROR"

@@ -36,7 +36,12 @@ from actors.launch.planning.dependencies import KnownNodes
 from actors.launch.planning.error_location import with_location
 from actors.launch.planning.lifecycle import change_state, lifecycle_transition
 from actors.launch.planning.option_values import option_value
-from actors.launch.planning.process_resolution import ending, make_spec
+from actors.launch.planning.process_resolution import (
+    LAUNCH_PREFIX,
+    LAUNCH_PREFIX_FILTER,
+    ending,
+    make_spec,
+)
 from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.launch.planning.reactions import call_function, call_reaction, triggers
 from actors.launch.planning.settings import apply_setting
@@ -89,6 +94,7 @@ def make_plan(
         first_environment=environment,
         folder=folder,
         file=description.file,
+        used={LAUNCH_PREFIX, LAUNCH_PREFIX_FILTER},  # every description has them
     )
     outer = scope.inner()  # as it is before the first action, for the search below
     steps = planner.plan(description.actions, scope)

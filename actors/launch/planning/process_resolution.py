@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from actors.launch.planning.dependencies import KnownNodes
     from actors.runtime.programs import Factory
 
+LAUNCH_PREFIX: Final = "launch-prefix"
+LAUNCH_PREFIX_FILTER: Final = "launch-prefix-filter"
+"""Launch arguments that every description has, as in ROS 2."""
 MAX_NAME_CHARACTERS: Final = 200
 """Limit of the name of a process; name and number are its label."""
 
@@ -74,7 +78,7 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
         program = _process(action, scope)
     name = _name(action, program, scope)
     options = option_values(action, ProcessAction, scope)
-    prefix = _words(options.pop("prefix"))
+    prefix = _words(_prefix(options.pop("prefix"), program, scope))
     extra = variables(action.additional_env, scope)
     base = scope.environment if action.env is None else variables(action.env, scope)
     environment = _with_domain({**base, **extra}, scope)
@@ -199,6 +203,20 @@ def _process(action: ExecuteProcess, scope: Scope) -> _Program:
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
     return _Program(name, scope.library.python_program(command), command)
+
+
+def _prefix(own: str | None, program: _Program, scope: Scope) -> str:
+    """Return the prefix of a process: its own, or that of the launch if it applies to the program."""
+    if own is not None:
+        return own
+    pattern = scope.configurations.get(LAUNCH_PREFIX_FILTER, "")
+    try:
+        applies = re.match(pattern, program.name) is not None
+    except re.error as error:
+        raise LaunchError(f"{LAUNCH_PREFIX_FILTER} '{escape(pattern)}' is no pattern: {error}") from None
+    # A node in the launch's process has no command that it could be put before.
+    applies = applies and program.factory is None
+    return scope.configurations.get(LAUNCH_PREFIX, "") if applies else ""
 
 
 def _words(prefix: str) -> list[str]:

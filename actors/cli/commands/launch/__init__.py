@@ -20,6 +20,16 @@ EXAMPLES: Final = {
 }
 
 
+class _OptionName(argparse.Action):
+    """Stores under which of its names an option was given."""
+
+    def __call__(
+        self, _parser: argparse.ArgumentParser, options: Options, _values: Any, name: str | None = None
+    ) -> None:
+        """Do it."""
+        setattr(options, self.dest, name)
+
+
 class _PrintSchema(argparse.Action):
     """Prints the schema and ends, as --help does its text."""
 
@@ -45,9 +55,16 @@ def add_arguments(parser: Parser) -> None:
         help="arguments of the launch file; of two values for one name the last counts",
     )
     mode = parser.add_mutually_exclusive_group()
-    mode.add_argument("-s", "--show-args", action="store_true", help="print the arguments and end")
-    mode.add_argument("-p", "--print-description", action="store_true", help="print the actions and end")
-    mode.add_argument("-n", "--dry-run", action="store_true", help="print what it would start, and end")
+    mode.add_argument(
+        *("-s", "--show-args", "--show-arguments"), action="store_true", help="print the arguments and end"
+    )
+    mode.add_argument(
+        *("-p", "--print", "--print-description"),
+        dest="print_description",
+        action="store_true",
+        help="print the actions and end",
+    )
+    mode.add_argument("--dry-run", action="store_true", help="print what it would start, and end")
     mode.add_argument("--json", action="store_true", help="print all that happens as JSON, an object a line")
     mode.add_argument(
         "--schema",
@@ -55,12 +72,7 @@ def add_arguments(parser: Parser) -> None:
         action=_PrintSchema,
         help="print the JSON schema of YAML and TOML files, for editors, and end; needs no FILE",
     )
-    parser.add_argument(
-        "--output",
-        choices=("screen", "log", "both"),
-        help="where the lines of all processes go, whatever the file says; with log, those of stderr to the "
-        "screen, too",
-    )
+    _add_ros_options(parser)
     parser.add_argument(
         "--stop-timeout",
         type=positive,
@@ -72,6 +84,42 @@ def add_arguments(parser: Parser) -> None:
     parser.add_flag("--watch", help="start processes again when their source changes")
     parser.add_flag("--web", help="also serve the page, until Ctrl-C")
     add_broker_options(parser)
+
+
+def _add_ros_options(parser: Parser) -> None:
+    """Add the options of `ros2 launch` that say how the launch runs."""
+    output = parser.add_mutually_exclusive_group()
+    output.add_argument(
+        "--output",
+        choices=("screen", "log", "both"),
+        help="where the lines of all processes go, whatever the file says; with log, those of stderr to the "
+        "screen, too",
+    )
+    output.add_argument(
+        *("-a", "--show-all-subprocesses-output"),
+        dest="output",
+        action="store_const",
+        const="both",
+        help="the same as --output both",
+    )
+    parser.add_argument(
+        "--launch-prefix",
+        metavar="COMMAND",
+        help="what to start processes with that have no prefix of their own, such as 'gdb -ex run --args'",
+    )
+    parser.add_argument(
+        "--launch-prefix-filter",
+        metavar="PATTERN",
+        help="only if the program's name begins with a match of this regular expression",
+    )
+    parser.add_argument(
+        *("-n", "--noninteractive"),
+        nargs=0,
+        default="",
+        action=_OptionName,
+        help="draw no status line, also on a terminal",
+    )
+    parser.add_flag("-d", "--debug", help="also log what is for debugging, and show tracebacks of errors")
 
 
 def run(options: Options) -> int:

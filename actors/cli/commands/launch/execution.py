@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import signal
 import sys
+import traceback
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from functools import partial
 from pathlib import Path
@@ -30,9 +32,11 @@ from actors.launch.errors import UnknownArgumentError
 from actors.launch.launching import Launch
 from actors.launch.planning.declarations import all_declared
 from actors.launch.planning.lifecycle import transition_label
+from actors.launch.planning.process_resolution import LAUNCH_PREFIX, LAUNCH_PREFIX_FILTER
 from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from actors.launch.planning.steps import AddHandler, Call, ChangeStates, End, LogText, Start
 from actors.launch.resources.files import SUFFIXES, Files
+from actors.logging.severity import ROOT_NAME
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
 from proto.errors import CallboardError
@@ -55,9 +59,22 @@ because programs inherit the limit, and some close all files below it when they 
 def run(options: argparse.Namespace) -> int:
     """Run what the file describes; or say what that is."""
     raise_at_once()  # until the loop runs: launch files, and commands in them, may take long
+    if options.noninteractive == "-n":  # for one version: it was the dry run, and starts processes now
+        print_warning("callboard launch: -n means --noninteractive, as in ROS 2; the dry run is --dry-run")
+    if options.debug:
+        logging.getLogger(ROOT_NAME).setLevel(logging.DEBUG)
+    try:
+        return _run_file(options)
+    except CallboardError:
+        if options.debug:
+            traceback.print_exc()
+        raise
+
+
+def _run_file(options: argparse.Namespace) -> int:
     words = [options.file, *options.arguments]
     path, given = _file_of(words)
-    arguments = dict(map(_argument, given))
+    arguments = dict(map(_argument, given)) | _prefix_arguments(options)
     library = _library(ros=options.ros, force=options.force)
     with _prints_to_stderr(json=options.json):
         description = library.description(str(path))
@@ -87,12 +104,20 @@ def run(options: argparse.Namespace) -> int:
             print_out(line)
         return OK
     process.configure_process()
+    loop_factory = _debug_loop if options.debug else process.new_event_loop
     process.raise_file_limit(OPEN_FILES)
     watched = library.launch_files if options.watch else None
     # What it embeds, nodes and the broker, runs as fast as in a process of its own.
     return run_async(
-        lambda: _run(launch, library, watched, json=options.json), loop_factory=process.new_event_loop
+        lambda: _run(launch, library, watched, json=options.json, interactive=not options.noninteractive),
+        loop_factory=loop_factory,
     )
+
+
+def _debug_loop() -> asyncio.AbstractEventLoop:
+    loop = process.new_event_loop()
+    loop.set_debug(True)
+    return loop
 
 
 def _library(*, ros: bool, force: bool) -> Files:
@@ -196,6 +221,14 @@ def _argument(word: str) -> tuple[str, str]:
     return name, value
 
 
+def _prefix_arguments(options: argparse.Namespace) -> dict[str, str]:
+    """Return the options for a prefix as the launch arguments that they are in ROS 2."""
+    if options.launch_prefix_filter and not options.launch_prefix:
+        raise CommandError("--launch-prefix-filter needs --launch-prefix", USAGE)
+    given = {LAUNCH_PREFIX: options.launch_prefix, LAUNCH_PREFIX_FILTER: options.launch_prefix_filter}
+    return {name: value for name, value in given.items() if value}
+
+
 def _environment(*, json: bool) -> dict[str, str]:
     """Return what programs get: also what a terminal behind their pipes can do."""
     colors = environment.color_wish() is None and sys.stdout.isatty() and not json
@@ -260,7 +293,9 @@ def _transitions(transitions: Iterable[int | str]) -> str:
 # Doing it
 
 
-async def _run(launch: Launch, library: Files, watched: Collection[str] | None, *, json: bool) -> int:
+async def _run(
+    launch: Launch, library: Files, watched: Collection[str] | None, *, json: bool, interactive: bool
+) -> int:
     """Run a launch to its end; return the exit code. With launch files to watch it restarts what changes."""
     loop = asyncio.get_running_loop()
 
@@ -268,7 +303,7 @@ async def _run(launch: Launch, library: Files, watched: Collection[str] | None, 
         with suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(partial(launch.stop, "nobody reads the output", escalate=False))
 
-    reports = Reports(library.open_log_folder, json=json, on_closed=on_closed)
+    reports = Reports(library.open_log_folder, json=json, on_closed=on_closed, interactive=interactive)
     launch.listen(reports)
     code = FAILURE
     try:

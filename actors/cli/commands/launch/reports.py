@@ -34,13 +34,19 @@ class Reports:
         open_log_folder: Returns the folder for log files; called in a thread when the first one is needed.
         json: Whether stdout gets JSON, and nothing else. What is printed then goes to stderr.
         on_closed: Called once, in a thread, when the reader of stdout has closed it.
+        interactive: Whether to draw a status line on a terminal.
 
     Attributes:
         closed: Whether that has happened.
     """
 
     def __init__(
-        self, open_log_folder: Callable[[], LogFolder], *, json: bool, on_closed: Callable[[], None]
+        self,
+        open_log_folder: Callable[[], LogFolder],
+        *,
+        json: bool,
+        on_closed: Callable[[], None],
+        interactive: bool = True,
     ) -> None:
         self.closed = False
         self._on_closed = on_closed
@@ -54,7 +60,7 @@ class Reports:
         shown: Listener = self._json or Screen(self._write, color=_color())
         self._logs = LogFiles(open_log_folder, shown)
         self._listeners: list[Listener] = [shown, self._logs]
-        if self._json is None and sys.stdout.isatty() and not environment.dumb_terminal():
+        if interactive and self._json is None and sys.stdout.isatty() and not environment.dumb_terminal():
             # First, so that it is up to date when what has happened is shown.
             self._listeners.insert(0, Status(self._show_status))
 

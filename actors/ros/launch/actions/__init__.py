@@ -11,7 +11,6 @@ from actors.launch import (
     ExecuteProcess as CallboardProcess,
     GroupAction as GroupAction,
     IncludeLaunchDescription as CallboardInclude,
-    LaunchConfiguration,
     LogInfo as LogInfo,
     OpaqueFunction as OpaqueFunction,
     PopEnvironment as PopEnvironment,
@@ -61,8 +60,6 @@ def process_options(given: dict[str, Any]) -> dict[str, Any]:
     """
     options = {name: value for name, value in given.items() if name not in _IGNORED}
     options["output"] = _output(options.get("output") or "log")
-    if options.get("prefix") is None:
-        options["prefix"] = LaunchConfiguration("launch-prefix", default="")
     options.setdefault("respawn_backoff", 1.0)  # always the same delay
     return options
 

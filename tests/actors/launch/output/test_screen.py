@@ -67,6 +67,7 @@ def test_levels_are_colored() -> None:
     """As in a node's log; what is no process has no colour."""
     events = (Message(level, "x") for level in Level)
     assert shown(*events, color=True) == (
+        "\x1b[32m[DEBUG] [launch]: x\x1b[0m\n"
         "[INFO] [launch]: x\n\x1b[33m[WARN] [launch]: x\x1b[0m\n\x1b[31m[ERROR] [launch]: x\x1b[0m\n"
     )
 

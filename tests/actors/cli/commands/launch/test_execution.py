@@ -229,7 +229,7 @@ def test_a_launch_file_of_a_package_is_found(
     (folder.parent / "__init__.py").touch()
     (folder / "all.launch.py").write_text(textwrap.dedent(FILE))
     monkeypatch.syspath_prepend(site.path)
-    assert main(["launch", "launchable_robot", "all.launch.py", "robot:=a", "-n"]) == 0
+    assert main(["launch", "launchable_robot", "all.launch.py", "robot:=a", "--dry-run"]) == 0
     assert "echo 'x y' 1.5" in capsys.readouterr().out
     assert main(["launch", "launchable_robot", "al.launch.py"]) == 1
     assert capsys.readouterr().err == (
@@ -237,7 +237,7 @@ def test_a_launch_file_of_a_package_is_found(
     )
     (folder / "less.launch.yaml").write_text("launch: [{log: {message: less}}]")
     (folder / "notes.txt").touch()
-    assert main(["launch", "launchable_robot", "less.launch.yaml", "-n"]) == 0
+    assert main(["launch", "launchable_robot", "less.launch.yaml", "--dry-run"]) == 0
     assert capsys.readouterr().out == "say: less\n"
     assert main(["launch", "launchable_robot", "x"]) == 1
     assert capsys.readouterr().err.endswith("; there is: all.launch.py, less.launch.yaml\n")
@@ -298,10 +298,10 @@ def test_a_file_written_for_ros_2_is_launched(
     ros_robot: Path, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
     """It imports ROS 2's names, and so do its programs; a package's files are found below its data."""
-    assert main(["launch", "--ros", "ros_robot", file, "-n"]) == 0
+    assert main(["launch", "--ros", "ros_robot", file, "--dry-run"]) == 0
     shown = capsys.readouterr().out
     assert shown == "[talker-1] callboard run --ros ros_robot talker --ros-args -r __ns:=/ns1\n"
-    assert main(["launch", "--ros", str(ros_robot / "launch" / file), "-n"]) == 0
+    assert main(["launch", "--ros", str(ros_robot / "launch" / file), "--dry-run"]) == 0
     assert main(["launch", "ros_robot", "x"]) == 1
     assert capsys.readouterr().err.endswith("there is: robot.launch.xml, robot_launch.py\n")
 
@@ -313,6 +313,81 @@ def test_an_installed_rclpy_is_not_hidden(
     (tmp_path / "rclpy.py").touch()
     monkeypatch.syspath_prepend(tmp_path)
     file = str(ros_robot / "launch" / "robot_launch.py")
-    assert main(["launch", "--ros", file, "-n"]) == 2
+    assert main(["launch", "--ros", file, "--dry-run"]) == 2
     assert "ROS 2's own rclpy is installed here" in capsys.readouterr().err
-    assert main(["launch", "--ros", "--force", file, "-n"]) == 0
+    assert main(["launch", "--ros", "--force", file, "--dry-run"]) == 0
+
+
+@pytest.mark.parametrize(("option", "warned"), [("-n", True), ("--noninteractive", False)])
+def test_n_is_noninteractive_as_in_ros_2(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, option: str, warned: bool
+) -> None:
+    """It was the dry run, so it says what it means now."""
+    path = tmp_path / "a.launch.yaml"
+    path.write_text("launch: [{log: {message: hello}}]")
+    assert main(["launch", str(path), option, "--dry-run"]) == 0
+    said = capsys.readouterr()
+    assert said.out == "say: hello\n"
+    assert ("-n means --noninteractive, as in ROS 2; the dry run is --dry-run" in said.err) is warned
+
+
+@pytest.mark.parametrize(
+    ("options", "prefixes"),
+    [
+        ((), ["", "nice"]),
+        (("--launch-prefix", "gdb --args"), ["gdb --args", "nice"]),
+        (("--launch-prefix", "gdb", "--launch-prefix-filter", "ec"), ["gdb", "nice"]),
+        (("--launch-prefix", "gdb", "--launch-prefix-filter", "cho"), ["", "nice"]),
+    ],
+)
+def test_a_prefix_is_for_processes_without_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], prefixes: list[str]
+) -> None:
+    """If the filter matches the beginning of the program's name."""
+    path = tmp_path / "a.launch.xml"
+    path.write_text(
+        "<launch><executable cmd='/bin/echo a'/><executable cmd='/bin/echo b' launch-prefix='nice'/></launch>"
+    )
+    assert main(["launch", str(path), "--dry-run", *options]) == 0
+    lines = [line.partition("] ")[2] for line in capsys.readouterr().out.splitlines()]
+    assert lines == [
+        f"{prefix} /bin/echo {word}".strip() for prefix, word in zip(prefixes, "ab", strict=True)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "error"),
+    [
+        (("--launch-prefix-filter", "a"), 2, "--launch-prefix-filter needs --launch-prefix"),
+        (
+            ("--launch-prefix", "a", "--launch-prefix-filter", "("),
+            1,
+            "launch-prefix-filter '(' is no pattern",
+        ),
+        (("-a", "--output", "log"), 2, "not allowed with argument"),
+    ],
+)
+def test_options_that_make_no_sense_are_errors(
+    file: str, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], code: int, error: str
+) -> None:
+    """Before anything is started."""
+    assert main(["launch", file, "robot:=a", "--dry-run", *options]) == code
+    assert error in capsys.readouterr().err
+
+
+def test_debug_shows_where_an_error_was_raised(file: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside the line that says what is wrong."""
+    assert main(["launch", file, "robot:=c", "--debug"]) == 1
+    error = capsys.readouterr().err
+    assert "Traceback (most recent call last)" in error
+    assert "Launch argument 'robot' must be one of a, b, not 'c'" in error.splitlines()[-1]
+
+
+@pytest.mark.parametrize("option", ["-s", "--show-args", "--show-arguments"])
+def test_options_have_the_names_of_ros_2(file: str, capsys: pytest.CaptureFixture[str], option: str) -> None:
+    """All of them."""
+    assert main(["launch", file, option]) == 0
+    assert capsys.readouterr().out.startswith("Arguments")
+    for each in ("-p", "--print", "--print-description"):
+        assert main(["launch", file, each]) == 0
+        assert capsys.readouterr().out.startswith("DeclareLaunchArgument")
