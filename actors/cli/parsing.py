@@ -270,9 +270,12 @@ def positive(text: str) -> float:
 
 
 def import_from_working_directory() -> None:
-    """Make packages in the current directory importable, as for a script there."""
+    """Make packages in the current directory importable, and interfaces from their files."""
     from pathlib import Path  # noqa: PLC0415 - most commands do without
 
+    from actors.interfaces.file_packages import install_finder  # noqa: PLC0415 - most commands do without
+
+    install_finder()
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)

@@ -110,7 +110,7 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "list": Verb("list all types"),
             "package": Verb("list the types of a package"),
             "packages": Verb("list the packages that have types"),
-            "generate": Verb("write Python classes for a package of .msg, .srv and .action files"),
+            "generate": Verb("write Python classes for a package of .msg, .srv, .action and .idl files"),
         },
     ),
     "pkg": Group(

@@ -1,7 +1,7 @@
 """Lists interface packages and types without importing a class.
 
 An interface package is one of callboard's, a Python package written by `interface generate`, or a folder on
-the import path with msg/*.msg, srv/*.srv or action/*.action.
+the import path with msg/*.msg, srv/*.srv or action/*.action, or *.idl in these folders.
 """
 
 from __future__ import annotations
@@ -62,8 +62,21 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
         return None
     if package in standard_packages():
         return None
-    files = (folder / kind / f"{name}.{kind}" for folder in _text_folders(package))
-    return next((file for file in files if file.is_file()), None)
+    files = (interface_files(folder, kind).get(name) for folder in _text_folders(package))
+    return next(filter(None, files), None)
+
+
+def interface_files(folder: Path, kind: str) -> dict[str, Path]:
+    """Return the files of a package's interfaces of a kind, by name, sorted.
+
+    A `.msg`, `.srv` or `.action` file goes before an `.idl` file, which a build has made of it.
+
+    Args:
+        folder: The package's folder.
+        kind: "msg", "srv" or "action".
+    """
+    found = {file.stem: file for suffix in ("idl", kind) for file in (folder / kind).glob(f"*.{suffix}")}
+    return dict(sorted(found.items()))
 
 
 def interfaces_of(package: str) -> list[str]:
@@ -92,8 +105,8 @@ def _names(package: str, kind: str) -> list[str]:
         if exported:
             return sorted(exported)
     folders = () if standard else _text_folders(package)
-    files = (file for folder in folders for file in (folder / kind).glob(f"*.{kind}"))
-    return sorted({file.stem for file in files if _TYPE.fullmatch(file.stem)})
+    names = {name for folder in folders for name in interface_files(folder, kind)}
+    return sorted(filter(_TYPE.fullmatch, names))
 
 
 def _exported(module: Path) -> list[str]:
@@ -144,4 +157,4 @@ def _has(folder: Path, kind: str) -> bool:
             return True
     except (OSError, UnicodeDecodeError):
         pass
-    return any(_TYPE.fullmatch(file.stem) for file in folder.glob(f"*.{kind}"))
+    return any(map(_TYPE.fullmatch, interface_files(folder.parent, kind)))

@@ -11,17 +11,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.interfaces.catalog import STANDARD_ROOT, standard_packages
+from actors.interfaces.catalog import STANDARD_ROOT, interface_files, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
-from actors.interfaces.parser import PACKAGE_NAME, PARTS, parse_file
+from actors.interfaces.parser import parse_file
 from actors.interfaces.registry import find_interface, interface_source
 from actors.interfaces.source import module_name, render_init, render_module
+from actors.interfaces.specs import PACKAGE_NAME, PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from actors.interfaces.parser import InterfaceSpec
+    from actors.interfaces.specs import InterfaceSpec
 
 __all__ = ["find_interface", "generate", "interface_source", "read_package", "render_package"]
 
@@ -42,10 +43,12 @@ def read_package(source_dir: Path) -> list[InterfaceSpec]:
             0,
             f"'{package}' is not a package name: use lower case letters, digits and underscores",
         )
-    files = [path for kind in PARTS for path in sorted((source_dir / kind).glob(f"*.{kind}"))]
+    files = [path for kind in PARTS for path in interface_files(source_dir, kind).values()]
     if not files:
         raise InterfaceSyntaxError(
-            str(source_dir), 0, "No interfaces: put them into msg/*.msg, srv/*.srv or action/*.action"
+            str(source_dir),
+            0,
+            "No interfaces: put them into msg/*.msg, srv/*.srv, action/*.action, or *.idl there",
         )
     specs = {spec.type_name: spec for spec in (parse_file(path, package) for path in files)}
     _check_modules(source_dir, list(specs.values()))

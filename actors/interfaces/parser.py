@@ -13,98 +13,46 @@ from __future__ import annotations
 import keyword
 import re
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import takewhile
-from textwrap import dedent
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
+from actors.interfaces.idl import parse_idl
 from actors.interfaces.literals import parse_value
-from proto.limits import MAX_MESSAGE_BYTES
+from actors.interfaces.specs import (
+    MAX_FIELDS,
+    MAX_FIXED,
+    PACKAGE_NAME,
+    PARTS,
+    TYPE_NAME,
+    ConstantSpec,
+    FieldSpec,
+    InterfaceSpec,
+    MessageSpec,
+    check_names,
+    comment_text,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 MAX_FILE_BYTES: Final = 1 << 20
 """Interface texts are written by hand; a larger file is something else."""
-MAX_FIELDS: Final = 1000
-"""Fields and constants in one part."""
-MAX_FIXED: Final = MAX_MESSAGE_BYTES
-"""Elements of a fixed-size array: a message with more could not be sent."""
-
 PRIMITIVES: Final = frozenset(
     {
         "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32",
         "int64", "uint64", "string", "wstring",
     }
 )  # fmt: skip
-PARTS: Final = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
-"""The parts of each kind of interface, in the order of their text."""
-
-PACKAGE_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
 _FIELD_NAME: Final = PACKAGE_NAME
 _CONSTANT_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[A-Z][A-Z0-9_]*")
-TYPE_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _TYPE: Final = re.compile(
     r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>[+\w]*))?"
     r"(?P<array>\[(?P<most><=)?(?P<size>[^\]]*)\])?"
 )
 _CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
-
-
-@dataclass(frozen=True)
-class FieldSpec:
-    """A field: its name, type, default (None: zero or empty), and comment."""
-
-    name: str
-    type: FieldType
-    default: object | None = None
-    comment: str = ""
-
-
-@dataclass(frozen=True)
-class ConstantSpec:
-    """A constant of a primitive type, and its comment."""
-
-    name: str
-    type: FieldType
-    value: object
-    comment: str = ""
-
-
-@dataclass(frozen=True)
-class MessageSpec:
-    """One message, or one part of a service or action."""
-
-    fields: tuple[FieldSpec, ...]
-    constants: tuple[ConstantSpec, ...]
-    comment: str = ""
-
-    @property
-    def dependencies(self) -> set[str]:
-        """The type names of the messages that its fields hold."""
-        return {field.type.base for field in self.fields if "/" in field.type.base}
-
-
-@dataclass(frozen=True)
-class InterfaceSpec:
-    """A parsed file: package, kind ("msg", "srv", "action"), name, and a message for each of its parts."""
-
-    package: str
-    kind: str
-    name: str
-    parts: tuple[MessageSpec, ...]
-
-    @property
-    def type_name(self) -> str:
-        """Such as "std_msgs/msg/String"."""
-        return f"{self.package}/{self.kind}/{self.name}"
-
-    @property
-    def dependencies(self) -> set[str]:
-        """The type names of the messages that its fields hold."""
-        return set[str]().union(*(part.dependencies for part in self.parts))
 
 
 class _Reader:
@@ -141,11 +89,13 @@ class _Reader:
                 comments[-1] += comment
             if len(self._seen) > MAX_FIELDS:
                 self.fail(f"More than {MAX_FIELDS} fields; split the message")
-        found = [replace(each, comment=_joined(text)) for each, text in zip(elements, comments, strict=True)]
+        found = [
+            replace(each, comment=comment_text(text)) for each, text in zip(elements, comments, strict=True)
+        ]
         return MessageSpec(
             tuple(each for each in found if isinstance(each, FieldSpec)),
             tuple(each for each in found if isinstance(each, ConstantSpec)),
-            _joined([line.lstrip("#") for line in own]),
+            comment_text([line.lstrip("#") for line in own]),
         )
 
     def _element(self, line: str) -> FieldSpec | ConstantSpec:
@@ -259,12 +209,6 @@ def without_comment(line: str) -> str:
     return line.partition("#")[0] if quote else line
 
 
-def _joined(lines: list[str]) -> str:
-    """Return a comment without the indentation, blank lines at its ends, and repeated blank lines."""
-    text = "\n".join(line.rstrip() for line in lines).replace("\t", " ")
-    return re.sub(r"\n{3,}", "\n\n", dedent(text).strip())
-
-
 def parse(
     text: str, package: str, kind: str, name: str, source: str = "", *, has_header: bool = False
 ) -> InterfaceSpec:
@@ -285,18 +229,7 @@ def parse(
     source = source or f"{package}/{kind}/{name}"
     if kind not in PARTS:
         raise InterfaceSyntaxError(source, 0, f"'{kind}' is not a kind of interface; use msg, srv or action")
-    if keyword.iskeyword(package) or keyword.iskeyword(name):
-        raise InterfaceSyntaxError(source, 0, "The name is a Python keyword; use another")
-    if not PACKAGE_NAME.fullmatch(package):
-        raise InterfaceSyntaxError(
-            source, 0, f"'{package}' is not a package name: use lower case letters, digits and underscores"
-        )
-    if not TYPE_NAME.fullmatch(name):
-        raise InterfaceSyntaxError(
-            source,
-            0,
-            f"'{name}' is not an interface name: use CamelCase letters and digits, such as 'ImuRaw'",
-        )
+    check_names(package, name, source)
     sections: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.strip() == "---":
@@ -314,7 +247,7 @@ def parse(
 
 
 def read_source(path: Path) -> str:
-    """Return the text of a `.msg`, `.srv` or `.action` file.
+    """Return the text of an interface's file.
 
     Raises:
         InterfaceSyntaxError: The file is too large or not UTF-8.
@@ -331,12 +264,16 @@ def read_source(path: Path) -> str:
 
 
 def parse_file(path: Path, package: str) -> InterfaceSpec:
-    """Parse a `.msg`, `.srv` or `.action` file; its stem is the interface's name.
+    """Parse a `.msg`, `.srv`, `.action` or `.idl` file in a folder named as its kind.
+
+    Its stem is the interface's name.
 
     Raises:
         InterfaceSyntaxError: The text or a name breaks a rule, or the file is too large or not UTF-8.
         OSError: The file cannot be read.
     """
-    has_header = (path.parent.parent / "msg" / "Header.msg").is_file()
     kind = path.suffix.removeprefix(".")
+    if kind == "idl":
+        return parse_idl(read_source(path), package, path.parent.name, path.stem, str(path))
+    has_header = any((path.parent.parent / "msg" / f"Header.{each}").is_file() for each in ("msg", "idl"))
     return parse(read_source(path), package, kind, path.stem, str(path), has_header=has_header)

@@ -1,8 +1,8 @@
 """Finds interface classes by ROS name, and renders their text.
 
 The order of the search: classes that this program has defined, callboard's standard packages, importable
-packages with the layout of `generate`'s output. A name may come from another machine, so only packages with
-the right folder are imported.
+packages with the layout of `generate`'s output, and packages of files, if the process can import these
+(`file_packages`). A name may come from another machine, so only packages with the right folder are imported.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from actors.interfaces.catalog import (
     interfaces_of,
     known_packages,
     python_package,
+    source_file,
     standard_packages,
     unknown_package,
 )
 from actors.interfaces.comments import comments_of
-from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.errors import InterfaceSyntaxError, UnknownInterfaceError
 from actors.interfaces.fields import FieldType, constants_of, fields_of
-from actors.interfaces.literals import render_value
 from actors.interfaces.message import Action, Message, Service, type_name
-from actors.interfaces.parser import PARTS
+from actors.interfaces.specs import PARTS, ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec, interface_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,13 +51,16 @@ def _load(package: str, kind: str, name: str) -> type | None:
         if type_name(cls) == full:
             return cls
     module = python_package(package, kind)
+    if module is None and source_file(package, kind, name) is not None:
+        # For a process with a `FileFinder`.
+        module = f"{package}.{kind}"
     if module is None:
         return None
     try:
         # Only from packages with the layout of generated ones (`python_package`): the name may come from a
         # graph, and an import runs code.
         found = getattr(import_module(module), name, None)
-    except (ImportError, SyntaxError) as error:
+    except (ImportError, SyntaxError, InterfaceSyntaxError) as error:
         raise UnknownInterfaceError(f"Interface '{full}' cannot be imported: {error}") from error
     return found if isinstance(found, type) and issubclass(found, _BASES[kind]) else None
 
@@ -79,6 +82,12 @@ def _suggestion(name: str, package: str) -> str:
 
 
 def _not_found(name: str, package: str) -> str:
+    parts = name.split("/")
+    for kind in PARTS if len(parts) == 2 else parts[1:2]:
+        file = source_file(package, kind, parts[-1])
+        if file is not None:
+            folder = file.parent.parent
+            return f"Interface '{name}' has no class; run 'callboard interface generate {folder}'"
     suggestion = _suggestion(name, package)
     if package in known_packages():
         word = name.removeprefix(f"{package}/")
@@ -161,36 +170,22 @@ def _is_zero(value: Any) -> bool:
     return all(_is_zero(item) for item in value)
 
 
-def _field_line(cls: type[Message], name: str, field_type: FieldType) -> str:
-    line = f"{field_type} {name}"
-    if "/" in field_type.base:
-        return line
-    default = _default_of(cls, name)
+def _field_spec(cls: type[Message], name: str, field_type: FieldType, comment: str) -> FieldSpec:
+    default = None if "/" in field_type.base else _default_of(cls, name)
     # A zero default is what ROS assumes, so that writing it would change the text and nothing else.
-    if default is None or _is_zero(default):
-        return line
-    return f"{line} {render_value(field_type, default)}"
+    return FieldSpec(name, field_type, None if default is None or _is_zero(default) else default, comment)
 
 
-def _commented(line: str, comment: str) -> list[str]:
-    """Return a line with its comment: behind it, or above it if that has several lines."""
-    if "\n" not in comment:
-        return [f"{line}  # {comment}"] if comment else [line]
-    return [*_comment_lines(comment), line]
-
-
-def _comment_lines(comment: str) -> list[str]:
-    return [f"# {line}".rstrip() for line in comment.splitlines()]
-
-
-def _message_text(cls: type[Message], own: str, comments: dict[str, str]) -> list[str]:
-    lines = {name: f"{kind} {name}={render_value(kind, value)}" for name, kind, value in constants_of(cls)}
-    lines |= {field.name: _field_line(cls, field.name, field.type) for field in fields_of(cls)}
-    body = [text for name, line in lines.items() for text in _commented(line, comments.get(name, ""))]
-    # Comments above the first blank line are the message's, below it the first field's.
-    if own or (body and body[0].startswith("#")):
-        return [*_comment_lines(own), "", *body]
-    return body
+def _message_spec(cls: type[Message], own: str, comments: dict[str, str]) -> MessageSpec:
+    return MessageSpec(
+        tuple(
+            _field_spec(cls, field.name, field.type, comments.get(field.name, "")) for field in fields_of(cls)
+        ),
+        tuple(
+            ConstantSpec(name, kind, value, comments.get(name, "")) for name, kind, value in constants_of(cls)
+        ),
+        own,
+    )
 
 
 def source_of(cls: type[Message | Service | Action], *, comments: bool = False) -> str:
@@ -204,21 +199,19 @@ def source_of(cls: type[Message | Service | Action], *, comments: bool = False) 
         TypeError: `cls` is not such a class, or one of its fields has no ROS type.
     """
 
-    def text_of(part: type[Message], *owners: Any) -> list[str]:
+    def spec_of(part: type[Message], *owners: Any) -> MessageSpec:
         if not comments:
-            return _message_text(part, "", {})
+            return _message_spec(part, "", {})
         own = (comments_of(each).own for each in (*owners, part))
-        return _message_text(part, "\n\n".join(filter(None, own)), comments_of(part).fields)
+        return _message_spec(part, "\n\n".join(filter(None, own)), comments_of(part).fields)
 
+    package, kind, name = type_name(cls).split("/")
     if issubclass(cls, Message):
-        lines = text_of(cls)
-    else:
-        first, *others = (getattr(cls, name) for name in PARTS[type_name(cls).split("/")[1]])
-        # What is above the first part is about the whole.
-        lines = text_of(first, cls)
-        for part in others:
-            lines += ["---", *text_of(part)]
-    return "\n".join(lines) + "\n" if lines else ""
+        return interface_text(InterfaceSpec(package, kind, name, (spec_of(cls),)))
+    first, *others = (getattr(cls, part) for part in PARTS[kind])
+    # What is above the first part is about the whole.
+    parts = (spec_of(first, cls), *(spec_of(part) for part in others))
+    return interface_text(InterfaceSpec(package, kind, name, parts))
 
 
 def interface_source(name: str) -> str:

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.comments import placeholder
 from actors.interfaces.fields import BINARY
-from actors.interfaces.parser import PARTS
+from actors.interfaces.specs import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.interfaces.fields import FieldType
-    from actors.interfaces.parser import ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
+    from actors.interfaces.specs import ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
 
 WIDTH: Final = 110
 _INDENT: Final = "    "

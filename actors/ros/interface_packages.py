@@ -1,53 +1,20 @@
-"""Imports interface packages from their .msg, .srv and .action files, without a build.
+"""Finds interface packages of .msg, .srv, .action and .idl files where ROS 2 has them.
 
-    src/robot_interfaces/msg/Wheel.msg       with src on the import path, or
-    install/share/robot_interfaces/msg/Wheel.msg    with install in AMENT_PREFIX_PATH
-
-`from robot_interfaces.msg import Wheel` then executes what `callboard interface generate` would write.
+src/robot_interfaces/msg/Wheel.msg       with src on the import path, or
+install/share/robot_interfaces/msg/Wheel.msg    with install in AMENT_PREFIX_PATH
 """
 
 from __future__ import annotations
 
-from functools import cache
-from importlib.abc import InspectLoader
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from actors.config.environment import ament_prefixes
+from actors.interfaces import file_packages
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-_KINDS: Final = ("msg", "srv", "action")
-"""As in `actors.interfaces.catalog`, whose import takes some milliseconds: the finder needs them at once."""
-
-
-class InterfaceLoader(InspectLoader):
-    """Executes the generated module of a package.
-
-    Args:
-        folder: The package's folder.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-
-    def get_source(self, fullname: str) -> str:
-        """Return the module's text.
-
-        Raises:
-            ImportError: There is no such interface.
-            InterfaceSyntaxError: A file of the package breaks a rule; the text names it.
-        """
-        text = _text(self._folder, fullname)
-        if text is None:
-            raise ImportError(f"{self._folder} has no {fullname}", name=fullname)
-        return text
-
-    def is_package(self, fullname: str) -> bool:
-        """Return whether the module has others in it: `robot_interfaces.msg`."""
-        return fullname.count(".") == 1
 
 
 def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | None:
@@ -58,48 +25,16 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
             only AMENT_PREFIX_PATH has it.
         path: The folders of the module above; None for a top-level name.
     """
-    package, *rest = fullname.split(".")
-    if not rest:
-        return _find_in_prefixes(package)
-    if rest[0] not in _KINDS:
-        return None
-    # The parent of "robot_interfaces.msg._wheel" has its own folder there.
-    folders = [Path(each).parent if len(rest) > 1 else Path(each) for each in path or ()]
-    folder = next((each for each in folders if each.name == package and _has_files(each, rest[0])), None)
-    if folder is None or _text(folder, fullname) is None:
-        return None
-    spec = ModuleSpec(fullname, InterfaceLoader(folder), is_package=len(rest) == 1)
-    if spec.submodule_search_locations is not None:
-        spec.submodule_search_locations.append(str(folder / rest[0]))
-    return spec
-
-
-def _find_in_prefixes(package: str) -> ModuleSpec | None:
-    shares = [Path(prefix) / "share" / package for prefix in ament_prefixes()]
-    folders = [str(each) for each in shares if any(_has_files(each, kind) for kind in _KINDS)]
+    if "." in fullname:
+        return file_packages.find_in_folders(fullname, path)
+    shares = [Path(prefix) / "share" / fullname for prefix in ament_prefixes()]
+    folders = [
+        str(each)
+        for each in shares
+        if any(file_packages.has_files(each, kind) for kind in file_packages.KINDS)
+    ]
     if not folders:
         return None
-    spec = ModuleSpec(package, None, is_package=True)  # a namespace: nothing is to be executed
+    spec = ModuleSpec(fullname, None, is_package=True)  # a namespace: nothing is to be executed
     spec.submodule_search_locations = folders
     return spec
-
-
-def _has_files(folder: Path, kind: str) -> bool:
-    """Return whether a folder has interfaces of a kind as text, and no modules generated from them."""
-    if (folder / kind / "__init__.py").exists():
-        return False
-    return next((folder / kind).glob(f"*.{kind}"), None) is not None
-
-
-def _text(folder: Path, fullname: str) -> str | None:
-    package, _, name = fullname.partition(".")
-    files = _rendered(folder, package)
-    path = name.replace(".", "/")
-    return files.get(f"{path}/__init__.py", files.get(f"{path}.py"))
-
-
-@cache
-def _rendered(folder: Path, package: str) -> dict[str, str]:
-    from actors.interfaces.generator import read_package, render_package  # noqa: PLC0415 - seldom needed
-
-    return render_package(read_package(folder), package)

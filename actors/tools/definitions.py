@@ -17,8 +17,9 @@ from actors.interfaces.catalog import KINDS, source_file
 from actors.interfaces.described import texts_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import type_name
-from actors.interfaces.parser import read_source
+from actors.interfaces.parser import parse_file, read_source
 from actors.interfaces.registry import find_interface, installed_interface, source_of
+from actors.interfaces.specs import interface_text
 
 if TYPE_CHECKING:
     from actors.graph.inspector import Inspector
@@ -48,6 +49,8 @@ def full_name(name: str) -> str:
 def local_text(name: str, *, comments: bool = False) -> str | None:
     """Return the definition of an installed type: its file, or the text of its class.
 
+    The text of an `.idl` file is what a `.msg`, `.srv` or `.action` file for the same type says.
+
     Args:
         name: The type's full name.
         comments: Whether the text of a class has its comments; that of a file always has.
@@ -56,9 +59,11 @@ def local_text(name: str, *, comments: bool = False) -> str | None:
         The text; None if the type is not installed.
 
     Raises:
-        InterfaceSyntaxError: The file is too large or not UTF-8.
+        InterfaceSyntaxError: The file is too large or not UTF-8, or an `.idl` file breaks a rule.
     """
     file = source_file(*name.split("/")) if name.count("/") == 2 else None
+    if file is not None and file.suffix == ".idl":
+        return interface_text(parse_file(file, name.partition("/")[0]))
     if file is not None:
         return read_source(file)
     found = installed_interface(name)

@@ -88,6 +88,30 @@ DIFFERENCES: Final = (
         "Elements are separated by commas. ROS 2 does not miss one behind a string in quotes.",
     ),
     Difference(
+        "idl",
+        ("struct Probe { char a; };", "struct Probe { wchar a; };", "struct Probe { long double a; };"),
+        "These types, which `.msg` files do not have, are refused with those to use instead.",
+    ),
+    Difference(
+        "idl",
+        ("struct Probe { sequence<wstring<5>> a; };",),
+        "The bound is the string's. ROS 2 takes it for the sequence's, too.",
+    ),
+    Difference(
+        "idl",
+        ("struct Probe { later x; }; typedef long later;",),
+        "A typedef is above what uses it, as IDL has it. ROS 2 resolves all at the end.",
+    ),
+    Difference(
+        "idl",
+        (
+            "struct Probe { @default (value=300) uint8 a; };",
+            'struct Probe { @default (value="x") long a; };',
+            "struct Probe { @default (value=true) boolean a; @default (value=false) boolean b; };",
+        ),
+        "Defaults are checked against their types. ROS 2 takes `false` for true.",
+    ),
+    Difference(
         "definition",
         ("int32 a\n ---\nint32 b", "int32 a\n--- \nint32 b"),
         "The line between request and response may have spaces around the `---`.",

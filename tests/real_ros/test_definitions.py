@@ -14,6 +14,7 @@ from tests.real_ros.definition_texts import lines
 from tests.real_ros.differences import agree
 
 if TYPE_CHECKING:
+    from actors.interfaces.specs import InterfaceSpec
     from tests.real_ros.sides import Side
 
 PACKAGE = "robot_msgs"
@@ -138,9 +139,13 @@ def truth_of(real: Side, kind: str, text: str) -> object:
 def answer_of(kind: str, text: str) -> object:
     """Return what callboard reads in a text, in the form of `programs/definitions.py`."""
     try:
-        spec = parse(text, PACKAGE, kind, "Probe")
+        return parts_of(parse(text, PACKAGE, kind, "Probe"))
     except InterfaceSyntaxError:
         return REFUSED
+
+
+def parts_of(spec: InterfaceSpec) -> object:
+    """Return a specification in the form of `programs/definitions.py`."""
     return [
         {
             "fields": [(field.name, str(field.type), plain(field.default)) for field in part.fields],

@@ -32,6 +32,8 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     (tmp_path / "catalog_text" / "srv").mkdir()
     (tmp_path / "catalog_text" / "srv" / "Stop.srv").write_text("---\n")
     (tmp_path / "catalog_text" / "srv" / "notes.srv").write_text("not a type")
+    (tmp_path / "catalog_text" / "msg" / "Axle.idl").write_text("")
+    (tmp_path / "catalog_text" / "msg" / "Wheel.idl").write_text("")
     generate(tmp_path / "catalog_made")
     for other in ("catalog_other/msg", "catalog_empty/srv", "catalog_plain"):
         (tmp_path / other).mkdir(parents=True)
@@ -55,7 +57,11 @@ def test_types_of_a_package(workspace: Path) -> None:
     """Messages first, without running the package; one that is only text has them, too."""
     (workspace / "catalog_made" / "__init__.py").write_text("raise SystemExit('imported')")
     assert interfaces_of("catalog_made") == ["catalog_made/msg/Wheel"]
-    assert interfaces_of("catalog_text") == ["catalog_text/msg/Wheel", "catalog_text/srv/Stop"]
+    assert interfaces_of("catalog_text") == [
+        "catalog_text/msg/Axle",
+        "catalog_text/msg/Wheel",
+        "catalog_text/srv/Stop",
+    ]
     assert python_package("catalog_made", "msg") == "catalog_made.msg"
     assert python_package("catalog_text", "msg") is None
 
@@ -64,6 +70,7 @@ def test_source_files(workspace: Path) -> None:
     """The text beside generated classes, or alone; standard types have none, and no path leads elsewhere."""
     for package in ("catalog_made", "catalog_text"):
         assert source_file(package, "msg", "Wheel") == workspace / package / "msg" / "Wheel.msg"
+    assert source_file("catalog_text", "msg", "Axle") == workspace / "catalog_text" / "msg" / "Axle.idl"
     for name in (
         ("catalog_text", "msg", "Wheels"),
         ("std_msgs", "msg", "String"),

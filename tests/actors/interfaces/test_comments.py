@@ -17,13 +17,15 @@ from hypothesis import strategies as st
 from actors.interfaces.comments import Comments, comments_of
 from actors.interfaces.generator import generate, render_package
 from actors.interfaces.message import Action, Message, Service, message_class
-from actors.interfaces.parser import MessageSpec, parse
+from actors.interfaces.parser import parse
 from actors.interfaces.registry import source_of
 from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
+    from actors.interfaces.specs import MessageSpec
 
 SCAN = """# A scan.
 #

@@ -28,11 +28,12 @@ from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.generator import generate, render_package
 from actors.interfaces.message import Message, type_hash, type_name
-from actors.interfaces.parser import PACKAGE_NAME, ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec, parse
+from actors.interfaces.parser import parse
 from actors.interfaces.registry import (
     find_interface,
     source_of,
 )
+from actors.interfaces.specs import PACKAGE_NAME, ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

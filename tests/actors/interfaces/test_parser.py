@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.interfaces.errors import InterfaceSyntaxError
-from actors.interfaces.parser import MAX_FIELDS, MAX_FILE_BYTES, InterfaceSpec, parse, parse_file
+from actors.interfaces.parser import MAX_FILE_BYTES, parse, parse_file
+from actors.interfaces.specs import MAX_FIELDS, InterfaceSpec
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -10,7 +10,9 @@ import pytest
 from actors.interfaces.catalog import interfaces_of
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.file_packages import FileFinder, install_finder
 from actors.interfaces.message import Message
+from actors.interfaces.message import type_name as get_name
 from actors.interfaces.registry import find_interface, installed_interface, interface_source
 from actors.interfaces.std_msgs.msg import String
 from tests.interfaces.imported import TYPES
@@ -42,6 +44,25 @@ def test_every_standard_interface_is_found_and_can_be_made() -> None:
         assert interface_source(name) is not None
         if issubclass(cls, Message):
             assert codec_for(cls).decode(codec_for(cls).encode(cls())) == cls()
+
+
+def test_a_file_without_a_class_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the command that makes one; after `install_finder` there is a class."""
+    (tmp_path / "registry_files" / "msg").mkdir(parents=True)
+    (tmp_path / "registry_files" / "msg" / "Wheel.msg").write_text("int32 x\n")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    monkeypatch.setattr(
+        sys, "meta_path", [each for each in sys.meta_path if not isinstance(each, FileFinder)]
+    )
+    for name in ("registry_files/msg/Wheel", "registry_files/Wheel"):
+        with pytest.raises(UnknownInterfaceError, match=r"callboard interface generate .*registry_files'"):
+            find_interface(name)
+    for name in [name for name in sys.modules if name.startswith("registry_files")]:
+        del sys.modules[name]
+    install_finder()
+    assert get_name(find_interface("registry_files/Wheel")) == "registry_files/msg/Wheel"
+    for name in [name for name in sys.modules if name.startswith("registry_files")]:
+        del sys.modules[name]
 
 
 def test_classes_of_this_program_are_found() -> None:

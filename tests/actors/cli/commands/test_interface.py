@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from actors.cli.main import main
-from actors.cli.values import message_from_text
+from actors.cli.values import message_from_text, named_message
 from actors.interfaces.sensor_msgs.msg import BatteryState
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from tests.actors.cli.conftest import Desk
@@ -27,6 +28,7 @@ STRING: Final = "# One text.\n\nstring data  # Text in UTF-8.\n"
 def _own_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """What commands add to the import path is taken back."""
     monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
 
 
 @pytest.mark.parametrize(
@@ -69,12 +71,15 @@ def test_show_expands_what_is_contained(capsys: pytest.CaptureFixture[str]) -> N
 
 
 @pytest.fixture
-def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A package of text with comments in the current directory, not generated."""
     (tmp_path / "cli_wheels" / "msg").mkdir(parents=True)
     (tmp_path / "cli_wheels" / "msg" / "Wheel.msg").write_text("# round\nfloat64 speed # m/s\n")
     (tmp_path / "cli_wheels" / "msg" / "Axle.msg").write_text("# two\n\nWheel left\n")
     monkeypatch.chdir(tmp_path)
+    yield
+    for name in [name for name in sys.modules if name.startswith("cli_wheels")]:
+        del sys.modules[name]
 
 
 @pytest.mark.usefixtures("wheels")
@@ -211,6 +216,52 @@ def test_proto(capsys: pytest.CaptureFixture[str], arguments: list[str], out: st
     """What is sent, with its defaults: a message, a request, a goal."""
     assert main(["interface", "proto", *arguments]) == 0
     assert capsys.readouterr().out == out
+
+
+IDL: Final = """module cli_wheels { module msg {
+  @verbatim (language="comment", text="All of them.")
+  struct Car {
+    @verbatim (language="comment", text="How fast") @unit (value="m/s") @default (value=1.5)
+    double speed;
+    cli_wheels::msg::Axle axles[2];
+  };
+}; };
+"""
+
+
+@pytest.mark.usefixtures("wheels")
+def test_packages_of_files_need_no_generated_classes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`proto`, and so all that make messages, know what `show` knows: files, IDL, and what they contain."""
+    (tmp_path / "cli_wheels" / "msg" / "Car.idl").write_text(IDL)
+    (tmp_path / "cli_wheels" / "srv").mkdir()
+    (tmp_path / "cli_wheels" / "srv" / "Turn.srv").write_text("Car car\n---\n")
+    assert main(["interface", "show", "cli_wheels/Car"]) == 0
+    assert capsys.readouterr().out == (
+        "# All of them.\n\nfloat64 speed 1.5  # How fast [m/s]\n"
+        "cli_wheels/Axle[2] axles\n\tWheel left\n\t\tfloat64 speed\n"
+    )
+    assert main(["interface", "proto", "--no-quotes", "cli_wheels/srv/Turn"]) == 0
+    axles = "  axles:\n" + 2 * "  - left:\n      speed: 0.0\n"
+    assert capsys.readouterr().out == f"car:\n  speed: 1.5\n{axles}"
+    message = message_from_text(
+        named_message("cli_wheels/Car"), "{speed: 2, axles: [{left: {speed: 3}}, {}]}"
+    )
+    assert "speed=3.0" in repr(message)
+    assert main(["interface", "package", "cli_wheels"]) == 0
+    assert capsys.readouterr().out.split() == [
+        f"cli_wheels/{name}" for name in ("msg/Axle", "msg/Car", "msg/Wheel", "srv/Turn")
+    ]
+
+
+@pytest.mark.usefixtures("wheels")
+def test_a_broken_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With its line."""
+    (tmp_path / "cli_wheels" / "msg" / "Bus.idl").write_text("module cli_wheels { module msg {\nunion U;")
+    for verb in ("show", "proto"):
+        assert main(["interface", verb, "cli_wheels/msg/Bus"]) == 1
+        assert "Bus.idl:2: 'union' has no meaning in ROS 2" in capsys.readouterr().err
 
 
 def test_proto_can_be_published(capsys: pytest.CaptureFixture[str]) -> None:

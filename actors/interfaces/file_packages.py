@@ -1,0 +1,110 @@
+"""Imports interface packages from their .msg, .srv, .action and .idl files, without a build.
+
+    src/robot_interfaces/msg/Wheel.msg       with src on the import path
+
+With a `FileFinder` in `sys.meta_path`, `from robot_interfaces.msg import Wheel` executes what
+`callboard interface generate` would write.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from importlib.abc import InspectLoader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+KINDS: Final = ("msg", "srv", "action")
+"""As in `actors.interfaces.catalog`, whose import takes some milliseconds: the finder needs them at once."""
+
+
+class InterfaceLoader(InspectLoader):
+    """Executes the generated module of a package.
+
+    Args:
+        folder: The package's folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def get_source(self, fullname: str) -> str:
+        """Return the module's text.
+
+        Raises:
+            ImportError: There is no such interface.
+            InterfaceSyntaxError: A file of the package breaks a rule; the text names it.
+        """
+        text = _text(self._folder, fullname)
+        if text is None:
+            raise ImportError(f"{self._folder} has no {fullname}", name=fullname)
+        return text
+
+    def is_package(self, fullname: str) -> bool:
+        """Return whether the module has others in it: `robot_interfaces.msg`."""
+        return fullname.count(".") == 1
+
+
+class FileFinder(MetaPathFinder):
+    """Finds interface packages that have files only, on the import path."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return the spec of a module that is made of interface files; None for other modules."""
+        del target
+        return find_in_folders(fullname, path)
+
+
+def install_finder() -> None:
+    """Let this process import interface packages from their files."""
+    if not any(isinstance(each, FileFinder) for each in sys.meta_path):
+        # The first, or Python would find the folder `msg` as a package without modules.
+        sys.meta_path.insert(0, FileFinder())
+
+
+def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | None:
+    """Return the spec of a module that is made of interface files; None for other modules.
+
+    Args:
+        fullname: "robot_interfaces.msg" or "robot_interfaces.msg._wheel".
+        path: The folders of the module above; None for a top-level name.
+    """
+    package, *rest = fullname.split(".")
+    if not rest or rest[0] not in KINDS:
+        return None
+    # The parent of "robot_interfaces.msg._wheel" has its own folder there.
+    folders = [Path(each).parent if len(rest) > 1 else Path(each) for each in path or ()]
+    folder = next((each for each in folders if each.name == package and has_files(each, rest[0])), None)
+    if folder is None or _text(folder, fullname) is None:
+        return None
+    spec = ModuleSpec(fullname, InterfaceLoader(folder), is_package=len(rest) == 1)
+    if spec.submodule_search_locations is not None:
+        spec.submodule_search_locations.append(str(folder / rest[0]))
+    return spec
+
+
+def has_files(folder: Path, kind: str) -> bool:
+    """Return whether a package's folder has interfaces of a kind as text, and no modules made of them."""
+    if (folder / kind / "__init__.py").exists():
+        return False
+    return any(next((folder / kind).glob(f"*.{suffix}"), None) for suffix in (kind, "idl"))
+
+
+def _text(folder: Path, fullname: str) -> str | None:
+    package, _, name = fullname.partition(".")
+    files = _rendered(folder, package)
+    path = name.replace(".", "/")
+    return files.get(f"{path}/__init__.py", files.get(f"{path}.py"))
+
+
+@cache
+def _rendered(folder: Path, package: str) -> dict[str, str]:
+    from actors.interfaces.generator import read_package, render_package  # noqa: PLC0415 - seldom needed
+
+    return render_package(read_package(folder), package)
