@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 from broker.serving import connection
 
 if TYPE_CHECKING:
     import pytest
+    import zenoh
 
     from broker.access.admission import Admission
     from broker.access.rules import AccessRules, Rights
+    from broker.mesh.engine.zenoh_engine import ZenohEngine
     from broker.mesh.imports import MeshImports
     from broker.mesh.mesh import Mesh
     from broker.routing.flow_control import CreditLimits
@@ -37,6 +40,11 @@ def suspended_keys(router: Router) -> set[int]:
 def latched_bytes(router: Router) -> int:
     """Return the size of a router's latched messages: the memory guard alone reads it."""
     return router._latched.bytes
+
+
+def see_token(engine: ZenohEngine, key: str) -> None:
+    """Let an engine see that a broker is there, as a subscription of Zenoh tells it."""
+    engine._on_token(0, cast("zenoh.Sample", SimpleNamespace(key_expr=key)))
 
 
 def imports_of(mesh: Mesh) -> MeshImports:

@@ -1,14 +1,23 @@
-"""What a broker in a mesh logs about the others."""
+"""How a broker joins a mesh and leaves it, and what it logs about the others."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from unittest import mock
 
-from broker.mesh.engine.member import MeshMember
-from broker.mesh.messages import Snapshot
+from broker.mesh.engine.engine import EngineStats
+from broker.mesh.engine.member import LAST_PING, MeshMember
+from broker.mesh.messages import Direct, Snapshot
 from broker.options import BrokerOptions
 from broker.routing.router import Router
+from broker.server import Broker
+from proto.wire import frames
+
+if TYPE_CHECKING:
+    from broker.mesh.engine.engine import Host
+    from broker.mesh.messages import Message
+
+OTHER = 2
 
 
 def test_a_warning_names_the_broker_if_its_name_is_known() -> None:
@@ -33,3 +42,58 @@ def test_a_warning_names_the_broker_if_its_name_is_known() -> None:
         "Mesh: rejected the broker robot\\n (00000002): why",
         "Mesh: rejected the broker 00000003: why",
     ]
+
+
+class Alone:
+    """An engine that knows one other broker, which leaves when it gets a last PING.
+
+    Args:
+        host: The broker that uses it.
+
+    Attributes:
+        calls: What it was asked to do.
+    """
+
+    full = False
+
+    def __init__(self, host: Host) -> None:
+        self.calls: list[str] = []
+        self._host = host
+
+    async def start(self) -> None:
+        """Report the other broker, at once."""
+        self.calls.append("start")
+        mesh = self._host.mesh(0)
+        mesh.add_broker(OTHER)
+        mesh.accept_snapshot(OTHER, Snapshot(1, 0, ()))
+
+    def join(self, domain: int) -> None:
+        """Take part in a graph."""
+
+    def send(self, domain: int, messages: list[Message]) -> None:
+        """Send messages: nobody gets them."""
+        for each in messages:
+            if isinstance(each, Direct) and each.frame == frames.Ping(LAST_PING):
+                self.calls.append(f"ping {each.broker}")
+                self._host.mesh(domain).remove_broker(OTHER)
+
+    def statistics(self) -> EngineStats:
+        """Return nothing."""
+        return EngineStats({})
+
+    async def stop(self) -> None:
+        """Disconnect."""
+        self.calls.append("stop")
+
+
+async def test_a_broker_starts_its_engine_and_ends_it_behind_a_last_ping() -> None:
+    """The end of a session can overtake what was sent before it: the others have to answer first."""
+    engines: list[Alone] = []
+
+    def make(_number: int, host: Host) -> Alone:
+        engines.append(Alone(host))
+        return engines[0]
+
+    async with Broker(BrokerOptions(port=0), mesh_engine=make):
+        assert engines[0].calls == ["start"]
+    assert engines[0].calls == ["start", f"ping {OTHER}", "stop"]

@@ -1,0 +1,29 @@
+"""What the engine does with tokens of brokers that it cannot talk to."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from broker.mesh.engine.zenoh_config import make_config
+from broker.mesh.engine.zenoh_engine import MAX_OTHERS, ZenohEngine
+from broker.options import BrokerOptions
+from proto.aio.read_budget import ReadBudget
+from tests.seams.brokers import see_token
+
+if TYPE_CHECKING:
+    import pytest
+
+
+async def test_brokers_of_other_versions_are_logged_once_each_and_to_a_limit(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Anybody in the mesh can claim to be as many brokers as he likes."""
+    budget, host = ReadBudget(asyncio.get_running_loop()), mock.Mock()
+    engine = ZenohEngine(1, host, budget, make_config(BrokerOptions(mesh="tcp/127.0.0.1:1")))
+    for number in (*range(MAX_OTHERS + 10), 0, MAX_OTHERS):
+        see_token(engine, f"callboard/0/0/alive/broker-{number}")
+    assert [record.getMessage().split()[3] for record in caplog.records] == [
+        f"broker-{number}" for number in range(MAX_OTHERS)
+    ]
