@@ -238,6 +238,36 @@ DIFFERENCES: Final = (
         ("qos.unknown_short_key",),
         "An unknown key is a ValueError that lists the known ones; in rclpy a KeyError.",
     ),
+    Difference(
+        "parameter",
+        ("[]", "/**:\n  ros__parameters:\n    a: []"),
+        "An empty list is the value of a list of any type. ROS 2 has no type for it, and no value.",
+    ),
+    Difference(
+        "parameter",
+        ("[1, [2]]",),
+        "A list in a list is refused. ROS 2 forgets the outer one: the value is `[2]`.",
+    ),
+    Difference(
+        "parameter",
+        ("[a:b, c]", "%YAML 1.2\n---\nn: {ros__parameters: {a: 1}}"),
+        "YAML 1.2 is read. ROS 2's YAML parser knows 1.1, and in brackets no plain text with a colon.",
+    ),
+    Difference(
+        "parameter",
+        ("/**:\n  ros__parameters:\n    a: [1.5]\n    a: ['b']",),
+        "The last of two values counts. ROS 2 keeps the first if both are lists of different types.",
+    ),
+    Difference(
+        "parameter",
+        ("/**:\n  ros__parameters:\n    a: {}",),
+        "An empty mapping has no parameters. ROS 2 refuses it.",
+    ),
+    Difference(
+        "parameter",
+        ("text",),
+        "A file of one word is refused: it is most likely no parameter file. ROS 2 reads nothing in it.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

@@ -15,7 +15,15 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-NOT_PROGRAMS = ("definitions", "environment", "errors", "message_types", "packages", "parameters", "running")
+NOT_PROGRAMS = (
+    "definitions",
+    "environment",
+    "errors",
+    "message_types",
+    "packages",
+    "running",
+    "written_parameters",
+)
 """Modules whose functions are for other tests."""
 
 
