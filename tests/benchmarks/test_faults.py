@@ -1,8 +1,7 @@
-"""The resilience script: its arithmetic, its judgements, and a small run of each measurement."""
+"""The resilience script: its arithmetic and its judgements."""
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections import Counter
 from typing import Any
@@ -145,38 +144,7 @@ def test_the_page_matches_the_results() -> None:
     assert {*report.sections} == {*resilience.MEASUREMENTS}
 
 
-async def test_a_round_measures_a_death_and_a_start() -> None:
-    """One process is waited for, called and killed."""
-    found = await presence.measure(1, busy=False)
-    assert len(found.errors) == len(found.waits) == len(found.starts) == 1
-    assert 0 < found.waits[0] < found.starts[0]
-    assert presence.presence_section({"idle": found}).rows[0][:2] == ["idle", "1"]
-    assert len(presence.wait_section({"idle": found}).rows) == 2
-
-
-async def test_a_frozen_server_is_measured_both_ways() -> None:
-    """Suspension after the keepalive limit and return are measured; lateness is a failure."""
-    (found,) = await freeze.measure(1, [0.3])
-    assert len(found.errors) == len(found.returns) == 1
-    assert found.errors[0] > 0.1
+def test_a_late_suspension_is_a_failure() -> None:
+    """Beyond the keepalive limit and what a check takes."""
     late = freeze.Rounds(keepalive_s=0.3, errors=[0.7], returns=[0.001])
     assert len(freeze.section([late]).failures) == 1
-
-
-async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[str]) -> None:
-    """All nodes return, every message is accounted for, and no call hangs."""
-    plan = restart.Plan(nodes=4, processes=2, rate=20, pauses_s=[0.0], settle_s=0.1)
-    found = restart.section(await restart.measure(plan))
-    assert found.failures == []
-    assert found.figures["restarts"][0]["failed"]["count"] == 4
-    assert found.figures["totals"]["published"] > 4
-
-
-async def test_a_short_churn_is_sampled(capsys: pytest.CaptureFixture[str]) -> None:
-    """All reset connections are restored at the end, so that open files can be compared."""
-    options = argparse.Namespace(what="churn", lives=40)
-    (section,) = await resilience.measure(options)
-    assert section.figures["resets"] > 0
-    assert [sample["lives"] for sample in section.figures["samples"]][:3] == [0, 1, 2]
-    assert not any("open" in failure for failure in section.failures)
-    assert capsys.readouterr().out.startswith("churn  ")
