@@ -165,7 +165,9 @@ def add_qos_options(parser: Parser) -> None:
     parser.add_argument(
         "--qos-profile", choices=QOS_PRESETS, metavar="NAME", help=f"a preset: {', '.join(QOS_PRESETS)}"
     )
-    parser.add_argument("--qos-depth", type=count, metavar="N", help="messages to keep")
+    parser.add_argument(
+        "--qos-depth", type=count_or_zero, metavar="N", help="messages to keep; 0: as the profile says"
+    )
     for policy, about in {
         "history": "which messages to keep",
         "reliability": "whether to keep count",

@@ -19,6 +19,42 @@ _SHARED: Final = {"url", "domain", "context"}
 _ROS: Final = {"spin_time", "no_daemon", "use_sim_time"}
 """The options of `add_ros_options`, as far as they change nothing."""
 
+DIFFERENCES: Final = {
+    "launch NAME:=VALUE": "A file may be given alone, without a package in front of it.",
+    "param set NAME": "Several pairs of a name and a value may follow each other.",
+    "pkg create --build-type": "Packages are Python packages: `cmake` and `ament_cmake` are refused.",
+    "pkg create --library-name": "It is refused: it makes a library of C++.",
+    "run ARGS": "The program may be a Python file, and the words after it are its arguments.",
+    "topic bw TOPIC": "Several topics may be measured at once.",
+}
+"""By a verb and one of its arguments or options, what is different from ROS 2's parser."""
+
+_BEHAVIOUR: Final = {
+    "all verbs": (
+        "Options cannot be abbreviated (`--trunc` for `--truncate-length`). Exit codes tell failures apart, "
+        "as above; ROS 2's are 0, 1 and 2."
+    ),
+    "`doctor --report`": "It prints all checks of callboard: there are no reports about ROS 2.",
+    "`doctor hello`": "The table has no part about multicast, and counts other processes of this host, too.",
+    "`param`": "`--timeout` is 5 s by default instead of 1 s, and may be a fraction of a second.",
+    "`service call --stdin`, `topic pub --stdin`, `action send_goal --stdin`": (
+        "Each document is used as it comes. ROS 2 reads stdin to its end, as one."
+    ),
+    "`topic echo`, `topic pub`": (
+        "The policies `unknown` and `best_available` leave the choice to callboard, which takes what fits "
+        "the other endpoints. ROS 2 fails with `unknown`."
+    ),
+    "`topic hz`, `topic bw`": (
+        "They read the broker's counters, and subscribe only with `--subscribe`, `--once` (`hz`), `--filter` "
+        "or `--use-sim-time`; without a subscription there are no gaps and no sizes of single messages."
+    ),
+    "`topic pub`": (
+        "If it would wait for subscriptions, and the topic has another type, it ends at once with 1. "
+        "`--keep-alive` is 0 by default: it waits until all messages are sent."
+    ),
+}
+"""By verbs, what is different from what ROS 2's verbs do with the same words."""
+
 _HEAD: Final = """\
 # The command line
 
@@ -72,7 +108,13 @@ def _ros_options() -> str:
 def _ros_words() -> str:
     rows = [f"| {_code(f'ros2 {word}')} | {_cell(text)} |" for word, text in ELSEWHERE.items()]
     about = "These words of the `ros2` command are no verbs here, and say so. `wtf` is `doctor`."
-    return "\n".join(["## Words of ROS 2", "", about, "", "| command | instead |", "|---|---|", *rows, ""])
+    instead = ["## Words of ROS 2", "", about, "", "| command | instead |", "|---|---|", *rows, ""]
+    rows = [f"| {verbs} | {_cell(text)} |" for verbs, text in _BEHAVIOUR.items()]
+    rows += [f"| {_code(words)} | {_cell(text)} |" for words, text in DIFFERENCES.items()]
+    about = "Verbs, options and arguments are those of `ros2`, and more, except for these differences:"
+    return "\n".join(
+        [*instead, "## Differences from ROS 2", "", about, "", "| verb | here |", "|---|---|", *rows, ""]
+    )
 
 
 def _verb(command: str, verb: Verb, level: str) -> str:

@@ -147,7 +147,7 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
     changes: dict[str, Any] = {
         name: kind.get_from_short_key(key) for name, (kind, key) in policies.items() if key is not None
     }
-    if options.qos_depth is not None:
+    if options.qos_depth:
         changes["depth"] = options.qos_depth
     if options.qos_liveliness_lease_duration_seconds is not None:
         changes["liveliness_lease_duration"] = options.qos_liveliness_lease_duration_seconds
@@ -157,7 +157,7 @@ def profile(options: argparse.Namespace, default: QoSProfile) -> QoSProfile:
         for name in policies
         if getattr(chosen, name).short_key in {"unknown", "best_available"}
     }
-    if "history" in left_open and options.qos_depth is None:
+    if "history" in left_open and not options.qos_depth:
         left_open["depth"] = default.depth
     return replace(chosen, **left_open)
 

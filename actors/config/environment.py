@@ -53,6 +53,8 @@ LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 stand_in: Final[ContextVar[Mapping[str, str] | None]] = ContextVar("callboard_environment", default=None)
 """The environment of a node that shares its process with others; None: that of the process."""
 
+_C_NUMBER = re.compile(r"\s*\+?(0[xX][0-9a-fA-F]{1,9}|0[0-7]{0,9}|[1-9][0-9]{0,9})")
+"""A number as C reads it."""
 _DOMAIN = re.compile(r"[0-9]{1,3}")
 
 
@@ -82,16 +84,26 @@ def domain_id(environ: Mapping[str, str] | None = None, *, ros: bool = False) ->
     Raises:
         InvalidEnvironmentError: It is not an integer from 0 to `MAX_DOMAIN`.
     """
-    name = "CALLBOARD_DOMAIN"
-    value = _get(name, environ)
-    if value is None and ros:
-        name = ROS_DOMAIN
-        value = _get(name, environ)
+    value = _get("CALLBOARD_DOMAIN", environ)
+    if value is None:
+        return _ros_domain(environ) if ros else None
+    if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
+        raise InvalidEnvironmentError("CALLBOARD_DOMAIN", value, f"an integer from 0 to {MAX_DOMAIN}")
+    return int(value)
+
+
+def _ros_domain(environ: Mapping[str, str] | None) -> int | None:
+    """Return ROS_DOMAIN_ID, None if unset. As in rcl, 0x10 is 16, and 010 is 8."""
+    value = _get(ROS_DOMAIN, environ)
     if value is None:
         return None
-    if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
-        raise InvalidEnvironmentError(name, value, f"an integer from 0 to {MAX_DOMAIN}")
-    return int(value)
+    found = _C_NUMBER.fullmatch(value)
+    if found is not None:
+        digits = found[1]
+        number = int(digits, 8 if digits[0] == "0" and digits[1:].isdecimal() else 0)
+        if number <= MAX_DOMAIN:
+            return number
+    raise InvalidEnvironmentError(ROS_DOMAIN, value, f"an integer from 0 to {MAX_DOMAIN}")
 
 
 def ignored_ros_domain(domain: int, environ: Mapping[str, str] | None = None) -> str | None:
@@ -101,10 +113,13 @@ def ignored_ros_domain(domain: int, environ: Mapping[str, str] | None = None) ->
         domain: The domain that it uses.
         environ: The variables; None for those of the process.
     """
-    number = _get(ROS_DOMAIN, environ) or ""
-    if _get("CALLBOARD_DOMAIN", environ) is not None or not _DOMAIN.fullmatch(number):
+    if _get("CALLBOARD_DOMAIN", environ) is not None:
         return None
-    if int(number) == domain:
+    try:
+        number = _ros_domain(environ)
+    except InvalidEnvironmentError:
+        return None
+    if number is None or number == domain:
         return None
     return (
         f"{ROS_DOMAIN}={number} counts for programs that run with --ros only, and this one uses domain"

@@ -123,6 +123,12 @@ DIFFERENCES: Final = (
         " hash is another one, and the sequence has at most 7 elements.",
     ),
     Difference(
+        "domain",
+        ("5a", "a", "08", "-1", "233", "1e2"),
+        "`ROS_DOMAIN_ID` is a number from 0 to 232, or else an InvalidEnvironmentError. ROS 2 has an RCLError"
+        " if there are no digits, ignores what follows them, and fails later if the number is too large.",
+    ),
+    Difference(
         "launch value",
         ("12:30", "1:30.5"),
         "Times are strings. For ROS 2 they are numbers to the base 60: 750 and 90.5.",
@@ -190,6 +196,23 @@ DIFFERENCES: Final = (
             "1_000_000_000_000_000_000_000",
         ),
         "Integers of more than 64 bits are strings. ROS 2's command ends with a traceback.",
+    ),
+    Difference(
+        "printed message",
+        (
+            "rcl_interfaces/msg/Parameter",
+            "rcl_interfaces/msg/ParameterValue",
+            "rcl_interfaces/srv/GetParameterTypes",
+            "sensor_msgs/msg/CompressedImage",
+            "sensor_msgs/msg/Image",
+            "sensor_msgs/msg/PointCloud2",
+            "std_msgs/msg/ByteMultiArray",
+            "std_msgs/msg/UInt8MultiArray",
+            "stereo_msgs/msg/DisparityImage",
+            "visualization_msgs/msg/Marker",
+            "visualization_msgs/msg/MeshFile",
+        ),
+        "`topic pub` and others print a sequence of bytes as `b''`. ROS 2 prints a list of numbers.",
     ),
     Difference(
         "program",

@@ -120,6 +120,7 @@ def test_qos_presets_go_before_the_default_and_single_policies_before_both() -> 
     assert asked("--qos-profile sensor_data", latched) == qos_profile_sensor_data
     mixed = asked("--qos-profile sensor_data --qos-depth 7 --qos-liveliness manual_by_topic", latched)
     assert mixed == replace(qos_profile_sensor_data, depth=7, liveliness=LivelinessPolicy.MANUAL_BY_TOPIC)
+    assert asked("--qos-depth 0 --qos-history unknown", latched) == latched  # as the profile says
     leased = asked("--qos-liveliness-lease-duration-seconds 2.5", latched)
     assert leased == replace(latched, liveliness_lease_duration=Duration(seconds=2.5))
 

@@ -42,7 +42,13 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--destination-directory", metavar="DIR", default=os.curdir, help="where the folder goes; default: ."
     )
-    parser.add_argument("--package-format", type=int, choices=(2, 3), help="ignored: there is no package.xml")
+    parser.add_argument(
+        "--package-format",
+        "--package_format",
+        type=int,
+        choices=(2, 3),
+        help="ignored: there is no package.xml",
+    )
     add_json_option(parser, "an object with package, directory and files")
 
 
