@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from actors.cli.errors import CommandError
 from actors.cli.output import shortened
-from actors.cli.parsing import import_from_working_directory
+from actors.cli.parsing import Options, import_from_working_directory
+from actors.errors import BrokerUnreachable
 from actors.interfaces.convert import message_from_fields
+from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.message import Action, Message, Service, type_hash, type_name
 from actors.interfaces.registry import find_interface
 from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
@@ -37,19 +39,42 @@ _DONE_BY: Final = {
 }
 
 
-def named_interface(name: str) -> type[Any]:
-    """Return the class with this type name.
+def named_interface(name: str, options: Options | None = None) -> type[Any]:
+    """Return the class with this type name: an installed one, or one that a node uses.
+
+    Args:
+        name: The type's name; full, unless it is installed.
+        options: Those of the command, with the broker's; None: only an installed one.
 
     Raises:
         UnknownInterfaceError: There is no such interface; the text suggests a similar one.
     """
     import_from_working_directory()
-    return find_interface(name)
+    try:
+        return find_interface(name)
+    except UnknownInterfaceError:
+        found = None if options is None else _class_in_graph(name, options)
+        if found is None:
+            raise
+        return found
 
 
-def named_message(name: str) -> type[Message]:
+def _class_in_graph(name: str, options: Options) -> type[Any] | None:
+    from actors.cli.broker_target import open_inspector  # noqa: PLC0415 - seldom needed
+    from actors.tools.definitions import class_in_graph  # noqa: PLC0415 - seldom needed
+
+    if name.count("/") != 2:
+        return None
+    try:
+        with open_inspector(options) as inspector:
+            return class_in_graph(inspector, name)
+    except BrokerUnreachable:  # the unknown type is the better error
+        return None
+
+
+def named_message(name: str, options: Options | None = None) -> type[Message]:
     """Return the message class with this type name."""
-    found = named_interface(name)
+    found = named_interface(name, options)
     if not issubclass(found, Message):
         raise CommandError(
             f"'{type_name(found)}' is not a message type; write one such as std_msgs/msg/String"
@@ -57,18 +82,18 @@ def named_message(name: str) -> type[Message]:
     return found
 
 
-def named_service(name: str) -> type[Service]:
+def named_service(name: str, options: Options | None = None) -> type[Service]:
     """Return the service class with this type name."""
-    found = named_interface(name)
+    found = named_interface(name, options)
     if not issubclass(found, Service):
         example = "example_interfaces/srv/AddTwoInts"
         raise CommandError(f"'{type_name(found)}' is not a service type; write one such as {example}")
     return found
 
 
-def named_action(name: str) -> type[Action]:
+def named_action(name: str, options: Options | None = None) -> type[Action]:
     """Return the action class with this type name."""
-    found = named_interface(name)
+    found = named_interface(name, options)
     if not issubclass(found, Action):
         example = "example_interfaces/action/Fibonacci"
         raise CommandError(f"'{type_name(found)}' is not an action type; write one such as {example}")

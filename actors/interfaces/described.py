@@ -34,6 +34,30 @@ def described_types(definition: bytes) -> dict[str, dict[str, FieldType]]:
         raise InvalidMessageError(f"A definition that cannot be read: {error!r}") from None
 
 
+def definition_within(definition: bytes, name: str) -> bytes:
+    """Return the canonical definition of a type that a definition describes.
+
+    Args:
+        definition: As for `described_types`, which has accepted it.
+        name: The type's full name.
+    """
+    whole: Any = json.loads(definition)
+    by_name = {
+        each["type_name"]: each
+        for each in (whole["type_description"], *whole["referenced_type_descriptions"])
+    }
+    contained, pending = set[str](), [name]
+    while pending:
+        nested = {field["type"]["nested_type_name"] for field in by_name[pending.pop()]["fields"]}
+        pending += (nested & by_name.keys()) - contained
+        contained |= nested & by_name.keys()
+    # As `definition.py` writes it: a type that contains itself is described once.
+    referenced = [by_name[each] for each in sorted(contained - {name})]
+    return json.dumps(
+        {"type_description": by_name[name], "referenced_type_descriptions": referenced}
+    ).encode()
+
+
 def texts_of(definition: bytes) -> dict[str, str]:
     """Return the texts of a definition's types: type name to the content of a `.msg` or `.srv` file.
 

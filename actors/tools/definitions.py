@@ -10,19 +10,23 @@ installed here can therefore be shown, without its comments, constants and defau
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import BrokerUnreachable
 from actors.interfaces.catalog import KINDS, source_file
-from actors.interfaces.described import texts_of
+from actors.interfaces.described import definition_within, texts_of
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import type_name
 from actors.interfaces.parser import parse_file, read_source
 from actors.interfaces.registry import find_interface, installed_interface, source_of
+from actors.interfaces.runtime_types import runtime_action, runtime_message, runtime_service
 from actors.interfaces.specs import interface_text
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.graph.inspector import Inspector
+    from actors.interfaces.message import Action, Message, Service
 
 MAX_ASKED: Final = 1000
 SEARCH_SEC: Final = 5.0
@@ -83,6 +87,43 @@ def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
     Raises:
         BrokerUnreachable: The link broke, or the answers take more than 5 s in all.
     """
+    definition = _definition_in_graph(inspector, name)
+    return {} if definition is None else texts_of(definition)
+
+
+def class_in_graph(inspector: Inspector, name: str) -> type[Message | Service | Action] | None:
+    """Return a class for a type that is not installed, made of the definition that a node declared.
+
+    Args:
+        inspector: A connected inspector.
+        name: As for `texts_in_graph`.
+
+    Returns:
+        The class, without constants and defaults; None if nobody uses the type.
+
+    Raises:
+        BrokerUnreachable: As for `texts_in_graph`.
+        InvalidMessageError: The definition is of no type that can be made.
+    """
+    kind = name.split("/")[1]
+    # An action is never declared as such, only what it is made of.
+    suffixes = ("_SendGoal", "_GetResult", "_FeedbackMessage") if kind == "action" else ("",)
+    parts: list[bytes] = []
+    for suffix in suffixes:
+        definition = _definition_in_graph(inspector, name + suffix)
+        if definition is None:
+            return None
+        parts.append(definition_within(definition, name + suffix))
+    make: dict[str, Callable[..., type[Any]]] = {
+        "msg": runtime_message,
+        "srv": runtime_service,
+        "action": runtime_action,
+    }
+    return make[kind](*parts) if kind in make else None
+
+
+def _definition_in_graph(inspector: Inspector, name: str) -> bytes | None:
+    """Return the oldest definition that describes a type."""
     deadline = time.monotonic() + SEARCH_SEC
     entries = [entry for entry in inspector.graph().entries.values() if entry.type_hash]
     entries.sort(key=lambda entry: (entry.type_name != name, entry.key))
@@ -92,9 +133,8 @@ def texts_in_graph(inspector: Inspector, name: str) -> dict[str, str]:
             raise BrokerUnreachable(f"The broker at {inspector.url} answers too slowly")
         definition = inspector.definition(type_hash)
         try:
-            texts = {} if definition is None else texts_of(definition)
+            if definition is not None and name in texts_of(definition):
+                return definition
         except InvalidMessageError:  # declared by a foreign client; others may be correct
             continue
-        if name in texts:
-            return texts
-    return {}
+    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import pytest
@@ -11,9 +11,9 @@ import pytest
 import actors
 from actors.graph.inspector import Inspector
 from actors.interfaces.errors import UnknownInterfaceError
-from actors.interfaces.message import Message, Service
+from actors.interfaces.message import Action, Message, Service, type_hash, type_name
 from actors.interfaces.std_msgs.msg import String
-from actors.tools.definitions import full_name, local_text, texts_in_graph
+from actors.tools.definitions import class_in_graph, full_name, local_text, texts_in_graph
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,6 +48,23 @@ class Wave(Service, type_name="definitions_test/srv/Wave"):
         seen: bool = False
 
 
+class Grip(Action, type_name="definitions_test/action/Grip"):
+    """An action."""
+
+    class Goal(Message):
+        """The goal."""
+
+        hand: Hand
+
+    class Result(Message):
+        """The result."""
+
+    class Feedback(Message):
+        """The feedback."""
+
+        force: float = 0.0
+
+
 HAND = "definitions_test/Finger[] fingers\nstring name\n"
 
 
@@ -80,6 +97,24 @@ async def test_a_type_that_is_only_contained(broker: Broker) -> None:
         assert (await _asked(broker, "definitions_test/srv/Wave"))["definitions_test/srv/Wave"] == (
             "definitions_test/Hand hand\n---\nbool seen\n"
         )
+
+
+async def test_classes_of_types_that_nodes_use(broker: Broker) -> None:
+    """Of messages, also contained ones, services and actions; they match those of the node."""
+
+    def ask() -> list[Any]:
+        names = ("msg/Hand", "msg/Finger", "srv/Wave", "action/Grip", "msg/None", "none/None")
+        with Inspector(broker.url) as look:
+            return [class_in_graph(look, f"definitions_test/{name}") for name in names]
+
+    async with actors.Node("one", url=broker.url) as node:
+        node.create_service(Wave, "wave", lambda request: Wave.Response())
+        node.create_action_server(Grip, "grip", lambda goal: Grip.Result())
+        await node.get_graph()
+        hand, finger, wave, grip, *none = await asyncio.to_thread(ask)
+    assert none == [None, None]
+    for made, own in ((hand, Hand), (finger, Finger), (wave, Wave), (grip.Goal, Grip.Goal)):
+        assert (type_name(made), type_hash(made)) == (type_name(own), type_hash(own))
 
 
 async def test_a_type_that_nobody_uses(broker: Broker) -> None:

@@ -38,7 +38,7 @@ def run(options: Options) -> int:
     from actors.interfaces.action_msgs.msg import GoalStatusArray
     from actors.tools.generic_subscription import decoder_of
 
-    action_type: Any = None if options.type is None else named_action(options.type)
+    action_type: Any = None if options.type is None else named_action(options.type, options)
 
     def echoed_topics(node: Node, snapshot: GraphSnapshot) -> list[EchoedTopic]:
         name = node.resolve_topic_name(options.action)

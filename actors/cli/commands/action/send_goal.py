@@ -59,7 +59,7 @@ def run(options: Options) -> int:
     from actors.cli.loop import run_async
     from actors.cli.values import message_from_text, named_action
 
-    action_type: Any = named_action(options.type)
+    action_type: Any = named_action(options.type, options)
     if options.stdin and options.values is not None:
         raise CommandError("Give VALUES or --stdin, not both", USAGE)
     goal = None if options.stdin else message_from_text(action_type.Goal, options.values or "{}")

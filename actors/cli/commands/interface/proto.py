@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from actors.cli.parsing import Options, Parser, add_json_option
+from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option
 
 EXAMPLES: Final = {
     "callboard interface proto geometry_msgs/msg/Twist": "values to fill in for topic pub",
@@ -21,6 +21,7 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_flag("--no-quotes", help="without quotes around it")
     add_json_option(parser, "the message as one object")
+    add_broker_options(parser)
 
 
 def run(options: Options) -> int:
@@ -31,7 +32,7 @@ def run(options: Options) -> int:
     from actors.interfaces.convert import message_from_fields, message_to_ordereddict, message_to_yaml
     from actors.interfaces.message import Action, Service
 
-    sent: Any = named_interface(options.type)
+    sent: Any = named_interface(options.type, options)
     if issubclass(sent, Service | Action):
         sent = getattr(sent, "Request" if issubclass(sent, Service) else "Goal")
     try:

@@ -56,7 +56,7 @@ def run(options: Options) -> int:
     from actors.cli.loop import run_async
     from actors.cli.values import message_from_text, named_service
 
-    srv_type: Any = named_service(options.type)
+    srv_type: Any = named_service(options.type, options)
     if options.stdin and options.values is not None:
         raise CommandError("Give VALUES or --stdin, not both", USAGE)
     request = None if options.stdin else message_from_text(srv_type.Request, options.values or "{}")

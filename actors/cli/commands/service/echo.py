@@ -40,7 +40,7 @@ def run(options: Options) -> int:
     from actors.cli.values import named_service
     from actors.endpoints.service_introspection import TOPIC_SUFFIX
 
-    srv_type = None if options.type is None else named_service(options.type)
+    srv_type = None if options.type is None else named_service(options.type, options)
 
     def echoed_topics(node: Node, snapshot: GraphSnapshot) -> list[EchoedTopic]:
         service = node.resolve_service_name(options.service)

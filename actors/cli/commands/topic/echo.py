@@ -64,7 +64,7 @@ def run(options: Options) -> int:
     from actors.cli.values import named_message, require_type
     from actors.tools.generic_subscription import decoder_of
 
-    msg_type = None if options.type is None else named_message(options.type)
+    msg_type = None if options.type is None else named_message(options.type, options)
 
     def echoed_topics(node: Node, snapshot: GraphSnapshot) -> list[EchoedTopic]:
         topic = node.resolve_topic_name(options.topic)

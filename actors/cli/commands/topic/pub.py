@@ -106,7 +106,7 @@ def run(options: Options) -> int:
     from actors.cli.loop import run_async
     from actors.cli.values import named_message, stamped_message_from_text
 
-    msg_type = named_message(options.type)
+    msg_type = named_message(options.type, options)
     if options.stdin and options.values is not None:
         raise CommandError("Give VALUES or --stdin, not both", USAGE)
     stamped = None if options.stdin else stamped_message_from_text(msg_type, options.values or "{}")

@@ -164,7 +164,7 @@ def test_show_does_not_wait_for_a_terminal(
 
 
 async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
-    """Not installed here: the broker has the definition. Without a broker the type is unknown."""
+    """Not installed here: the broker has the definition. Other verbs know the type, too."""
     publisher = (
         "import actors, asyncio\n"
         "from actors.interfaces.message import Message\n"
@@ -188,11 +188,18 @@ async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
         assert await asyncio.wait_for(process.stdout.readline(), 50) == b"ready\n"
         ended = await desk.callboard("interface", "show", "only_there/msg/Axle")
         document = (await desk.callboard("interface", "show", "only_there/msg/Wheel", "--json")).json
+        wheel = await desk.callboard("interface", "proto", "--json", "only_there/msg/Wheel")
+        sent = await desk.callboard(
+            *("topic", "pub", "-t", "1", "-w", "0", "/axles", "only_there/msg/Axle", "{left: {speed: 2}}")
+        )
     finally:
         process.kill()
         await process.wait()
     assert ended == (0, "only_there/Wheel left\n\tfloat64 speed\n", "")
     assert document == {"name": "only_there/msg/Wheel", "definition": "float64 speed\n"}
+    assert wheel.json == {"speed": 0.0}
+    assert (sent.code, sent.err) == (0, "")
+    assert "speed=2.0" in sent.out
 
 
 @pytest.mark.parametrize("url", ["callboard+unix:///nowhere/at/all", ""])
