@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.action import Action, Setting
 from actors.launch.description.options import option
@@ -258,6 +258,23 @@ class EmitEvent(Action):
     """
 
     event: Shutdown | ChangeState
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnsupportedAction(Action):
+    """An action of ROS 2 that callboard does not have. It can be in a branch that is not taken.
+
+    Attributes:
+        action_type: The name of the action.
+        remedy: What to do instead.
+    """
+
+    action_type: str
+    remedy: str
+
+
+COMPONENTS: Final = "components are C++ libraries; start each node with Node"
+"""The remedy for actions that load components."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.action import EventHandler
 from actors.launch.description.actions import (
+    COMPONENTS,
     AppendEnvironmentVariable,
     DeclareLaunchArgument,
     GroupAction,
@@ -29,6 +30,7 @@ from actors.launch.description.actions import (
     Shutdown,
     TimerAction,
     UnsetEnvironmentVariable,
+    UnsupportedAction,
 )
 from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.event_handlers import (
@@ -158,6 +160,7 @@ _CONDITIONS: Final = (
     Key(("if",), FLAG, "Only if this is true.", "condition"),
     Key(("unless",), FLAG, "Only if this is false.", "condition"),
 )
+_CONDITION_NAMES: Final = tuple(name for key in _CONDITIONS for name in key.names)
 _ROS_PARAMETERS: Final = Key(("param",), RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters")
 
 
@@ -189,8 +192,13 @@ class Element:
         extra = [_ROS_PARAMETERS] if issubclass(self.cls, Node) else []
         return (*own, *extra, *_CONDITIONS)
 
-    def read(self, value: object, location: Location) -> Action:
+    def read(self, value: object, location: Location, **more: Any) -> Action:
         """Return the action of an element.
+
+        Args:
+            value: Its keys and their values.
+            location: Where it is.
+            more: Options of the action that no key sets.
 
         Raises:
             DocumentError: It is malformed.
@@ -201,7 +209,7 @@ class Element:
         # An element without keys is written without a value, such as `- reset_env:`.
         body = read_mapping({} if value is None else value, location)
         by_name = {name: key for key in self.keys for name in key.names}
-        values: dict[str, Any] = {}
+        values: dict[str, Any] = dict(more)
         given: dict[str, str] = {}
         for name, each in body.items():
             key = by_name.get(name)
@@ -233,11 +241,9 @@ class Element:
         for key in self.keys:
             if key.required and key.target not in values:
                 raise location.error(f"'{key.names[0]}' is missing")
-        if not self.alternatives:
-            return
-        # One that is begun must be complete: with `pkg` alone, the error is a missing `exec`.
-        begun = [targets for targets in self.alternatives if not values.keys().isdisjoint(targets)]
-        if len(begun) != 1 or not values.keys() >= set(begun[0]):
+        # Exactly the options of one: with `pkg` alone, or with two programs, it is unclear what to start.
+        given = {target for targets in self.alternatives for target in targets if target in values}
+        if self.alternatives and given not in map(set, self.alternatives):
             first = {key.target: key.names[0] for key in reversed(self.keys)}
             texts = [" and ".join(first[each] for each in targets) for targets in self.alternatives]
             raise location.error(f"expected one of these: {'; '.join(texts)}")
@@ -274,11 +280,13 @@ class Element:
         for each in names.values():
             for at, name in enumerate(each):
                 yield from ({"not": {"required": [name, other]}} for other in each[at + 1 :])
-        # At least one alternative completely, and keys of one only.
         if self.alternatives:
-            given = [[_given(names[target]) for target in targets] for targets in self.alternatives]
-            yield {"oneOf": [{"anyOf": each} for each in given]}
-            yield {"anyOf": [{"allOf": each} for each in given]}
+            every = {target for targets in self.alternatives for target in targets}
+            forms: list[Schema] = []
+            for targets in self.alternatives:
+                absent = [{"not": _given(names[each])} for each in sorted(every.difference(targets))]
+                forms.append({"allOf": [*(_given(names[each]) for each in targets), *absent]})
+            yield {"oneOf": forms}
 
 
 def _key(cls: type, option: Option) -> Key:
@@ -311,8 +319,8 @@ def _element(
     return Element(tuple(names.split()), cls, alternatives, listed)
 
 
-# What a node runs: `pkg` and `exec` together, or one of the others.
-_PROGRAMS: Final = (("package", "executable"), ("script",), ("node",))
+_PROGRAMS: Final = (("package", "executable"), ("executable",), ("script",), ("node",))
+"""What a node runs."""
 
 ELEMENTS: Final = (
     _element("arg", DeclareLaunchArgument),
@@ -345,6 +353,8 @@ ELEMENTS: Final = (
     _element("on_topic_published", OnTopicPublished),
 )
 BY_NAME: Final = {name: element for element in ELEMENTS for name in element.names}
+UNSUPPORTED: Final = {"node_container": COMPONENTS, "load_composable_node": COMPONENTS}
+"""Elements of ROS 2 that callboard does not have, and what to do instead."""
 
 
 def _read_element(value: object, location: Location) -> Action:
@@ -356,8 +366,17 @@ def _read_element(value: object, location: Location) -> Action:
         )
         raise location.error(f"expected one element, such as 'node', not {len(found)}{listed}")
     ((name, body),) = found.items()
+    if name in UNSUPPORTED:
+        return _read_unsupported(name, body, location.inner(name))
     element = BY_NAME.get(name)
     if element is None:
         hint = did_you_mean(name, BY_NAME) or f"; there is {', '.join(sorted(BY_NAME))}"
         raise location.inner(name).error(f"no such element{hint}")
     return element.read(body, location.inner(name))
+
+
+def _read_unsupported(name: str, body: object, location: Location) -> Action:
+    """Return an action that is an error if its conditions hold. Other keys are not checked."""
+    conditions = {key: each for key, each in read_mapping(body, location).items() if key in _CONDITION_NAMES}
+    element = Element((name,), UnsupportedAction)
+    return element.read(conditions, location, action_type=name, remedy=UNSUPPORTED[name])

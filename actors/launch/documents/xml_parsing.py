@@ -19,7 +19,7 @@ from typing import Final, cast
 from xml.parsers import expat
 
 from actors.launch.description.conditions import parse_bool
-from actors.launch.documents.elements import BY_NAME
+from actors.launch.documents.elements import BY_NAME, UNSUPPORTED
 from actors.launch.documents.errors import DocumentError, Location
 from actors.launch.documents.kinds import SWITCH
 from actors.launch.documents.parameters import ParameterKind
@@ -82,6 +82,8 @@ class XmlDocument:
         _rewrite(node)
         path = (*path, node.tag)
         self._lines[path[:-1]] = self._lines[path] = node.line
+        if node.tag in UNSUPPORTED:
+            return {node.tag: dict(node.attributes)}  # components in it have a structure of their own
         # An unknown element is passed on: the table reports it, as in YAML.
         known = BY_NAME.get(node.tag)
         keys = {name: key for key in known.keys for name in key.names} if known else {}

@@ -22,6 +22,7 @@ from actors.launch.description.actions import (
     RegisterEventHandler,
     Shutdown,
     TimerAction,
+    UnsupportedAction,
 )
 from actors.launch.description.description import LaunchDescription, declared_arguments
 from actors.launch.description.description_source import included_scope
@@ -215,6 +216,8 @@ class _Planner:
                 return lifecycle_transition(action, scope)
             case Shutdown():
                 return [End(reason=resolve(action.reason, scope))]
+            case UnsupportedAction():
+                raise LaunchError(f"callboard has no {action.action_type}: {action.remedy}")
             # An action class of the user: what ROS 2 calls with the context.
             case _ if callable(execute := getattr(action, "execute", None)):
                 return self._opaque(OpaqueFunction(function=execute), scope)

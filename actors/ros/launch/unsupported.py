@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from actors.launch import EmitEvent as CallboardEmitEvent, LaunchError
-from actors.launch.description.action import Action
+from actors.launch.description.actions import UnsupportedAction
 from actors.launch.description.validation import Entity
 
 if TYPE_CHECKING:
@@ -34,14 +34,14 @@ def unsupported(name: str, remedy: str) -> Callable[..., Any]:
     return refuse
 
 
-def unsupported_action(name: str, remedy: str) -> type[Action]:
+def unsupported_action(name: str, remedy: str) -> type[UnsupportedAction]:
     """Return a class of actions that cannot be carried out.
 
     Args:
         name: The class.
         remedy: What to do instead.
     """
-    return type(name, (_UnsupportedAction,), {"remedy": remedy})
+    return type(name, (_UnsupportedAction,), {"remedy_text": remedy})
 
 
 def unsupported_event(name: str, remedy: str) -> type[Entity]:
@@ -54,19 +54,14 @@ def unsupported_event(name: str, remedy: str) -> type[Entity]:
     return type(name, (_UnsupportedEvent,), {"remedy": remedy})
 
 
-class _UnsupportedAction(Action):
-    remedy: ClassVar[str]
+class _UnsupportedAction(UnsupportedAction):
+    remedy_text: ClassVar[str]
 
     def __init__(
         self, *_args: object, name: object = None, condition: Condition | None = None, **_kwargs: object
     ) -> None:
-        super().__init__(condition=condition)
+        super().__init__(action_type=type(self).__name__, remedy=self.remedy_text, condition=condition)
         object.__setattr__(self, "name", name)  # for its label in the error
-
-    @property
-    def execute(self) -> NoReturn:
-        """Raise the error, which names this action: planning reads it only if the condition holds."""
-        raise _error(type(self).__name__, self.remedy)
 
 
 @dataclass(frozen=True, init=False)

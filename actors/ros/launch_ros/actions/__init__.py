@@ -14,6 +14,7 @@ from actors.launch import (
     SetParametersFromFile as SetParametersFromFile,
     SetRemap as SetRemap,
 )
+from actors.launch.description.actions import COMPONENTS
 from actors.ros.launch.unsupported import unsupported_action
 from actors.ros.launch.actions import TimerAction, process_options
 
@@ -21,10 +22,8 @@ if TYPE_CHECKING:
     from actors.launch.description.conditions import Condition
     from actors.launch.description.substitutions import Substitution, Text
 
-_COMPONENTS = "components are C++ libraries; start each node with Node"
-
-ComposableNodeContainer = unsupported_action("ComposableNodeContainer", _COMPONENTS)
-LoadComposableNodes = unsupported_action("LoadComposableNodes", _COMPONENTS)
+ComposableNodeContainer = unsupported_action("ComposableNodeContainer", COMPONENTS)
+LoadComposableNodes = unsupported_action("LoadComposableNodes", COMPONENTS)
 PushROSNamespace = PushRosNamespace
 RosTimer = TimerAction
 """Of real time, also if nodes use simulated time."""

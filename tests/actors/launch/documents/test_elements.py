@@ -21,9 +21,11 @@ PYTHON_ONLY = {
     "PushEnvironment",
     "PushLaunchConfigurations",
     "UnsetLaunchConfiguration",
+    "UnsupportedAction",
     "env",
 }
-"""A function cannot be written down, documents save and restore by groups, and `env` adds as in ROS 2."""
+"""A function cannot be written down, documents save and restore by groups, `env` adds as in ROS 2, and
+unsupported actions have names of their own."""
 
 
 def concrete(base: type) -> set[type]:

@@ -285,7 +285,7 @@ ERROR_CASES: list[tuple[str, str]] = [
         "launch[0].log: 'if' and 'unless' cannot both be there",
     ),
     ("log: {message: a, if: 2}", "launch[0].log.if: expected true or false, not the number 2"),
-    ("node: {pkg: p}", "launch[0].node: expected one of these: pkg and exec; script; class"),
+    ("node: {pkg: p}", "launch[0].node: expected one of these: pkg and exec; exec; script; class"),
     ("node: {name: n}", "launch[0].node: expected one of these"),
     ("node: {script: a, exec: b}", "launch[0].node: expected one of these"),
     (

@@ -101,7 +101,10 @@ def values(key: Key, depth: int) -> st.SearchStrategy[Any]:
     one = st.fixed_dictionaries({"name": names, "value": parameter})
     group = st.fixed_dictionaries({"name": names, "param": st.lists(one, max_size=2)})
     typed = st.fixed_dictionaries({"name": names, "value": texts, "type": st.sampled_from(["str", "int"])})
-    ros = one | typed | group | st.fixed_dictionaries({"from": texts})
+    file = st.fixed_dictionaries(
+        {"from": texts}, optional={"allow_substs": st.booleans() | st.sampled_from(["true", "$(var x)"])}
+    )
+    ros = one | typed | group | file
     simple: list[tuple[Kind, st.SearchStrategy[Any]]] = [
         (TEXT, texts),
         (PLAIN, plain),

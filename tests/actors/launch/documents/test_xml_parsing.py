@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.launch.description.actions import (
+    COMPONENTS,
     DeclareLaunchArgument,
     GroupAction,
     IncludeLaunchDescription,
@@ -18,8 +19,9 @@ from actors.launch.description.actions import (
     SetParameter,
     Shutdown,
     TimerAction,
+    UnsupportedAction,
 )
-from actors.launch.description.conditions import IfCondition
+from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.event_handlers import OnProcessExit
 from actors.launch.description.library_substitutions import LaunchLogDir, Parameter
 from actors.launch.description.parameter_file import ParameterFile
@@ -113,6 +115,16 @@ def described(text: str) -> tuple[Action, ...]:
             TimerAction(period="2", actions=(), cancel_on_shutdown="false"),
         ),
         ("<log message='$(param a) $(log_dir)'/>", LogInfo(msg=(Parameter("a"), " ", LaunchLogDir()))),
+        ("<node exec='/bin/talker'/>", Node(executable="/bin/talker")),
+        (
+            (
+                "<node_container pkg='c' exec='e' name='n' unless='$(var x)'>"
+                "<composable_node><param name='a'/><remap from='b'/></composable_node></node_container>"
+            ),
+            UnsupportedAction(
+                action_type="node_container", remedy=COMPONENTS, condition=UnlessCondition(VAR)
+            ),
+        ),
         ("<group scoped='0'/>", GroupAction((), scoped=False)),
         ("<group scoped='Off'/>", GroupAction((), scoped=False)),
         ("<executable cmd='ls -l' output='screen'/>", ExecuteProcess(cmd=("ls", "-l"), output="screen")),

@@ -22,6 +22,7 @@ from actors.launch.description.actions import (
     SetRemap,
     Shutdown,
     TimerAction,
+    UnsupportedAction,
 )
 from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.description import LaunchDescription
@@ -200,6 +201,14 @@ def test_a_timer_is_cancelled_with_the_one_around_it() -> None:
     for cancel in (True, False):
         made = steps(TimerAction(period=1.0, actions=[*inner, LogInfo(msg="x")], cancel_on_shutdown=cancel))
         assert [each.cancel_on_shutdown for each in made] == [True, cancel, cancel]
+
+
+def test_what_is_unsupported_may_be_in_a_branch_that_is_not_taken() -> None:
+    """If it is taken, the error says what to do instead."""
+    loads = UnsupportedAction(action_type="node_container", remedy="start each node")
+    assert steps(GroupAction([loads], condition=IfCondition("false"))) == []
+    with pytest.raises(LaunchError, match="callboard has no node_container: start each node"):
+        steps(loads)
 
 
 @pytest.mark.parametrize("pairs", [False, True])
