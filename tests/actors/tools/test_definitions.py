@@ -109,7 +109,7 @@ async def test_classes_of_types_that_nodes_use(broker: Broker) -> None:
 
     async with actors.Node("one", url=broker.url) as node:
         node.create_service(Wave, "wave", lambda request: Wave.Response())
-        node.create_action_server(Grip, "grip", lambda goal: Grip.Result())
+        node.create_action_server(Grip, "grip", lambda handle: Grip.Result())
         await node.get_graph()
         hand, finger, wave, grip, *none = await asyncio.to_thread(ask)
     assert none == [None, None]

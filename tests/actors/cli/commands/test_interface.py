@@ -168,9 +168,9 @@ async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
     publisher = (
         "import actors, asyncio\n"
         "from actors.interfaces.message import Message\n"
-        "class Wheel(Message, type_name='only_there/msg/Wheel'):\n"
+        "class Wheel(Message, type_name='known_there/msg/Wheel'):\n"
         "    speed: float = 0.0\n"
-        "class Axle(Message, type_name='only_there/msg/Axle'):\n"
+        "class Axle(Message, type_name='known_there/msg/Axle'):\n"
         "    left: Wheel\n"
         "async def main():\n"
         f"    async with actors.Node('there', url='{desk.url}') as node:\n"
@@ -186,17 +186,17 @@ async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
     try:
         assert process.stdout is not None
         assert await asyncio.wait_for(process.stdout.readline(), 50) == b"ready\n"
-        ended = await desk.callboard("interface", "show", "only_there/msg/Axle")
-        document = (await desk.callboard("interface", "show", "only_there/msg/Wheel", "--json")).json
-        wheel = await desk.callboard("interface", "proto", "--json", "only_there/msg/Wheel")
+        ended = await desk.callboard("interface", "show", "known_there/msg/Axle")
+        document = (await desk.callboard("interface", "show", "known_there/msg/Wheel", "--json")).json
+        wheel = await desk.callboard("interface", "proto", "--json", "known_there/msg/Wheel")
         sent = await desk.callboard(
-            *("topic", "pub", "-t", "1", "-w", "0", "/axles", "only_there/msg/Axle", "{left: {speed: 2}}")
+            *("topic", "pub", "-t", "1", "-w", "0", "/axles", "known_there/msg/Axle", "{left: {speed: 2}}")
         )
     finally:
         process.kill()
         await process.wait()
-    assert ended == (0, "only_there/Wheel left\n\tfloat64 speed\n", "")
-    assert document == {"name": "only_there/msg/Wheel", "definition": "float64 speed\n"}
+    assert ended == (0, "known_there/Wheel left\n\tfloat64 speed\n", "")
+    assert document == {"name": "known_there/msg/Wheel", "definition": "float64 speed\n"}
     assert wheel.json == {"speed": 0.0}
     assert (sent.code, sent.err) == (0, "")
     assert "speed=2.0" in sent.out
