@@ -21,8 +21,16 @@ from proto.wire.stats import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-TOPIC_TOTALS: Final = ("messages", "bytes", "delivered", "dropped", "abandoned", "lost_on_break")
-LINK_TOTALS: Final = ("dropped", "bytes_received", "bytes_sent")
+TOPIC_TOTALS: Final = (
+    "messages",
+    "bytes",
+    "delivered",
+    "dropped",
+    "abandoned",
+    "lost_on_break",
+    "by_reference",
+)
+LINK_TOTALS: Final = ("dropped", "bytes_received", "bytes_sent", "shared_bytes_received", "shared_bytes_sent")
 """Counts that only grow while a topic or a link exists."""
 
 
@@ -32,8 +40,8 @@ class BrokerReportRates:
 
     Attributes:
         totals: In the whole broker.
-        topics: By name: messages, bytes, delivered, dropped, abandoned, lost_on_break.
-        links: By session: dropped, bytes_received, bytes_sent.
+        topics: By name: messages, bytes, delivered, dropped, abandoned, lost_on_break, by_reference.
+        links: By session: dropped, bytes_received, bytes_sent, shared_bytes_received, shared_bytes_sent.
     """
 
     totals: BrokerRates

@@ -62,6 +62,7 @@ class TopicRow:
         types: The declared types, sorted; more than one is a conflict.
         publishers, subscriptions: Their numbers.
         messages_per_sec, bytes_per_sec: Messages and bytes that its publishers send per second.
+        shared_per_sec: Those of `messages_per_sec` that are in shared memory.
         drops_per_sec: Copies dropped per second because a subscription's queue was full.
         queued: Copies that wait in the broker.
         dropped, lost_on_break: Copies dropped, and copies lost with a link, since the topic exists.
@@ -73,6 +74,7 @@ class TopicRow:
     subscriptions: int
     messages_per_sec: float | None
     bytes_per_sec: float | None
+    shared_per_sec: float | None
     drops_per_sec: float | None
     queued: int
     dropped: int
@@ -97,7 +99,8 @@ class NodeRow:
         silent_ms: Milliseconds since something arrived from it.
         endpoints: The number of its publishers, subscriptions, services and clients; if `shared`, of all
             nodes of its link.
-        received_bytes_per_sec, sent_bytes_per_sec: Bytes that it receives and sends per second.
+        received_bytes_per_sec, sent_bytes_per_sec: Bytes that it receives and sends per second, also those in
+            shared memory.
         queued, queued_bytes: Messages that wait in the broker for it, and their size.
         dropped: Messages that the broker dropped because it was slow.
         drops_per_sec: Messages that the broker drops now, per second.
@@ -325,6 +328,7 @@ def _topics(
             subscriptions=subscriptions[name],
             messages_per_sec=rise.get("messages"),
             bytes_per_sec=rise.get("bytes"),
+            shared_per_sec=rise.get("by_reference"),
             drops_per_sec=rise.get("dropped"),
             queued=0 if topic is None else topic.queued,
             dropped=0 if topic is None else topic.dropped,
@@ -360,8 +364,8 @@ def _nodes(
             endpoints=link.endpoints - len(link.nodes)
             if link is not None and (shared or link.suspended)
             else endpoints[name],
-            received_bytes_per_sec=rise.get("bytes_sent"),
-            sent_bytes_per_sec=rise.get("bytes_received"),
+            received_bytes_per_sec=rise["bytes_sent"] + rise["shared_bytes_sent"] if rise else None,
+            sent_bytes_per_sec=rise["bytes_received"] + rise["shared_bytes_received"] if rise else None,
             queued=0 if link is None else link.queued,
             queued_bytes=0 if link is None else link.queued_bytes,
             dropped=0 if link is None else link.dropped,

@@ -161,6 +161,10 @@ class LinkMemory:
         loop: The broker's event loop.
         sent: Called when frames have been sent that nobody has counted; limits what waits.
         warn: Logs what goes wrong, within limits.
+
+    Attributes:
+        references: What the client gets by reference.
+        received_bytes: Size of the messages that it has sent by reference.
     """
 
     def __init__(
@@ -189,6 +193,7 @@ class LinkMemory:
         self._released: list[int] = []
         """Those that nothing holds any more."""
         self.references = References(self._announce, AHEAD_BYTES)
+        self.received_bytes = 0
 
     def prove(self, frame: frames.Proof) -> None:
         """Share memory with the client from now on, if its proof is right."""
@@ -232,6 +237,7 @@ class LinkMemory:
         check_inside(frame, len(own.memory))
         number, self._count = self._count, self._count + 1
         self._shared.received += frame.length
+        self.received_bytes += frame.size
         own.slots += 1
         release = partial(self._release, own, number)
         slot = Slot(own.arena, own.memory, frame.offset, frame.generation, release)

@@ -218,6 +218,8 @@ def link_stats(now: float, router: Router, joined: Mapping[int, Link]) -> Iterat
             bytes_sent=channel.bytes_sent,
             pending_calls=0 if peer is None else peer.pending_calls,
             owed_calls=0 if peer is None else peer.owed_calls,
+            shared_bytes_received=0 if link.memory is None else link.memory.received_bytes,
+            shared_bytes_sent=0 if link.memory is None else link.memory.references.sent_bytes,
         )
 
 

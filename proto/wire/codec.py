@@ -142,7 +142,7 @@ _requests: Final = _entries(RequestEntry, 4)
 _replies: Final = _entries(ReplyEntry, 5)
 _graph_entries: Final = _entries(GraphEntry, 7)
 _topics: Final = _entries(TopicStats, 14)
-_links: Final = _entries(LinkStats, 15)
+_links: Final = _entries(LinkStats, 17)
 _brokers: Final = _entries(MeshBrokerStats, 9)
 
 

@@ -96,7 +96,7 @@ def _is_topic(value: Any) -> bool:
 def _is_link(value: Any) -> bool:
     if value.__class__ is not tuple or len(value) < 15:
         return False
-    domain, session, agent, nodes, endpoints, suspended, *counts = value[:15]
+    domain, session, agent, nodes, endpoints, suspended, *counts = value[:17]  # the last two came later
     return (
         _is_u32(domain)
         and type(agent) is str

@@ -179,11 +179,21 @@ class References:
 
     Attributes:
         held_bytes: Size of the messages that the peer may read.
-        sent: Messages sent by reference so far.
+        sent, sent_bytes: Messages sent by reference so far, and their size.
         copied: Messages in shared memory that were sent as bytes.
     """
 
-    __slots__ = ("_announce", "_count", "_held", "_max_held_bytes", "_usable", "copied", "held_bytes", "sent")
+    __slots__ = (
+        "_announce",
+        "_count",
+        "_held",
+        "_max_held_bytes",
+        "_usable",
+        "copied",
+        "held_bytes",
+        "sent",
+        "sent_bytes",
+    )
 
     def __init__(self, announce: Callable[[Arena], None], max_held_bytes: int = sys.maxsize) -> None:
         self._announce = announce
@@ -194,7 +204,7 @@ class References:
         """By the number of their REFERENCE."""
         self._count = 0
         """REFERENCE frames so far."""
-        self.held_bytes = self.sent = self.copied = 0
+        self.held_bytes = self.sent = self.sent_bytes = self.copied = 0
 
     def allows(self, slot: Slot) -> bool:
         """Return whether the peer can read the slot's arena; announce the arena if it is new."""
@@ -218,6 +228,7 @@ class References:
         self._count += 1
         self.sent += batch.length
         self.held_bytes += size
+        self.sent_bytes += size
         return encode(Reference(*batch[:6], slot.arena.id, slot.offset, batch.start, size, slot.generation))
 
     @property

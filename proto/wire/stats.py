@@ -360,6 +360,8 @@ class LinkStats(NamedTuple):
         bytes_sent: Bytes passed to its transport.
         pending_calls: Calls of its clients that wait for a reply.
         owed_calls: Calls that its servers have not answered.
+        shared_bytes_received, shared_bytes_sent: Size of the messages received from it and sent to it by
+            reference, which `bytes_received` and `bytes_sent` do not have; 0 from earlier brokers.
     """
 
     domain: int
@@ -377,3 +379,5 @@ class LinkStats(NamedTuple):
     bytes_sent: int
     pending_calls: int
     owed_calls: int
+    shared_bytes_received: int = 0
+    shared_bytes_sent: int = 0

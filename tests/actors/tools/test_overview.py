@@ -189,6 +189,20 @@ def test_hidden_names_can_be_left_out() -> None:
     assert names(seen.without_hidden()) == [["/topic"], ["/node"], ["/service"]]
 
 
+def test_what_passes_in_shared_memory_counts() -> None:
+    """A camera that sends by reference does not look idle; its topic says how it sends."""
+    samples = Samples()
+    for second in range(3):
+        camera = link(1, "/talker", bytes_received=10 * second, shared_bytes_received=5000 * second)
+        viewer = link(2, "/listener", bytes_sent=20 * second, shared_bytes_sent=5000 * second)
+        images = topic("/chatter", messages=3 * second, by_reference=2 * second)
+        seen = samples.add(sample(float(second), PAIR, topics=(images,), links=(camera, viewer)))
+    by_name = {row.name: row for row in seen.nodes}
+    assert by_name["/talker"].sent_bytes_per_sec == 5010.0
+    assert by_name["/listener"].received_bytes_per_sec == 5020.0
+    assert (seen.topics[0].messages_per_sec, seen.topics[0].shared_per_sec) == (3.0, 2.0)
+
+
 def test_withheld_totals_do_not_take_the_rates_of_topics_away() -> None:
     """A user who may administer some topics has their rates; what the broker withholds is None, not 0."""
     samples = Samples()

@@ -130,6 +130,9 @@ async def test_a_reader_on_the_host_gets_references_when_it_has_opened_the_arena
         assert (stats.shared_received, stats.shared_sent, stats.shared_copied) == (2, 1, 1)
         (topic,) = broker.topic_stats()
         assert (topic.messages, topic.bytes, topic.by_reference) == (2, 2 * len(MESSAGE), 2)
+        received = sum(each.shared_bytes_received for each in broker.link_stats())
+        sent = sum(each.shared_bytes_sent for each in broker.link_stats())
+        assert (received, sent) == (2 * len(MESSAGE), len(MESSAGE))  # the first one went on as bytes
 
 
 async def test_others_get_bytes_of_the_same_message(broker: Broker) -> None:

@@ -250,7 +250,7 @@ def test_answers_fit_the_largest_names() -> None:
     name = "/" + "n" * 246
     topic = TopicStats(2**32 - 1, name, *[2**64 - 1] * 11)
     nodes = (f"/{'n' * 244}/{'n' * 255}",) * MAX_NODE_NAMES
-    one = LinkStats(2**32 - 1, 2**64 - 1, "\U0001f680" * 80, nodes, 2**64 - 1, True, *[2**64 - 1] * 9)
+    one = LinkStats(2**32 - 1, 2**64 - 1, "\U0001f680" * 80, nodes, 2**64 - 1, True, *[2**64 - 1] * 11)
     other = MeshBrokerStats(2**32, "\U0001f680" * 63, "\U0001f680" * 63, True, *[2**64 - 1] * 5)
     pieces = list(answer(1, BrokerStats(), (topic,) * 1200, (one,) * 100, brokers=(other,) * 1000))
     assert max(len(encode(piece)) for piece in pieces) < limits.MAX_FRAME_BYTES

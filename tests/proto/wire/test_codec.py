@@ -59,7 +59,7 @@ KIND_STRATEGIES: dict[str, st.SearchStrategy[Any]] = {
     ),
     "topics": st.lists(st.builds(TopicStats, U32, TEXT, *[U64] * 12), max_size=3).map(tuple),
     "links": st.lists(
-        st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 9),
+        st.builds(LinkStats, U32, U64, TEXT, st.lists(TEXT).map(tuple), U64, st.booleans(), *[U64] * 11),
         max_size=3,
     ).map(tuple),
     "brokers": st.lists(
@@ -91,6 +91,7 @@ GOOD: dict[str, object] = {
 }
 ANYTHING: tuple[object, ...] = (
     ((0, "/t", *range(9)),), ((0, "/t", *range(9), -1),), ((0, 1, "test", (1,), 2, False, *range(9)),),
+    ((0, 1, "test", ("/n",), 2, False, *range(9), -1),),
     ((0, 1, "test", ("/n",), 2, 0, *range(9)),), ((1, "robot", "0.1.0", 1, *range(5)),),
     None, True, -1, 2**32, 2**64 - 1, 0.5, float("nan"), "", "x", b"", b"x", bytes(16), (), (None,), {},
     {"k": {}}, {b"k": 1}, {"k": (1,)}, msgpack.ExtType(5, b""),
@@ -263,7 +264,7 @@ def test_extra_fields_in_entries_are_ignored() -> None:
     assert decode(raw) == frames.Reply(5, (ReplyEntry(1, 0, False, None, b"body"),))
     raw = header_of(Op.GRAPH, [5, False, ((1, 0, "/n", "", "", "", {}, None),), (), ()])
     assert decode(raw) == frames.Graph(5, False, (GraphEntry(1, 0, "/n", "", "", "", {}),), (), ())
-    topic, link = (0, "/t", *range(12)), (0, 1, "test", ("/n",), 2, False, *range(9))
+    topic, link = (0, "/t", *range(12)), (0, 1, "test", ("/n",), 2, False, *range(11))
     raw = header_of(Op.STATS, [5, False, {}, ((*topic, "later"),), ((*link, "later"),)])
     assert decode(raw) == frames.Stats(5, False, {}, (TopicStats(*topic),), (LinkStats(*link),))
 

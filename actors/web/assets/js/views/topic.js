@@ -124,6 +124,9 @@ function summaryOf({ types, rates }) {
   if (rates) {
     parts.push(`${short(rates.messages_per_sec)} messages/s`, `${bytes(rates.bytes_per_sec)}/s`, `${short(rates.queued)} queued`);
     parts.push(`${short(rates.dropped)} dropped`);
+    if (rates.shared_per_sec) {
+      parts.push(`${short(rates.shared_per_sec)} messages/s in shared memory`);
+    }
   }
   return parts.join(" · ");
 }
