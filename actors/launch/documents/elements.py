@@ -208,6 +208,7 @@ class Element:
             return self._action({only.target: only.kind.read(cast("object", value), location)}, location)
         # An element without keys is written without a value, such as `- reset_env:`.
         body = read_mapping({} if value is None else value, location)
+        # Aliases are found like names; which one was given is kept for errors.
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = dict(more)
         given: dict[str, str] = {}
@@ -291,6 +292,7 @@ class Element:
 
 def _key(cls: type, option: Option) -> Key:
     kind = _EXCEPTIONS.get((cls, option.name))  # by class: `cmd` of one is not `cmd` of another
+    # Both are checked when the file is read, unless the value has substitutions.
     if kind is None and option.choices:
         kind = OneOf(option.choices)
     elif kind is None and option.least:
@@ -358,7 +360,7 @@ UNSUPPORTED: Final = {"node_container": COMPONENTS, "load_composable_node": COMP
 
 
 def _read_element(value: object, location: Location) -> Action:
-    found = read_mapping(value, location)
+    found = read_mapping(value, location)  # one key: the name of the element
     # The usual cause is a body that is not indented, so that its keys stand beside the element.
     if len(found) != 1:
         listed = (

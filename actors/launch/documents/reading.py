@@ -29,7 +29,7 @@ def read_document(path: str, source: bytes) -> LaunchDescription:
     Raises:
         LaunchFileError: It is malformed; the text says what is wrong, and in which line.
     """
-    suffix = PurePath(path).suffix
+    suffix = PurePath(path).suffix  # the content could not tell: most TOML and XML is a string in YAML
 
     def describe(location: Location, line: int | None = None) -> str:
         # Parsed a second time, because data keeps no lines; this happens for errors only. tomllib has no

@@ -55,6 +55,7 @@ def schema_text() -> str:
 
 def _pretty(value: Any, indent: str) -> str:
     """Return JSON, in one line if that is not too long."""
+    # Short values in one line: the file is read by people, too, and would be five times as long.
     line = json.dumps(value, ensure_ascii=False)
     if len(indent) + len(line) <= _WIDTH or not isinstance(value, dict | list):
         return line

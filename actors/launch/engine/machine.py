@@ -96,6 +96,7 @@ class Machine:
         # The time of the event that is being handled, so that helpers need no argument for it.
         self._now = 0.0
         self._stopped_at = 0.0
+        self._function_deadline = 0.0
         self._effects: list[Effect] = []
         self._reactions = ReactionQueue(self._effects.append, self._notify)
         self._transitions = TransitionQueue(self._effects.append, self._notify)
@@ -117,8 +118,7 @@ class Machine:
         """When `tick` is due; None: not before another event."""
         due = self._schedule.next_at
         if self.stopping and self._reactions.waiting:
-            limit = self._stopped_at + LAST_FUNCTION_SEC
-            return limit if due is None else min(limit, due)
+            return self._function_deadline if due is None else min(self._function_deadline, due)
         return due
 
     def state(self, label: str) -> ProcessState:
@@ -223,7 +223,7 @@ class Machine:
         self._now = now
         for callback in self._schedule.due(now):
             callback(now)
-        if self.stopping and now >= self._stopped_at + LAST_FUNCTION_SEC:
+        if self.stopping and self._reactions.waiting and now >= self._function_deadline:
             self._reactions.abandon()
         return self._pop_effects()
 
@@ -292,7 +292,9 @@ class Machine:
                 )
 
     def _step_is_due(self, step: Step, now: float) -> None:
-        del now
+        # After the shutdown, that of a timer which survives it: its function gets as much time as one of
+        # then.
+        self._function_deadline = now + LAST_FUNCTION_SEC
         self._reactions.add(self._run_step(step))
 
     def _run_step(self, step: Step) -> Reaction:
@@ -463,6 +465,7 @@ class Machine:
         event = ShuttingDown(reason)
         self.stopping = True
         self._stopped_at = self._now
+        self._function_deadline = self._now + LAST_FUNCTION_SEC
         self._schedule.shut_down()
         self._notify(event)
         for state in (ProcessState.WAITING, ProcessState.RESTARTING):

@@ -82,6 +82,7 @@ class _Search:
         if inner.file is None or (inner.file, given) in self._seen or self._depth == MAX_INCLUDES:
             return
         self._seen.add((inner.file, given))
+        # A file that includes itself with other arguments each time would otherwise be searched for ever.
         self._depth += 1
         try:
             self.search(self._library.description(inner.file).actions, inner, given)

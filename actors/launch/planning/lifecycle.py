@@ -70,6 +70,7 @@ def lifecycle_transition(action: LifecycleTransition, scope: Scope) -> list[Step
         raise LaunchError("No lifecycle_node_names provided.")
     if not transitions:
         raise LaunchError("No transition_ids provided.")
+    # One step for each node: a transition that fails for one does not keep the others from theirs.
     nodes = [presence(PresenceKind.NODE, name, scope.namespace).name for name in names]
     return [ChangeStates(what=node, matches=_has_name(node), transitions=transitions) for node in nodes]
 

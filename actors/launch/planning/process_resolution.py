@@ -131,6 +131,7 @@ def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str
     if isinstance(action, Node) and action.exec_name is not None:
         given = action.exec_name
     name = program.name if given is None else resolve(given, scope)
+    # It is the label of each line, and a part of the names of log files.
     if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
         limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
         raise LaunchError(f"A process cannot have the name '{escape(name)}': {limit}")
@@ -164,7 +165,7 @@ def _node(action: Node, scope: Scope) -> _Program:
         package = resolve(action.package, scope)
         name = resolve(cast("Any", action.executable), scope)
         typed, command = [package, name], library.program(package, name)
-        sources = library.sources(package=package)
+        sources = library.sources(package=package)  # its modules, whichever of them the program uses
     # An executable alone is a program of the system; the others are what `callboard run` takes.
     if action.package is not None or action.script is not None:
         typed = [*library.run_command, *typed]

@@ -176,6 +176,7 @@ def _of_graph(
 
 def _of_output(handler: OnProcessIO) -> list[Trigger]:
     target = handler.target_action
+    # A handler for one stream needs them separate; one for both takes what keeps the order of their lines.
     found: list[Trigger] = []
     if handler.on_output is not None:
         found.append(_of_process(target, "writes", ProcessIO, handler.on_output))

@@ -159,6 +159,23 @@ def test_a_timer_may_survive_the_end_of_the_launch() -> None:
         assert (play.said, play.runs) == ([] if insist else ["INFO launch: last"], ["a-1"])
 
 
+def test_the_function_of_a_timer_that_survives_has_time_of_its_own() -> None:
+    """However late it is called."""
+    late = 2 * LAST_FUNCTION_SEC
+    play = Play(
+        start(),
+        Call(name="f()", steps=lambda: [LogText(text="called")], after_sec=late, cancel_on_shutdown=False),
+    )
+    play.up()
+    play.answers = False
+    play.does(partial(play.machine.stop, "enough"))
+    play.ends()
+    play.waits(late + LAST_FUNCTION_SEC / 2)
+    assert len(play.asked) == 1
+    play.answer()
+    assert (play.said, play.machine.finished) == (["INFO launch: called"], True)
+
+
 def test_steps_are_taken_in_order_when_they_are_due() -> None:
     """Those for later in their time; the launch is over when nothing runs and nothing is to come."""
     play = Play(start("a"), start("b", after_sec=2), LogText(text="hello", after_sec=1))
