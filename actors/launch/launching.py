@@ -208,7 +208,7 @@ class Launch:
         """Stop all processes; a second call, a moment later, kills them. `run` returns when they have ended.
 
         Args:
-            reason: The reason, to be shown.
+            reason: The reason, for messages.
             escalate: Whether a second call kills the processes.
         """
         self._stopped = True
@@ -221,7 +221,7 @@ class Launch:
 
         Args:
             label: Its label, such as "talker-1". An unknown one is ignored.
-            reason: The reason, to be shown.
+            reason: The reason, for messages.
         """
         self._runner.restart(label, reason)
 

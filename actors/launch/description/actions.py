@@ -1,4 +1,4 @@
-"""Actions as data, except those that start processes. `planning/` gives them their meaning."""
+"""Actions as data, except those that start processes. `planning/` carries them out."""
 
 from __future__ import annotations
 

@@ -39,12 +39,12 @@ MAX_DIGITS: Final = 100
 class PythonExpression(Substitution):
     """The value of a Python expression as a string, such as "True", "3" or "1.5".
 
-    It may consist of numbers, texts, True, False, None, lists, tuples, dictionaries, indexes and slices, of
-    `and`, `or`, `not`, `if … else`, comparisons, `in`, `+ - * / // % **`, and of the `FUNCTIONS` and texts'
-    `METHODS` below.
+    It may consist of numbers, strings, True, False, None, lists, tuples, dictionaries, indexes and slices, of
+    `and`, `or`, `not`, `if … else`, comparisons, `in`, `+ - * / // % **`, and of the `FUNCTIONS` and
+    the `METHODS` of strings below.
 
     Attributes:
-        expression: The expression. A text in it needs quotes: ["'", LaunchConfiguration("robot"), "'"].
+        expression: The expression. A string in it needs quotes: ["'", LaunchConfiguration("robot"), "'"].
     """
 
     expression: Text

@@ -1,4 +1,4 @@
-"""Actions and their values as short texts."""
+"""Short descriptions of actions and their values, for messages."""
 
 from __future__ import annotations
 

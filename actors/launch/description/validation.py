@@ -2,7 +2,7 @@
 
 Launch files are seldom type-checked, and a string in place of a list would be read letter by letter. So each
 entity checks its arguments when it is created, while the line of the launch file is known. The annotations of
-its fields say what to check: `ARGUMENT_TYPES` has a check for each, and a text for the error.
+its fields say what to check: `ARGUMENT_TYPES` has a check and an error message for each.
 """
 
 from __future__ import annotations

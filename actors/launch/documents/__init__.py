@@ -6,8 +6,8 @@
 
 `parsing.py` and `xml_parsing.py` turn a file into plain data, and `reading.py` turns that into actions.
 `elements.py` has the elements and their keys, which follow from the options of actions; the schema for
-editors (`schema.py`) follows from them, too. `kinds.py` and `parameters.py` are the kinds of values,
-`templates.py` parses strings with `$(…)` in them. All of it is pure.
+editors (`schema.py`) follows from them, too. `kinds.py` and `parameters.py` are the kinds of values. All of
+it is pure.
 
 Imports description.
 """

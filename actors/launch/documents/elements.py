@@ -1,8 +1,8 @@
 """Elements of launch documents: actions and event handlers, with their options as keys.
 
 Keys, their kinds and their help follow from the options of the classes in `description/`, and the schema
-follows from the keys: what can be read, what editors propose and what Python accepts cannot differ. Only what
-a document says differently from Python is written down here.
+follows from the keys, so that the reader, editors and Python accept the same. Only the differences between
+documents and Python are written down here.
 """
 
 from __future__ import annotations

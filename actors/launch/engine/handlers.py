@@ -1,7 +1,7 @@
 """Event handlers, and the queue in which their reactions are carried out one after the other.
 
-A reaction is a generator, because a function of the description in the middle of it runs in a thread, and the
-steps after it must wait for that. One reaction runs at a time. If two ran at once, the order of what they
+A reaction is a generator, because a function of the description may run in a thread in the middle, and the
+steps after that wait for it. One reaction runs at a time. If two ran at once, the order of what they
 start and log would depend on how long their functions take.
 """
 

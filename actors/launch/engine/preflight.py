@@ -1,8 +1,8 @@
 """Preflight checks: why a process cannot be started, before it is tried.
 
-Each process begins as a shell of the guard, whose errors do not name what is in the description. The checks
-run when the process is due, because earlier processes may have created the files that it needs. What only a
-start can show, such as a file that is not executable, is not checked.
+Each process begins as a shell of the guard, whose errors name the shell and not the program of the
+description. The checks run when the process is due, because earlier processes may have created the files that
+it needs. What only a start can show, such as a file that is not executable, is not checked.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Runner:
             await self._transitions.close()
         if self._driver.failure is not None:
             raise self._driver.failure
-        # Only now: the processes had to end first, whoever cancelled this.
+        # Only now: the processes had to end first.
         if cancelled:
             raise asyncio.CancelledError
         return self._machine.succeeded
@@ -168,7 +168,7 @@ class Runner:
             "on_ended": ended,
             "stop_timeout_sec": self._stop_timeout_sec,
         }
-        # Before the start, so that the first transitions are heard.
+        # Before the start, so that no transition is missed.
         if spec.lifecycle is not None:
             self._transition_client().watch(spec)
         execution: Execution

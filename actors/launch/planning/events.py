@@ -199,7 +199,7 @@ class ShuttingDown(Event):
     """The launch ends, and its processes are being stopped.
 
     Attributes:
-        reason: The reason, to be shown.
+        reason: The reason, for messages.
     """
 
     reason: str

@@ -63,7 +63,7 @@ class Call(PlannedStep):
     """Call a function of the description, and carry out the steps that it returns.
 
     Attributes:
-        name: The name of the function, to be shown.
+        name: The name of the function, for messages.
         steps: Calls it and plans the actions that it returns; this may block. An exception is an error in
             the description.
     """
@@ -77,7 +77,7 @@ class ChangeStates(PlannedStep):
     """Request transitions of lifecycle nodes.
 
     Attributes:
-        what: Which nodes, to be shown.
+        what: Describes the nodes in messages.
         matches: Whether a process is meant. An exception is an error in the description.
         transitions: The numbers or labels of the transitions, in their order.
         calls: Whether `matches` calls a function of the description, which may block.
@@ -94,13 +94,13 @@ class AddHandler(PlannedStep):
     """Add an event handler.
 
     Attributes:
-        what: What it handles, to be shown, such as "talker-1 exits".
+        what: Describes the event in messages, such as "talker-1 exits".
         matches: Whether it handles an event.
         steps: Returns the steps to carry out. An exception is an error in the description.
-        preview: Those steps, to be shown, as far as they are known before.
+        preview: Those steps as far as they are known before, for `--dry-run`.
         once: Whether to handle only the first event.
         calls: Whether `steps` calls a function of the description, which may block.
-        presence: The node, topic or service that it waits for, if it handles that.
+        presence: The node, topic or service whose appearance it handles, if any.
         split: Whether stdout and stderr must be separate streams for it.
     """
 

@@ -1,4 +1,4 @@
-"""The description of a launch, and what programs derive from: actions and conditions of their own."""
+"""The description of a launch, and base classes for actions and conditions of users."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ LaunchDescriptionSource = AnyLaunchDescriptionSource
 
 
 class Action(CallboardAction):
-    """Something to do; a subclass says what, in `execute`."""
+    """Base class of users' actions, which override `execute`."""
 
     def execute(self, context: LaunchContext) -> Sequence[CallboardAction] | None:
         """Return further actions.
 
         Args:
-            context: What is set at its place.
+            context: The arguments, variables and settings that apply to it.
         """
 
 
 class Condition(CallboardCondition):
-    """A condition made of a function.
+    """A condition that calls a function.
 
     Args:
         predicate: Called with the context.
@@ -51,7 +51,7 @@ class LaunchDescription(CallboardDescription):
     """The actions of a launch, in order.
 
     Args:
-        initial_entities: Actions, and descriptions, whose actions are taken.
+        initial_entities: Actions, and descriptions whose actions are added.
         deprecated_reason: Ignored.
     """
 
@@ -81,7 +81,7 @@ LaunchDescriptionEntity = (CallboardAction, LaunchDescription)
 
 
 class LaunchIntrospector:
-    """Describes descriptions in words; the words are callboard's."""
+    """Formats descriptions as text; the format is callboard's."""
 
     def format_launch_description(self, launch_description: CallboardDescription) -> str:
         """Return a description as text, an action a line."""

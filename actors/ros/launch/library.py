@@ -16,7 +16,7 @@ def ros_files(*, force: bool | None = None) -> Files:
     """Return a library that runs Python programs with ROS 2's names.
 
     Args:
-        force: Even if ROS 2's own rclpy is installed; None: as it is for this process.
+        force: Whether to run them even if ROS 2's own rclpy is installed; None: as for this process.
     """
     if force is None:
         force = is_forced()

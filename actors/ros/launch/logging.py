@@ -9,4 +9,4 @@ from typing import Final
 from actors.ros.rclpy.logging import get_logger as get_logger
 
 launch_config: Final = SimpleNamespace()
-"""Takes settings of ROS 2's log files and ignores them: log files are callboard's."""
+"""Accepts the settings of ROS 2's log files and ignores them: callboard writes its own log files."""

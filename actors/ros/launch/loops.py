@@ -38,7 +38,7 @@ class ForEach(Action):
         """Return the actions for all values.
 
         Raises:
-            LaunchError: The values are not as they should be.
+            LaunchError: The values are malformed.
         """
         texts = [each for each in resolve(self._values, context).split(";") if each.strip()]
         return [action for each in texts for action in self._function(**_mapping(each)) or ()]
@@ -80,4 +80,4 @@ def _mapping(text: str) -> dict[str, Any]:
         value = None
     if not isinstance(value, dict):
         raise LaunchError(f"ForEach needs mappings such as {{name: left}}, not '{escape(text)}'")
-    return value  # pyright: ignore[reportUnknownVariableType]  # keys are texts there
+    return value  # pyright: ignore[reportUnknownVariableType]  # keys are strings there

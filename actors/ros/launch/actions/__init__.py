@@ -135,10 +135,10 @@ class ReplaceEnvironmentVariables(RosAction):
 
 
 class TimerAction(CallboardTimer):
-    """Actions for later.
+    """Carry out actions later.
 
     Args:
-        period: Seconds until then.
+        period: Seconds to wait.
         actions: The actions.
         cancel_on_shutdown: Whether to forget them when the launch ends.
         condition: When to carry it out; None: always.
@@ -164,7 +164,7 @@ class Shutdown(CallboardShutdown):
     """End the launch.
 
     Args:
-        reason: Why, in words.
+        reason: The reason to show.
         condition: When to carry it out; None: always.
     """
 

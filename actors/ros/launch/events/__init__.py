@@ -22,7 +22,7 @@ class Shutdown(ShutdownAction):
     """The end of the launch, for `EmitEvent`.
 
     Args:
-        reason: Why, in words.
+        reason: The reason to show.
         due_to_sigint: Ignored.
     """
 

@@ -1,4 +1,4 @@
-"""Launch files. Its name says in which language one is written."""
+"""Launch files. The suffix of a file tells its language."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ InvalidFrontendLaunchFileError = InvalidLaunchFileError
 
 
 def get_launch_description_from_any_launch_file(launch_file_path: str) -> LaunchDescription:
-    """Return what a launch file describes.
+    """Return the description in a launch file.
 
     Raises:
         InvalidLaunchFileError: It cannot be read, fails, or describes nothing.

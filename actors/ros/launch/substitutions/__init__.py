@@ -46,7 +46,7 @@ class LaunchConfiguration(CallboardConfiguration):
 
     Args:
         variable_name: The argument.
-        default: Its value if it is neither declared nor given; numbers and truth values become texts.
+        default: Its value if it is neither declared nor given; numbers and truth values become strings.
     """
 
     def __init__(self, variable_name: Text, *, default: Any = None) -> None:
@@ -56,11 +56,11 @@ class LaunchConfiguration(CallboardConfiguration):
 
 
 class Command(CallboardCommand):
-    """What a command writes to stdout.
+    """The output of a command on stdout.
 
     Args:
         command: The command.
-        on_stderr: Ignored: what it writes to stderr is shown if it fails.
+        on_stderr: Ignored: its stderr is shown if it fails.
     """
 
     def __init__(self, command: Text, *, on_stderr: Text = "fail") -> None:
@@ -80,18 +80,18 @@ class PythonExpression(CallboardExpression):
 
 
 class StringJoinSubstitution(Substitution):
-    """Texts with another one between them.
+    """Strings joined with a delimiter.
 
     Args:
-        substitutions: The texts.
-        delimiter: What is between them.
+        substitutions: The strings.
+        delimiter: The delimiter.
     """
 
     def __init__(self, substitutions: Iterable[Text], delimiter: Text = "") -> None:
         self._substitutions, self._delimiter = tuple(substitutions), delimiter
 
     def perform(self, scope: Scope) -> str:
-        """Return the whole text."""
+        """Return the joined string."""
         return resolve(self._delimiter, scope).join(resolve(each, scope) for each in self._substitutions)
 
 
@@ -106,5 +106,5 @@ class PathSubstitution(PathJoinSubstitution):
         super().__init__(path if isinstance(path, list | tuple) else (path,))
 
     def __truediv__(self, part: Text) -> PathSubstitution:
-        """Return the path of something in it."""
+        """Return the path with another part at its end."""
         return PathSubstitution((*self.substitutions, part))
