@@ -16,15 +16,18 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces.arrays import ARRAY_BY_CODE, BIG_ENDIAN, NumericArray, pack
+from actors.interfaces.arrays import ARRAY_BY_CODE, ARRAY_BY_ELEMENT, BIG_ENDIAN, NumericArray, pack
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.explain import explain_decoding, explain_encoding
 from actors.interfaces.fields import BINARY, SequenceWire, fields_of, wired
+from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, is_message_type, type_name
 from actors.interfaces.values import bytes_of
 
 if TYPE_CHECKING:
     from typing_extensions import Buffer
+
+    from actors.interfaces.fields import FieldType
 
 T = TypeVar("T", bound=Message)
 
@@ -102,22 +105,46 @@ def _verify_hook(wire: type, value: Any) -> object:
     return None
 
 
-def _with_bytes(message: Any) -> Any:
-    """Return a copy of a message in which lists in `uint8[]`, `byte[]` and `char[]` fields are bytes."""
+def _encodable(message: Any, *, converts: bool) -> Any:
+    """Return a copy of a message in which lists in `uint8[]`, `byte[]` and `char[]` fields are bytes.
+
+    Args:
+        message: The message.
+        converts: As in `Codec`.
+
+    Raises:
+        TypeError: An element of a sequence does not fit the field; so do ValueError and OverflowError.
+    """
     changed: dict[str, Any] = {}
     for field in fields_of(cast("type[Message]", type(message))):
         name, kind = field.name, field.type
         value = getattr(message, name)
+        if converts:
+            value = changed[name] = _converted(kind, value)
         if not kind.is_array:
             if isinstance(value, Message):
-                changed[name] = _with_bytes(value)
+                changed[name] = _encodable(value, converts=converts)
         elif isinstance(value, list | tuple):
             items = cast("list[Any]", value)
             if kind.base in BINARY:
                 changed[name] = bytes_of(items)
             elif kind.message is not None:
-                changed[name] = [_with_bytes(each) if isinstance(each, Message) else each for each in items]
+                changed[name] = [
+                    _encodable(each, converts=converts) if isinstance(each, Message) else each
+                    for each in items
+                ]
     return msgspec.structs.replace(message, **changed)
+
+
+def _converted(kind: FieldType, value: Any) -> Any:
+    """Return a bool in a field of integers as one, and an array of another element type as the field's."""
+    if not kind.is_array:
+        return int(value) if isinstance(value, bool) and kind.base in INTEGER_RANGE else value
+    if kind.message is not None or not (isinstance(value, set | range) or hasattr(value, "tolist")):
+        return value
+    items: list[Any] = list(cast("Any", value)) if isinstance(value, set | range) else value.tolist()
+    array = ARRAY_BY_ELEMENT.get(kind.base)
+    return items if array is None else array(items)
 
 
 # All errors that msgspec and the hooks raise for invalid messages and data.
@@ -133,6 +160,8 @@ class Codec(Generic[T]):
 
     Attributes:
         msg_type: The message class.
+        converts: Whether arrays of another element type than the field's are converted if no number is lost,
+            and bools in fields of integers. Programs for ROS 2 expect it; others hear of the mistake.
     """
 
     def __init__(self, msg_type: type[T]) -> None:
@@ -142,6 +171,7 @@ class Codec(Generic[T]):
                 f"Expected a message class, got {msg_type.__name__}; use one of its nested classes"
             )
         self.msg_type = msg_type
+        self.converts = False
         encoder = msgspec.msgpack.Encoder(enc_hook=_encode_hook)
 
         def decoder(of: Any, *, verify: bool = False) -> msgspec.msgpack.Decoder[Any]:
@@ -194,7 +224,7 @@ class Codec(Generic[T]):
     def _encode_lists(self, message: T, error: Exception) -> bytes:
         """Encode a message again, with lists in `uint8[]` fields as bytes, or raise for `error`."""
         try:
-            data = self._encode(_with_bytes(message))
+            data = self._encode(_encodable(message, converts=self.converts))
             self._verify(data)
         except _ENCODING_ERRORS:
             # The first error, which is about the message as the user gave it.

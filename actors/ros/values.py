@@ -67,11 +67,13 @@ def copied(message: T) -> T:
 def convert_assignments(cls: MessageType) -> None:
     """Let messages of a class, and those in them, convert lists that are assigned to fields of numbers.
 
-    A list that does not fit is left as it is: sending the message says what is wrong with it.
+    A list that does not fit is left as it is: sending the message says what is wrong with it. Arrays of
+    another element type are converted when the message is sent, also those given to the constructor.
 
     Args:
         cls: The message class. Classes without sequences of numbers are not changed, and lose no time.
     """
+    codec_for(cast("Any", cls)).converts = True
     for each in nested_classes(cls):
         types = {
             field.name: made for field in fields_of(each) if (made := _for_assignment(field.type)) is not None

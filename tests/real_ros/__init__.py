@@ -4,9 +4,9 @@ Real ROS 2 is in build/ros2 (`make test` builds it). One process of it answers t
 pytest worker, and so does one of callboard's ROS face: the fixtures `real` and `face` of `conftest.py`. Both
 run `programs/__main__.py`, and a question is the name of a function there with its arguments.
 
-To compare a program: add a public function without parameters to a module of `programs/` that imports nothing
-but rclpy, messages and the standard library. It runs on both sides, and `test_programs.py` compares what it
-returns (what JSON has) or the type of what it raises. Nothing else is to do.
+To compare a program: add a public function without parameters to a module of `programs/` that
+`test_programs.py` names, and that imports nothing but rclpy, messages and the standard library. It runs on
+both sides, and what it returns (what JSON has) or the type of what it raises is compared.
 
 To compare values or files of a new kind:
 

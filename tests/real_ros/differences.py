@@ -291,6 +291,21 @@ DIFFERENCES: Final = (
         ("text",),
         "A file of one word is refused: it is most likely no parameter file. ROS 2 reads nothing in it.",
     ),
+    Difference(
+        "message value",
+        ("Float32: numpy float64, assigned", "Float32: numpy float64, constructed"),
+        "A number in a `float32` field keeps its digits; elements of `float32` arrays are rounded.",
+    ),
+    Difference(
+        "message value",
+        ("String: Decimal, assigned", "String: Decimal, constructed"),
+        "A Decimal, UUID or date in a string field is sent as text. rclpy raises a TypeError.",
+    ),
+    Difference(
+        "message value",
+        ("Bool: 0, assigned", "Bool: 0, constructed"),
+        "Numbers in a bool field are refused. rclpy sends False for all of them, for 1 too.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

@@ -15,29 +15,20 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-NOT_PROGRAMS = (
-    "definitions",
-    "environment",
-    "errors",
-    "message_types",
-    "packages",
-    "running",
-    "written_parameters",
-)
-"""Modules whose functions are for other tests."""
+PROGRAM_MODULES = ("declaring", "names", "qos")
+"""Modules of programs. The functions of the others are for other tests."""
 
 
 def programs() -> Iterator[str]:
     """Return the functions that take no arguments, by module."""
-    for path in sorted(PROGRAMS.glob("[a-z]*.py")):
-        functions = ast.parse(path.read_text(encoding="utf-8")).body if path.stem not in NOT_PROGRAMS else []
-        for node in functions:
+    for module in PROGRAM_MODULES:
+        for node in ast.parse((PROGRAMS / f"{module}.py").read_text(encoding="utf-8")).body:
             if (
                 isinstance(node, ast.FunctionDef)
                 and not node.name.startswith("_")
                 and not ast.unparse(node.args)
             ):
-                yield f"{path.stem}.{node.name}"
+                yield f"{module}.{node.name}"
 
 
 def with_same_errors(truth: Any, answer: Any) -> Any:

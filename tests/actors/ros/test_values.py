@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import numpy as np
+import pytest
 
 from actors.interfaces import types
 from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import Image, LaserScan
@@ -23,8 +25,6 @@ from tests.interfaces.imported import Arrays, UnboundedSequences
 from tests.seams.ros import forget_numpy
 
 if TYPE_CHECKING:
-    import pytest
-
     from actors.ros.rclpy.context import Context
 
 
@@ -39,6 +39,15 @@ class Telemetry(Message):
     matrix: Annotated[types.Float64Sequence, types.Length(9)] = msgspec.field(
         default_factory=lambda: types.Float64Array([0.0] * 9)
     )
+
+
+class Measurement(Message):
+    values: types.Float64Sequence = msgspec.field(default_factory=types.Float64Array)
+    count: int = 0
+
+
+class Measurements(Message):
+    last: Measurement = msgspec.field(default_factory=Measurement)
 
 
 class Telemetries(Message):
@@ -144,6 +153,25 @@ def test_assigned_lists_become_arrays() -> None:
     convert_assignments(Telemetries)
     outer.last.counts = [3]
     assert type(outer.last.counts) is type(Telemetry().counts)
+
+
+@pytest.mark.parametrize("given", [np.array([1, 2]), np.array([1.0, 2.0], np.float32), array("B", [1, 2])])
+def test_arrays_of_other_types_are_sent_as_the_fields(given: Any) -> None:
+    """Also those given to a constructor, at any depth; core programs go on hearing of the mistake."""
+    convert_assignments(Measurements)
+    sent = Measurements(last=Measurement(values=given, count=True))
+    assert received(sent) == Measurements(last=Measurement(values=[1.0, 2.0], count=1))
+    with pytest.raises(InvalidMessageError, match="values"):
+        received(Measurement(values=given))
+
+
+def test_numbers_that_would_change_are_refused() -> None:
+    """Fractions, numbers out of range, and what is no sequence of numbers."""
+    convert_assignments(Telemetry)
+    odd: Any = (np.array([1.5]), np.array([2**40]), np.array([[1]]), np.array(["x"]), {"x": 1}, 1)
+    for wrong in odd:
+        with pytest.raises(InvalidMessageError, match="counts"):
+            received(Telemetry(counts=wrong))
 
 
 def test_only_sequences_of_numbers_are_converted() -> None:
