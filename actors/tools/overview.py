@@ -66,6 +66,9 @@ class TopicRow:
         drops_per_sec: Copies dropped per second because a subscription's queue was full.
         queued: Copies that wait in the broker.
         dropped, lost_on_break: Copies dropped, and copies lost with a link, since the topic exists.
+
+    Rates and counts are None if the broker does not report the topic: it is another broker's, or the user may
+    not administer it.
     """
 
     name: str
@@ -76,13 +79,15 @@ class TopicRow:
     bytes_per_sec: float | None
     shared_per_sec: float | None
     drops_per_sec: float | None
-    queued: int
-    dropped: int
-    lost_on_break: int
+    queued: int | None
+    dropped: int | None
+    lost_on_break: int | None
 
     @property
-    def lost(self) -> int:
-        """Copies dropped or lost with a link."""
+    def lost(self) -> int | None:
+        """Copies dropped or lost with a link; None if the broker does not report the topic."""
+        if self.dropped is None or self.lost_on_break is None:
+            return None
         return self.dropped + self.lost_on_break
 
 
@@ -106,6 +111,8 @@ class NodeRow:
         drops_per_sec: Messages that the broker drops now, per second.
         pending_calls: Calls of its clients that wait for a response.
         owed_calls: Calls that its services have not answered yet.
+
+    What belongs to the link is None if the broker does not report it, as for a topic.
     """
 
     name: str
@@ -113,16 +120,16 @@ class NodeRow:
     link: int
     shared: bool
     state: str
-    silent_ms: int
+    silent_ms: int | None
     endpoints: int
     received_bytes_per_sec: float | None
     sent_bytes_per_sec: float | None
-    queued: int
-    queued_bytes: int
-    dropped: int
+    queued: int | None
+    queued_bytes: int | None
+    dropped: int | None
     drops_per_sec: float | None
-    pending_calls: int
-    owed_calls: int
+    pending_calls: int | None
+    owed_calls: int | None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -134,13 +141,14 @@ class ServiceRow:
         types: The declared types, sorted; more than one is a conflict.
         servers, clients: Their numbers.
         owed_calls: Calls that its servers' links have not answered yet; other services on them count, too.
+            None if it has servers, and the broker reports none of their links.
     """
 
     name: str
     types: tuple[str, ...]
     servers: int
     clients: int
-    owed_calls: int
+    owed_calls: int | None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -330,9 +338,9 @@ def _topics(
             bytes_per_sec=rise.get("bytes"),
             shared_per_sec=rise.get("by_reference"),
             drops_per_sec=rise.get("dropped"),
-            queued=0 if topic is None else topic.queued,
-            dropped=0 if topic is None else topic.dropped,
-            lost_on_break=0 if topic is None else topic.lost_on_break,
+            queued=None if topic is None else topic.queued,
+            dropped=None if topic is None else topic.dropped,
+            lost_on_break=None if topic is None else topic.lost_on_break,
         )
 
 
@@ -360,18 +368,18 @@ def _nodes(
             link=0 if link is None else link.session,
             shared=shared,
             state=SUSPENDED if link is not None and link.suspended else LINKED,
-            silent_ms=0 if link is None else link.silent_ms,
+            silent_ms=None if link is None else link.silent_ms,
             endpoints=link.endpoints - len(link.nodes)
             if link is not None and (shared or link.suspended)
             else endpoints[name],
             received_bytes_per_sec=rise["bytes_sent"] + rise["shared_bytes_sent"] if rise else None,
             sent_bytes_per_sec=rise["bytes_received"] + rise["shared_bytes_received"] if rise else None,
-            queued=0 if link is None else link.queued,
-            queued_bytes=0 if link is None else link.queued_bytes,
-            dropped=0 if link is None else link.dropped,
+            queued=None if link is None else link.queued,
+            queued_bytes=None if link is None else link.queued_bytes,
+            dropped=None if link is None else link.dropped,
             drops_per_sec=rise.get("dropped"),
-            pending_calls=0 if link is None else link.pending_calls,
-            owed_calls=0 if link is None else link.owed_calls,
+            pending_calls=None if link is None else link.pending_calls,
+            owed_calls=None if link is None else link.owed_calls,
         )
 
 
@@ -388,7 +396,7 @@ def _services(snapshot: GraphSnapshot, links: Mapping[str, Mapping[int, LinkStat
             types=tuple(kinds),
             servers=servers[name],
             clients=clients[name],
-            owed_calls=sum(owing.get(name, {}).values()),
+            owed_calls=sum(owing[name].values()) if name in owing else None if servers[name] else 0,
         )
 
 

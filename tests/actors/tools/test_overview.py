@@ -189,6 +189,21 @@ def test_hidden_names_can_be_left_out() -> None:
     assert names(seen.without_hidden()) == [["/topic"], ["/node"], ["/service"]]
 
 
+def test_what_the_broker_does_not_report_is_unknown() -> None:
+    """Such as to a user who may not administer it: 0 dropped messages would be wrong."""
+    made = (
+        entry(NODE, "/talker"),
+        entry(PUBLISHER, "/talker", "/chatter"),
+        entry(SERVICE, "/talker", "/add"),
+    )
+    graph = snapshot(*made)
+    seen = Samples().add(sample(1.0, graph, broker=""))
+    (chatter,), (talker,), (add,) = seen.topics, seen.nodes, seen.services
+    assert (chatter.publishers, chatter.queued, chatter.dropped, chatter.lost) == (1, None, None, None)
+    assert (talker.endpoints, talker.queued, talker.queued_bytes, talker.owed_calls) == (2, None, None, None)
+    assert (add.servers, add.owed_calls) == (1, None)
+
+
 def test_what_passes_in_shared_memory_counts() -> None:
     """A camera that sends by reference does not look idle; its topic says how it sends."""
     samples = Samples()

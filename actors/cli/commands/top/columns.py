@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Row = TopicRow | NodeRow | ServiceRow
 RowT = TypeVar("RowT", bound=Row)
 UNKNOWN: Final = "-"
-"""The text of an unknown rate."""
+"""The text of an unknown number."""
 
 
 def _no_alarm(_: object) -> Style:
@@ -94,16 +94,7 @@ def _known(number: float | None) -> float:
     return -1.0 if number is None else number
 
 
-def _count(title: str, value: Callable[[RowT], int], alarm: Style = "") -> Column[RowT]:
-    return Column(
-        title=title,
-        value=value,
-        text=lambda row: compact(value(row)),
-        alarm=lambda row: alarm if value(row) else "",
-    )
-
-
-def _rate(title: str, value: Callable[[RowT], float | None], alarm: Style = "") -> Column[RowT]:
+def _number(title: str, value: Callable[[RowT], float | None], alarm: Style = "") -> Column[RowT]:
     return Column(
         title=title,
         value=lambda row: _known(value(row)),
@@ -133,7 +124,7 @@ def _broker(row: NodeRow) -> str:
 
 
 def _state(row: NodeRow) -> str:
-    return f"silent for {duration(row.silent_ms / 1000)}" if row.state == SUSPENDED else row.state
+    return f"silent for {duration((row.silent_ms or 0) / 1000)}" if row.state == SUSPENDED else row.state
 
 
 def _silent(row: NodeRow) -> Style:
@@ -142,13 +133,13 @@ def _silent(row: NodeRow) -> Style:
 
 TOPICS: Final[tuple[Column[TopicRow], ...]] = (
     Column(title="TOPIC", value=_name, text=_name, style="name"),
-    _count("PUBS", lambda row: row.publishers),
-    _count("SUBS", lambda row: row.subscriptions),
-    _rate("MSG/S", lambda row: row.messages_per_sec),
-    _rate("B/S", lambda row: row.bytes_per_sec),
-    _rate("DROPS/S", lambda row: row.drops_per_sec, "bad"),
-    _count("QUEUED", lambda row: row.queued, "warn"),
-    _count("LOST", lambda row: row.lost, "warn"),
+    _number("PUBS", lambda row: row.publishers),
+    _number("SUBS", lambda row: row.subscriptions),
+    _number("MSG/S", lambda row: row.messages_per_sec),
+    _number("B/S", lambda row: row.bytes_per_sec),
+    _number("DROPS/S", lambda row: row.drops_per_sec, "bad"),
+    _number("QUEUED", lambda row: row.queued, "warn"),
+    _number("LOST", lambda row: row.lost, "warn"),
     Column(title="TYPE", value=_types, text=_types, style="type", alarm=_clash),
 )
 BUSIEST: Final = 3
@@ -156,21 +147,21 @@ BUSIEST: Final = 3
 NODES: Final[tuple[Column[NodeRow], ...]] = (
     Column(title="NODE", value=_node, text=_node, style="name"),
     Column(title="STATE", value=_state, text=_state, style="dim", alarm=_silent),
-    _count("ENDS", lambda row: row.endpoints),
-    _rate("IN B/S", lambda row: row.received_bytes_per_sec),
-    _rate("OUT B/S", lambda row: row.sent_bytes_per_sec),
-    _rate("DROPS/S", lambda row: row.drops_per_sec, "bad"),
-    _count("QUEUED", lambda row: row.queued, "warn"),
-    _count("LOST", lambda row: row.dropped, "warn"),
-    _count("CALLS", lambda row: row.pending_calls),
-    _count("OWED", lambda row: row.owed_calls),
+    _number("ENDS", lambda row: row.endpoints),
+    _number("IN B/S", lambda row: row.received_bytes_per_sec),
+    _number("OUT B/S", lambda row: row.sent_bytes_per_sec),
+    _number("DROPS/S", lambda row: row.drops_per_sec, "bad"),
+    _number("QUEUED", lambda row: row.queued, "warn"),
+    _number("LOST", lambda row: row.dropped, "warn"),
+    _number("CALLS", lambda row: row.pending_calls),
+    _number("OWED", lambda row: row.owed_calls),
     Column(title="BROKER", value=_broker, text=_broker, style="dim", optional=True),
 )
 SERVICES: Final[tuple[Column[ServiceRow], ...]] = (
     Column(title="SERVICE", value=_name, text=_name, style="name"),
-    _count("SERVERS", lambda row: row.servers),
-    _count("CLIENTS", lambda row: row.clients),
-    _count("OWED", lambda row: row.owed_calls),
+    _number("SERVERS", lambda row: row.servers),
+    _number("CLIENTS", lambda row: row.clients),
+    _number("OWED", lambda row: row.owed_calls),
     Column(title="TYPE", value=_types, text=_types, style="type", alarm=_clash),
 )
 

@@ -4,7 +4,7 @@
 const STANDARD = /^(rcl_interfaces|lifecycle_msgs|type_description_interfaces|callboard_interfaces)\/srv\//;
 const SEND_GOAL = "/_action/send_goal";
 
-/** @typedef {{name: string, types: string[], servers: number, clients: number, owed_calls: number}} Row */
+/** @typedef {{name: string, types: string[], servers: number, clients: number, owed_calls: number | null}} Row */
 
 /**
  * Return whether a part of a name begins with `_`, which hides it.

@@ -93,7 +93,7 @@ function linesOf({ exists, duplicate, links }) {
       `${stateText(row)}${row.broker ? ` at ${row.broker}` : ""}`,
       `receives ${bytes(row.received_bytes_per_sec)}/s, sends ${bytes(row.sent_bytes_per_sec)}/s`,
       `${short(row.queued)} queued, ${short(row.dropped)} dropped`,
-      `${row.pending_calls} calls wait for a response, ${row.owed_calls} to be answered`,
+      `${short(row.pending_calls)} calls wait for a response, ${short(row.owed_calls)} to be answered`,
     ].join(" · "),
     row.state === "linked" ? "" : "bad",
   ]);

@@ -35,7 +35,7 @@ export function show(container, context) {
     { title: "Delay", value: (row) => delays[row.name], text: (row) => duration(delays[row.name]), number: true },
     { title: "Queued", value: (row) => row.queued, text: (row) => short(row.queued), number: true },
     {
-      title: "Dropped", value: (row) => row.dropped + row.lost_on_break, text: (row) => short(row.dropped + row.lost_on_break),
+      title: "Dropped", value: (row) => lost(row), text: (row) => short(lost(row)),
       style: (row) => (row.drops_per_sec ? "bad" : ""), number: true,
     },
   ]);
@@ -72,6 +72,14 @@ export function show(container, context) {
     close();
     measurement.close();
   };
+}
+
+/**
+ * @param {any} row of a topic
+ * @returns {number | null} copies that did not arrive; null if the broker does not say
+ */
+function lost({ dropped, lost_on_break }) {
+  return dropped === null ? null : dropped + lost_on_break;
 }
 
 /** Measures the delays of topics. The server subscribes to each of them, so it is done on demand only. */
