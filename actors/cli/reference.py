@@ -32,14 +32,21 @@ DIFFERENCES: Final = {
 _BEHAVIOUR: Final = {
     "all verbs": (
         "Options cannot be abbreviated (`--trunc` for `--truncate-length`). Exit codes tell failures apart, "
-        "as above; ROS 2's are 0, 1 and 2."
+        "as above; ROS 2's are 0, 1 and 2, and 0 also if a parameter could not be set."
     ),
     "`doctor --report`": "It prints all checks of callboard: there are no reports about ROS 2.",
     "`doctor hello`": "The table has no part about multicast, and counts other processes of this host, too.",
+    "`param describe`": "Unknown names do not hide the known ones.",
+    "`service list`": "It lists services that have a server. ROS 2's also has those with clients only.",
     "`param`": "`--timeout` is 5 s by default instead of 1 s, and may be a fraction of a second.",
     "`service call --stdin`, `topic pub --stdin`, `action send_goal --stdin`": (
         "Each document is used as it comes. ROS 2 reads stdin to its end, as one."
     ),
+    "`topic echo --field`": "Arrays are printed as lists. ROS 2 prints NumPy's arrays.",
+    "`topic echo --flow-style`": (
+        "Each message is one line in braces. ROS 2 puts only its sequences in one line each."
+    ),
+    "`topic info -v`": "`GID` is the broker's number, and `Strict` says how QoS is compared.",
     "`topic echo`, `topic pub`": (
         "The policies `unknown` and `best_available` leave the choice to callboard, which takes what fits "
         "the other endpoints. ROS 2 fails with `unknown`."
