@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 PAIR = ((), (0,))
 LINE = ((), (0,), (1,))
+NEVER_SILENT = (*NO_KEEPALIVE, "--mesh-lease-sec", str(10 * DEADLINE_SEC))
+"""Options of brokers that do not notice each other's silence in time."""
 
 
 async def publish_for_ever(station: Station) -> None:
@@ -86,17 +88,17 @@ async def test_a_broker_is_killed_and_restarted_under_load(system: System, stack
 async def test_nodes_of_a_broker_that_stops_disappear_at_once(system: System, stack: AsyncExitStack) -> None:
     """Whether it stops or is killed, others do not wait for a lease or a keepalive."""
     brokers = make_brokers(system, PAIR)
-    near, far = await start_all(brokers, stack)
+    near, far = await start_all(brokers, stack, *NEVER_SILENT)
     for end in (brokers[1].stop, brokers[1].kill_now):
         end()
-        async with asyncio.timeout(2.0):
+        async with asyncio.timeout(DEADLINE_SEC):
             await near.wait_until_alone(1)
             with pytest.raises(actors.ServiceUnavailable):
                 await near.call(far)
         assert await near.node.get_fully_qualified_node_names() == [f"/{near.name}"]
         assert brokers[1].program is not None
         await brokers[1].program.wait_for_exit()
-        await brokers[1].start()
+        await brokers[1].start(*NEVER_SILENT)
         await wait_until_joined(near, far)
 
 

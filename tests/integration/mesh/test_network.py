@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 LEASE_SEC = 3.0
+LATE_SEC = 6.0
+"""What a busy machine may add; together less than Zenoh's own lease of 10 s."""
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -68,9 +70,9 @@ async def test_a_cut_cable_parts_the_graph_until_it_is_repaired(
     cut_at = time.monotonic()
     ends = await asyncio.gather(near.call(far), far.call(also_near), return_exceptions=True)
     assert [type(each) for each in ends] == [actors.ServiceUnavailable] * 2
-    assert time.monotonic() - cut_at < LEASE_SEC + 1.0
+    assert time.monotonic() - cut_at < LEASE_SEC + LATE_SEC
     await asyncio.gather(near.wait_until_alone(2), also_near.wait_until_alone(2), far.wait_until_alone(1))
-    assert time.monotonic() - cut_at < LEASE_SEC + 2.0
+    assert time.monotonic() - cut_at < LEASE_SEC + LATE_SEC
     await check_again(near, also_near)
     await check_again(far)
     for each in stations:

@@ -406,6 +406,6 @@ def test_unexpanded_names_never_surprise(name: str, node: str, namespace: str) -
 def test_hostile_names_take_linear_time(name: str) -> None:
     """Long names that are wrong only at the end are diagnosed without backtracking."""
     assert fault_of(lambda: validate_full_topic_name(name)) is not None
-    started = time.perf_counter()
+    started = time.process_time()
     fault_of(lambda: validate_topic_name(name))
-    assert time.perf_counter() - started < 1.0
+    assert time.process_time() - started < 1.0
