@@ -137,30 +137,13 @@ def _text(statement: ast.stmt) -> str:
             return ""
 
 
-class Documentation:
-    """The `__doc__` of service and action classes, and in their metaclass that of message classes.
+def documentation(cls: Any, own: str | None) -> str | None:
+    """Return a docstring with the comments of the fields.
 
     Args:
-        own: The class's own docstring.
+        cls: The class; of a service or action, the fields of its parts.
+        own: Its own docstring.
     """
-
-    def __init__(self, own: str | None) -> None:
-        self._own = own
-
-    def __get__(self, instance: object, owner: type[Any]) -> str | None:
-        """Return the text that `help` shows."""
-        if isinstance(instance, type):
-            return _documentation(instance, instance.__dict__["__doc__"])
-        return self._own if issubclass(owner, type) else _documentation(owner, self._own)
-
-    def __set__(self, instance: Any, value: str | None) -> None:
-        """Replace the docstring of a message class."""
-        # As `type` does. Without this method `help` would find the docstring in the class's dict first.
-        type.__dict__["__doc__"].__set__(instance, value)
-
-
-def _documentation(cls: Any, own: str | None) -> str | None:
-    """Return a docstring with the comments of the fields."""
     lines = _listed("Attributes:", comments_of(cls).fields)
     for part in _PARTS:
         message = cls.__dict__.get(part)

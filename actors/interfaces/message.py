@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces.comments import Documentation
 from actors.interfaces.definition import action_definition, message_definition, service_definition
+from actors.interfaces.docstrings import Documentation
 from actors.interfaces.fields import fields_of
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
 from actors.interfaces.values import has_sequences, same, sequences_of, value_repr

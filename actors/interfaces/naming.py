@@ -11,7 +11,7 @@ from typing import Any, Final, cast, dataclass_transform, get_origin
 
 import msgspec
 
-from actors.interfaces.comments import Documentation
+from actors.interfaces.docstrings import Documentation
 
 TYPE_NAME: Final = "__ros_type_name__"
 """The attribute, in the class's own dict, with a declared or derived name."""
