@@ -11,6 +11,7 @@ from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.parameter_values import parameter_value
+from actors.parameters.overrides import ARGUMENT_NAME
 from proto.untrusted_text import escape
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
@@ -100,6 +101,9 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
         if isinstance(value, Mapping):
             yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
         else:
+            if not ARGUMENT_NAME.fullmatch(name):
+                # With a colon it would be the parameter of another node.
+                raise LaunchError(f"Parameter '{escape(name)}': such a name can be in a parameter file only")
             try:
                 yield name, flow_text(parameter_value(value, scope))
             except (LaunchError, ValueError) as error:

@@ -123,6 +123,8 @@ def test_nothing_is_reported_when_there_is_nothing_to_say() -> None:
         (Node(name="a b"), InvalidNodeNameError),
         (Node(namespace="a b"), InvalidNamespaceError),
         (Node(parameters=[{"p": None}]), LaunchError),  # type: ignore[dict-item]
+        (Node(parameters=[{"other:p": 1}]), LaunchError),
+        (Node(parameters=[{"a": {"é": 1}}]), LaunchError),
     ],
 )
 def test_what_cannot_be_is_found_before_the_start(node: Node, error: type[Exception]) -> None:
