@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -9,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors.interfaces.errors import InterfaceSyntaxError
-from actors.interfaces.parser import parse
+from actors.interfaces.parser import parse, read_source
+from actors.interfaces.specs import PARTS
+from tests.real_ros import REAL_PYTHON
 from tests.real_ros.definition_texts import lines
 from tests.real_ros.differences import agree
 
@@ -179,3 +182,29 @@ def test_a_service_or_action_is_read_alike(parts: list[str], real: Side) -> None
     """So are several lines in each of two or three parts."""
     kind, text = ("srv", "action")[len(parts) - 2], "\n---\n".join(parts)
     agree("definition", text, real=truth_of(real, kind, text), callboard=answer_of(kind, text))
+
+
+SHARE = REAL_PYTHON.parent.parent / "share"
+
+
+@pytest.mark.parametrize("package", sorted(path.name for path in SHARE.glob("*_msgs")))
+def test_comments_belong_to_the_same_elements(package: str, real: Side) -> None:
+    """Those of all files in the wheels. ROS 2 keeps a unit apart, such as `[m]`."""
+    for file in (file for kind in PARTS for file in sorted((SHARE / package / kind).glob(f"*.{kind}"))):
+        kind, text = file.parent.name, read_source(file)
+        truth = real.call("definitions.comments", kind, text)
+        answer: list[object] = []
+        for part, theirs in zip(parse(text, package, kind, file.stem).parts, truth, strict=True):
+            ours = {each.name: each.comment for each in part.constants} | {
+                each.name: each.comment for each in part.fields
+            }
+            units = {name: unit for name, _, unit in theirs}
+            answer.append(
+                {name: _words(text, units[name]) for name, text in {"": part.comment, **ours}.items()}
+            )
+        expected = [{name: _words("\n".join(lines), None) for name, lines, _ in part} for part in truth]
+        agree("comments", str(file.relative_to(SHARE)), real=expected, callboard=answer)
+
+
+def _words(text: str, unit: str | None) -> list[str]:
+    return re.sub(rf"\s*\[{re.escape(unit)}\]", "", text).split() if unit else text.split()

@@ -32,13 +32,17 @@ def parse(kind, text):
         kind: "msg", "srv" or "action".
         text: The content of the file.
     """
+    return [_part(part) for part in _parts(kind, text)]
+
+
+def _parts(kind, text):
     if kind == "msg":
-        return [_part(parse_message_string(PACKAGE, "Probe", text))]
+        return [parse_message_string(PACKAGE, "Probe", text)]
     if kind == "srv":
         service = parse_service_string(PACKAGE, "Probe", text)
-        return [_part(service.request), _part(service.response)]
+        return [service.request, service.response]
     action = parse_action_string(PACKAGE, "Probe", text)
-    return [_part(part) for part in (action.goal, action.result, action.feedback)]
+    return [action.goal, action.result, action.feedback]
 
 
 def _part(message):
@@ -109,3 +113,15 @@ def _type(kind):
     if isinstance(kind, NamespacedType):
         return "/".join((*kind.namespaces, kind.name)).replace("/msg/", "/")
     return _NAMES.get(kind.typename, kind.typename)
+
+
+def comments(kind, text):
+    """Return the comments of each part and of its elements, each with its unit: (lines, unit)."""
+    return [
+        [_comment("", part), *(_comment(each.name, each) for each in (*part.fields, *part.constants))]
+        for part in _parts(kind, text)
+    ]
+
+
+def _comment(name, element):
+    return name, element.annotations.get("comment", []), element.annotations.get("unit")
