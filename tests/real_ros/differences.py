@@ -306,6 +306,36 @@ DIFFERENCES: Final = (
         ("Bool: 0, assigned", "Bool: 0, constructed"),
         "Numbers in a bool field are refused. rclpy sends False for all of them, for 1 too.",
     ),
+    Difference(
+        "program",
+        ("times.fractions",),
+        "Parts of a nanosecond are rounded, and text is a TypeError. rclpy cuts them off, and reads text.",
+    ),
+    Difference(
+        "program",
+        ("times.times_of_two_clocks",),
+        "Times of two clocks are unequal. rclpy raises a TypeError.",
+    ),
+    Difference(
+        "program",
+        ("times.clock_of_ros_time",),
+        "A `Clock` of ROS time is none of class `ROSClock`: nodes have these.",
+    ),
+    Difference(
+        "program",
+        ("entities.wrong_types",),
+        "A TypeError that names the class. rclpy raises an AttributeError or a RuntimeError.",
+    ),
+    Difference(
+        "program",
+        ("entities.services_of_a_node",),
+        "A node also has the service `~/get_diagnostics`.",
+    ),
+    Difference(
+        "program",
+        ("entities.cancelled_future",),
+        "A cancelled future is done.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import selectors
@@ -174,6 +173,8 @@ class Domain:
     """
 
     def __init__(self, first: int) -> None:
+        import fcntl  # noqa: PLC0415 - Windows collects these tests, and has no such module
+
         for number in (*range(first, MAX_DOMAIN + 1), *range(first)):
             path = Path(tempfile.gettempdir()) / f"callboard-ros-domain-{number}-{os.getuid()}"
             self._lock = path.open("wb")

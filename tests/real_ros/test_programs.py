@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-PROGRAM_MODULES = ("declaring", "names", "qos")
+PROGRAM_MODULES = ("declaring", "entities", "names", "qos", "times")
 """Modules of programs. The functions of the others are for other tests."""
 
 

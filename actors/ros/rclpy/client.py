@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.errors import NodeDestroyed
-from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
@@ -64,6 +64,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         prepare(srv_type.Response)
         self.context = context
         self._native = native
+        self._is_destroyed = False
         self._pending: dict[Future[ResponseT], _Call] = {}
         """Without a lock: a signal handler that holds it may wait for the loop, which would wait for it."""
 
@@ -104,8 +105,11 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         Raises:
             TypeError: The request is not of the service's class.
             InvalidMessageError: A field has a wrong type or is out of range.
+            InvalidHandle: The client has been destroyed.
         """
         self._check(request)
+        if self._is_destroyed:
+            raise InvalidHandle(f"The client of {self.service_name} has been destroyed")
         # The loop encodes it later, in its own thread, and the program may change it in the meantime.
         request = copied(request)
         future = Future[ResponseT]()
@@ -189,6 +193,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def destroy(self) -> None:
         """Take the client out of service; calls in flight are given up."""
+        self._is_destroyed = True
         calls = list[_Call]()
         while self._pending:
             call = self._pending.popitem()[1]

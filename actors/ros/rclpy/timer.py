@@ -9,6 +9,7 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
@@ -71,7 +72,7 @@ class Timer(Entity):
         autostart: bool = True,
     ) -> None:
         if timer_period_ns < 0:
-            raise ValueError(f"timer period must be non-negative, got {timer_period_ns} ns")
+            raise RCLError(f"timer period must be non-negative, got {timer_period_ns} ns")
         super().__init__(callback_group)
         self.callback = callback
         self.clock = clock

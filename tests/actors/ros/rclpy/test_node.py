@@ -323,6 +323,12 @@ def test_wrong_use_is_an_error(context: Context, node: Node) -> None:
         node.create_publisher(int, "t", 1)  # type: ignore[type-var]
     with pytest.raises(TypeError):
         node.create_publisher(String, "t", 1).publish(AddTwoInts.Request())  # type: ignore[arg-type]
+    with pytest.raises(RCLError, match="non-negative"):
+        node.create_timer(-1, lambda: None)
+    client = node.create_client(AddTwoInts, "s")
+    node.destroy_client(client)
+    with pytest.raises(InvalidHandle, match="destroyed"):
+        client.call_async(AddTwoInts.Request())
     publisher = node.create_publisher(String, "t", 1)
     context.shutdown()
     with pytest.raises(InvalidHandle):

@@ -1,0 +1,248 @@
+"""Publishers, subscriptions, services, timers and what the graph says of them."""
+
+from __future__ import annotations
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+from std_msgs.msg import Int32, String
+from std_srvs.srv import SetBool, Trigger
+
+from tests.real_ros.programs.errors import outcome
+from tests.real_ros.programs.running import running_node, spin_until
+
+
+def messages_in_order():
+    """Publish to the own subscription."""
+    with running_node() as node:
+        received = []
+        node.create_subscription(Int32, "t", lambda message: received.append(message.data), 10)
+        publisher = node.create_publisher(Int32, "t", 10)
+        spin_until(node, lambda: publisher.get_subscription_count() == 1)
+        for number in range(5):
+            publisher.publish(Int32(data=number))
+        spin_until(node, lambda: len(received) == 5)
+        return received
+
+
+def wrong_messages():
+    """Publish what is no message of the type."""
+    with running_node() as node:
+        publisher = node.create_publisher(String, "t", 1)
+        return [outcome(publisher.publish, each) for each in (Int32(), "text", None, String, {"data": "x"})]
+
+
+def wrong_arguments():
+    """Make entities of wrong arguments."""
+    with running_node() as node:
+        makers = (
+            lambda: node.create_publisher(String, "t", -1),
+            lambda: node.create_publisher(String, "t", "1"),
+            lambda: node.create_subscription(String, "t", None, 1),
+            lambda: node.create_subscription(String, "t", lambda: None, 1),
+            lambda: node.create_subscription(String, "t", lambda a, b, c: None, 1),
+            lambda: node.create_timer("1", print),
+        )
+        return [outcome(lambda: make() is None) for make in makers]  # noqa: B023
+
+
+def wrong_types():
+    """Make entities of what is no message or service."""
+    with running_node() as node:
+        return [
+            outcome(node.create_publisher, int, "t", 1),
+            outcome(node.create_publisher, SetBool, "t", 1),
+            outcome(node.create_service, String, "s", print),
+            outcome(node.create_client, String, "s"),
+        ]
+
+
+def call():
+    """Call the own service."""
+    with running_node() as node:
+
+        def handle(request, response):
+            response.success, response.message = not request.data, "turned"
+            return response
+
+        node.create_service(SetBool, "s", handle)
+        client = node.create_client(SetBool, "s")
+        ready = client.wait_for_service(timeout_sec=5.0)
+        future = client.call_async(SetBool.Request(data=True))
+        spin_until(node, future.done)
+        return [ready, future.result().success, future.result().message, future.exception() is None]
+
+
+def no_server():
+    """Wait for a service that is not there."""
+    with running_node() as node:
+        client = node.create_client(Trigger, "nobody")
+        return [client.wait_for_service(timeout_sec=0.05), client.service_is_ready()]
+
+
+def wrong_requests():
+    """Call with what is no request."""
+    with running_node() as node:
+        client = node.create_client(SetBool, "s")
+        return [outcome(client.call_async, each) for each in (SetBool.Response(), None, SetBool)]
+
+
+def graph():
+    """Ask for names and types of a node's endpoints."""
+    with running_node(namespace="/ns") as node:
+        node.create_publisher(String, "out", 1)
+        node.create_subscription(Int32, "in", print, 1)
+        node.create_service(Trigger, "~/go", print)
+        spin_until(node, lambda: node.count_publishers("out") == 1 and node.count_subscribers("in") == 1)
+        publishers = dict(node.get_publisher_names_and_types_by_node("probe", "/ns"))
+        subscriptions = dict(node.get_subscriber_names_and_types_by_node("probe", "/ns"))
+        services = dict(node.get_service_names_and_types_by_node("probe", "/ns"))
+        info = node.get_publishers_info_by_topic("out")[0]
+        return [
+            publishers["/ns/out"],
+            subscriptions["/ns/in"],
+            services["/ns/probe/go"],
+            [info.node_name, info.node_namespace, info.topic_type, info.endpoint_type.name],
+            str(info.topic_type_hash),
+            outcome(node.get_publisher_names_and_types_by_node, "nobody", "/"),
+            node.count_publishers("nothing"),
+        ]
+
+
+def services_of_a_node():
+    """List the services that a node has by itself."""
+    with running_node() as node:
+        spin_until(node, lambda: node.get_service_names_and_types_by_node("probe", "/"))
+        return sorted(name for name, _ in node.get_service_names_and_types_by_node("probe", "/"))
+
+
+def timers():
+    """Run, cancel and reset a timer."""
+    with running_node() as node:
+        ticks = []
+        timer = node.create_timer(0.01, lambda: ticks.append(1))
+        spin_until(node, lambda: len(ticks) >= 3)
+        timer.cancel()
+        cancelled = timer.is_canceled()
+        timer.reset()
+        return [
+            timer.timer_period_ns,
+            cancelled,
+            timer.is_canceled(),
+            node.destroy_timer(timer),
+            len([*node.timers]),
+        ]
+
+
+def odd_periods():
+    """Make timers of odd periods."""
+    with running_node() as node:
+        return [outcome(_period, node, each) for each in (0, 0.0, -1, 1e-9, 1)]
+
+
+def _period(node, sec):
+    return node.create_timer(sec, print).timer_period_ns
+
+
+def destroyed():
+    """Use what has been destroyed."""
+    with running_node() as node:
+        publisher, client = node.create_publisher(String, "t", 1), node.create_client(Trigger, "s")
+        results = [
+            node.destroy_publisher(publisher),
+            node.destroy_publisher(publisher),
+            node.destroy_client(client),
+        ]
+        return [*results, outcome(publisher.publish, String()), outcome(client.call_async, Trigger.Request())]
+
+
+def entities_of_a_node():
+    """List what a node has."""
+    with running_node(start_parameter_services=False, enable_rosout=False) as node:
+        node.create_publisher(String, "t", 1)
+        node.create_subscription(String, "t", print, 1)
+        node.create_client(Trigger, "s")
+        node.create_guard_condition(print)
+        kinds = (node.subscriptions, node.clients, node.timers, node.guards)
+        return [len([*each]) for each in kinds]
+
+
+def contexts():
+    """Begin and end contexts in a wrong order."""
+    context = Context()
+    before = [context.ok(), outcome(Node, "early", context=context), outcome(context.shutdown)]
+    context.init([])
+    return [
+        before,
+        context.ok(),
+        outcome(context.init, []),
+        outcome(context.shutdown),
+        context.ok(),
+        outcome(context.shutdown),
+        outcome(context.try_shutdown),
+        outcome(Node, "late", context=context),
+    ]
+
+
+def futures():
+    """Finish, cancel and ask futures."""
+    done, failed, cancelled, called = Future(), Future(), Future(), []
+    done.add_done_callback(lambda each: called.append(each.result()))
+    done.set_result(1)
+    failed.set_exception(ValueError("x"))
+    cancelled.cancel()
+    return [
+        [done.done(), done.cancelled(), done.result(), done.exception() is None],
+        [failed.done(), failed.cancelled(), outcome(failed.result)],
+        [cancelled.cancelled(), cancelled.result()],
+        [Future().done(), Future().result()],
+        bool(done),
+        bool(Future()),
+    ]
+
+
+def cancelled_future():
+    """Ask a cancelled future whether it is done."""
+    future = Future()
+    future.cancel()
+    return future.done()
+
+
+def executors():
+    """Add, remove and ask an executor."""
+    with running_node() as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        results = [executor.add_node(node), executor.add_node(node), len(executor.get_nodes())]
+        task = executor.create_task(lambda: 5)
+        executor.spin_until_future_complete(task, timeout_sec=5.0)
+        never = Future()
+        executor.spin_until_future_complete(never, timeout_sec=0.01)
+        executor.remove_node(node)
+        return [*results, task.result(), never.done(), len(executor.get_nodes()), executor.shutdown()]
+
+
+def groups():
+    """Ask callback groups."""
+    with running_node() as node:
+        group = MutuallyExclusiveCallbackGroup()
+        timer = node.create_timer(10.0, print, callback_group=group)
+        default = type(node.default_callback_group).__name__
+        return [
+            default,
+            group.has_entity(timer),
+            ReentrantCallbackGroup().has_entity(timer),
+            timer.callback_group is group,
+        ]
+
+
+def raising_callback():
+    """Let a callback raise."""
+    with running_node() as node:
+
+        def fail():
+            raise ZeroDivisionError
+
+        node.create_timer(0.01, fail)
+        return outcome(spin_until, node, lambda: False)
