@@ -187,6 +187,17 @@ def test_a_service_or_action_is_read_alike(parts: list[str], real: Side) -> None
 SHARE = REAL_PYTHON.parent.parent / "share"
 
 
+@pytest.mark.parametrize("package", sorted({path.parent.parent.name for path in SHARE.glob("*/*/*.idl")}))
+def test_files_of_a_package_are_read_alike(package: str, real: Side) -> None:
+    """All `.msg`, `.srv` and `.action` files in the wheels."""
+    for file in (file for kind in PARTS for file in sorted((SHARE / package / kind).glob(f"*.{kind}"))):
+        kind, text = file.parent.name, read_source(file)
+        answer = parts_of(parse(text, PACKAGE, kind, "Probe"))
+        agree(
+            "definition file", str(file.relative_to(SHARE)), real=truth_of(real, kind, text), callboard=answer
+        )
+
+
 @pytest.mark.parametrize("package", sorted(path.name for path in SHARE.glob("*_msgs")))
 def test_comments_belong_to_the_same_elements(package: str, real: Side) -> None:
     """Those of all files in the wheels. ROS 2 keeps a unit apart, such as `[m]`."""
