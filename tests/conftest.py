@@ -98,7 +98,7 @@ def pytest_configure(config: pytest.Config) -> None:
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, handler)
     hypothesis.settings.load_profile("nightly" if config.getoption("--nightly") else "short")
-    for name in environment.VARIABLES:
+    for name in environment.CHOOSING_VARIABLES:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
     atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers

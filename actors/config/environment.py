@@ -47,6 +47,8 @@ VARIABLES: Final = (
 """Those that are callboard's own."""
 
 ROS_DOMAIN: Final = "ROS_DOMAIN_ID"
+CHOOSING_VARIABLES: Final = (*VARIABLES, ROS_DOMAIN)
+"""Those that choose the broker or the graph of a program, which a test chooses itself."""
 
 LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
@@ -184,8 +186,13 @@ def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
 
 
 def foreign_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return all variables except callboard's own, for programs of a test."""
+    """Return all variables except callboard's own."""
     return {name: value for name, value in _source(environ).items() if name not in VARIABLES}
+
+
+def variables_for_tests(environ: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return all variables except `CHOOSING_VARIABLES`, for programs of a test."""
+    return {name: value for name, value in _source(environ).items() if name not in CHOOSING_VARIABLES}
 
 
 def config_folder(environ: Mapping[str, str] | None = None) -> str:

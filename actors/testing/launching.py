@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from actors.config.environment import foreign_variables
+from actors.config.environment import variables_for_tests
 from actors.launch.description.description import LaunchDescription
 from actors.launch.engine.captured_output import captured_nodes
 from actors.launch.launching import Launch
@@ -274,7 +274,7 @@ async def launch(
             arguments=arguments,
             url=url,
             domain=domain,
-            environment={**foreign_variables(), **(environment or {})},
+            environment={**variables_for_tests(), **(environment or {})},
             folder=None if folder is None else Path(folder),
             stop_timeout_sec=stop_timeout_sec,
             watch_graph=True,

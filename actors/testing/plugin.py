@@ -83,13 +83,13 @@ async def broker(
     """A running broker for this test.
 
     CALLBOARD_URL is its URL while the test runs, so that nodes and processes find it by default. The other
-    CALLBOARD variables of the environment are removed.
+    CALLBOARD variables of the environment are removed, and ROS_DOMAIN_ID.
     """
     from actors.config import environment  # noqa: PLC0415
     from broker import Broker  # noqa: PLC0415
 
     async with Broker(broker_options) as running:
-        for variable in environment.VARIABLES:
+        for variable in environment.CHOOSING_VARIABLES:
             monkeypatch.delenv(variable, raising=False)
         monkeypatch.setenv("CALLBOARD_URL", running.url)
         yield running

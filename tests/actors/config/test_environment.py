@@ -19,6 +19,7 @@ from actors.config.environment import (
     log_level,
     stand_in,
     state_folder,
+    variables_for_tests,
 )
 from proto.errors import CallboardError
 
@@ -140,6 +141,7 @@ def test_foreign_variables_are_all_but_our_own(monkeypatch: pytest.MonkeyPatch) 
     """What chooses a broker or a log level stays out; of the process, unless others are given."""
     given = {"CALLBOARD_URL": "a", "CALLBOARD_CONTEXT": "b", "NO_COLOR": "1", "PATH": "/bin"}
     assert foreign_variables(given) == {"NO_COLOR": "1", "PATH": "/bin"}
+    assert variables_for_tests({**given, "ROS_DOMAIN_ID": "5"}) == foreign_variables(given)
     monkeypatch.setenv("CALLBOARD_DOMAIN", "7")
     monkeypatch.setenv("MINE", "8")
     assert foreign_variables()["MINE"] == "8"

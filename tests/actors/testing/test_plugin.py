@@ -61,6 +61,7 @@ def user(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.P
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("CALLBOARD_URL", "callboard://127.0.0.1:1")
     monkeypatch.setenv("CALLBOARD_DOMAIN", "no number")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "5")
     return pytester
 
 
