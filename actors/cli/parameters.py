@@ -41,7 +41,8 @@ async def parameter_client(options: Options) -> AsyncGenerator[ParameterClient]:
     from actors.cli.remote_node import remote_node
     from actors.parameter_client.client import ParameterClient
 
-    async with remote_node(options, "parameters") as (node, name):
+    reason = "it does not serve them (start_parameter_services=False)"
+    async with remote_node(options, "parameters", "get_parameters", reason) as (node, name):
         yield ParameterClient(node, name)
 
 

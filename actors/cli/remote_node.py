@@ -7,12 +7,14 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_ros_options, positive
+from proto.wire.codes import EntryKind
 
 # Reading arguments needs nothing else.
 # ruff: noqa: PLC0415
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Awaitable, Callable
+    from contextlib import AbstractAsyncContextManager
 
     from actors.errors import CallFailed
     from actors.node.node import Node
@@ -54,7 +56,9 @@ def time_limit(options: Options) -> float:
 
 
 @asynccontextmanager
-async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node, str]]:
+async def remote_node(
+    options: Options, what: str, service: str, reason: str
+) -> AsyncGenerator[tuple[Node, str]]:
     """Yield a hidden node, and the full name of the node that the options name, until the options' timeout.
 
     With --timeout the node may be yet to come; without, as in ROS 2, an unknown one is an error at once.
@@ -62,6 +66,8 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
     Args:
         options: The command line.
         what: The thing that the node is asked for, for errors.
+        service: The service below the node's name without which there is no such thing.
+        reason: Why a node may have no such service, and what to do.
 
     Raises:
         CommandError: There is no such node, it does not serve this, or does not answer in time.
@@ -87,13 +93,22 @@ async def remote_node(options: Options, what: str) -> AsyncGenerator[tuple[Node,
                 unanswered, failure = failure, str(missing)
                 await node.wait_for_node(name, None)
                 failure = unanswered
-            yield node, name
+            try:
+                yield node, name
+            except ServiceUnavailable as error:
+                if (await graph_of(node)).count(EntryKind.SERVICE, f"{name}/{service}"):
+                    raise CommandError(f"The {what} of '{name}' cannot be reached: {error}") from None
+                raise CommandError(f"Node '{name}' has no {what}: {reason}") from None
     except TimeoutError:
         raise CommandError(failure, TIMEOUT) from None
     except RemoteError as error:
         raise CommandError(f"Node '{name}' failed: {error.type_name}: {error.text}") from None
-    except ServiceUnavailable as error:
-        raise CommandError(f"The {what} of '{name}' cannot be reached: {error}") from None
+
+
+def lifecycle_node(options: Options, what: str) -> AbstractAsyncContextManager[tuple[Node, str]]:
+    """Return `remote_node` for what only lifecycle nodes have."""
+    reason = "it is no lifecycle node; `callboard lifecycle nodes` lists those that are"
+    return remote_node(options, what, "get_state", reason)
 
 
 async def ask_all(

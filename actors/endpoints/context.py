@@ -12,6 +12,7 @@ from actors.callbacks.mailbox import Mailbox
 from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
 from actors.endpoints.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
+from actors.interfaces.keyword_hint import add_keyword_hint
 from actors.session.endpoint import LinkEndpoint
 from actors.time.clock import Clock
 from actors.time.jumps import ClockChange
@@ -157,6 +158,7 @@ class NodeContext(LinkEndpoint):
         if self.mailbox.cancelling and isinstance(error, asyncio.CancelledError):
             return  # the node itself has cancelled it, to stop
         self.callback_errors += 1
+        add_keyword_hint(error)
         self.log.error(f"{what} raised {type(error).__name__}: {error_text(error)}", exc_info=error)
         if self._stop_on_error and isinstance(error, Exception):
             self.stop(error)

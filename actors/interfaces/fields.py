@@ -7,10 +7,12 @@ as int64, and a numeric sequence is decoded by the hooks of `codec.py`.
 
 from __future__ import annotations
 
+import sys
 import threading
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
+from inspect import get_annotations
 from types import GenericAlias, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -252,9 +254,42 @@ def _resolved(cls: MessageType) -> tuple[tuple[Field, ...], dict[str, Any]]:
         try:
             field_type, wires[name] = _resolve(hints[name])
         except TypeError as error:
-            raise TypeError(f"Field '{name}' of message class {cls.__qualname__} {error}") from None
+            raise TypeError(_field_error(name, cls, error)) from None
         fields.append(Field(name, field_type))
     return tuple(fields), wires
+
+
+def check_annotations(cls: type) -> None:
+    """Check the field types of a class that is being made, as far as they are known yet.
+
+    Names that are not found are left to `fields_of`: they may be defined later in the module.
+
+    Raises:
+        TypeError: A field has no ROS type.
+    """
+    module = sys.modules.get(cls.__module__)
+    names = {} if module is None else vars(module)
+    for field, annotation in get_annotations(cls).items():
+        try:
+            # One by one: those that are known are checked, whatever the others are.
+            one = type(cls.__name__, (), {"__annotations__": {field: annotation}})
+            hint = get_type_hints(one, names, {**vars(cls), cls.__name__: cls}, include_extras=True)[field]
+        except NameError:
+            continue
+        inner = hint
+        while get_origin(inner) in {Annotated, list}:
+            inner = get_args(inner)[0]
+        # A message class may not have its name yet, which `_resolve` would set: a service gives names to its
+        # parts when it is made.
+        if get_origin(hint) is not ClassVar and not isinstance(inner, MessageType):
+            try:
+                _resolve(hint)
+            except TypeError as error:
+                raise TypeError(_field_error(field, cls, error)) from None
+
+
+def _field_error(field: str, cls: type, error: TypeError) -> str:
+    return f"Field '{field}' of message class {cls.__qualname__} {error}"
 
 
 def fields_of(cls: MessageType) -> tuple[Field, ...]:

@@ -22,13 +22,13 @@ Fields are checked when a message is sent and when it is received, not when they
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, cast
 
 import msgspec
 
 from actors.interfaces.definition import action_definition, message_definition, service_definition
 from actors.interfaces.docstrings import Documentation
-from actors.interfaces.fields import fields_of
+from actors.interfaces.fields import check_annotations, fields_of
 from actors.interfaces.naming import TYPE_NAME, MessageType, message_name, package_of
 from actors.interfaces.values import has_sequences, same, sequences_of, value_repr
 from proto.wire.type_hash import hash_of
@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from actors.interfaces.action import ActionImpl
     from actors.interfaces.service_event import ServiceEvent
     from actors.interfaces.slot_types import AbstractType
+
+
+_GENERATED: Final = "actors.interfaces."
 
 
 def _plain(value: Any) -> Any:
@@ -60,13 +63,19 @@ class Message(msgspec.Struct, metaclass=MessageType):
     """Base of all message types, generated or written by hand.
 
     The class keyword `type_name` sets the ROS type name; by default it is derived from the class's top
-    module, or the script's file name. Field types are those of `actors.interfaces.types`.
+    module, or the script's file name. Field types are those of `actors.interfaces.types`; another one raises
+    TypeError where the class is defined.
 
     Attributes:
         SLOT_TYPES: The types of the fields in order, as objects of `actors.interfaces.slot_types`.
     """
 
     SLOT_TYPES = _SlotTypes()
+
+    def __init_subclass__(cls) -> None:
+        # Those of `actors.interfaces` are generated and tested, and importing them has to be quick.
+        if not cls.__module__.startswith(_GENERATED):
+            check_annotations(cls)
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:

@@ -39,13 +39,14 @@ from actors.time.rate import Rate
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Awaitable, Callable, Mapping
     from types import TracebackType
 
     from actors.actions.client import ActionClient
     from actors.actions.server import ActionServer
     from actors.diagnostics.records import NodeDiagnostics
     from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
+    from actors.endpoints.subscription.backlog import MessageInfo
     from actors.interfaces.message import ActionType, Message, ServiceType
     from actors.node.qos_overrides import QoSOverridingOptions
     from actors.parameters.types import ParameterValue
@@ -181,6 +182,15 @@ class Node(NodeGraph, NodeParameters):
         )
         for method, declare in declared(type(self), Node):
             declare(self, getattr(self, method))
+
+    if not TYPE_CHECKING:  # for type checkers a node would have every attribute
+
+        def __getattr__(self, name: str) -> object:
+            cls = type(self).__name__
+            text = f"'{cls}' object has no attribute '{name}'"
+            if "_node_runner" not in self.__dict__:
+                text += f": {cls}.__init__ has to call super().__init__(node_name) before it uses the node"
+            raise AttributeError(text, name=name, obj=self)
 
     # Identity and state
 
@@ -337,7 +347,7 @@ class Node(NodeGraph, NodeParameters):
         self,
         msg_type: type[MessageT],
         topic: str,
-        callback: Callable[..., Any] | None = ...,
+        callback: Callable[[MessageT], object] | Callable[[MessageT, MessageInfo], object] | None = ...,
         qos_profile: QoSProfile | int = ...,
         *,
         concurrent: bool = ...,
@@ -357,7 +367,7 @@ class Node(NodeGraph, NodeParameters):
         qos_profile: QoSProfile | int = ...,
         *,
         concurrent: bool = ...,
-        raw: bool = ...,
+        raw: bool,
         event_callbacks: SubscriptionEventCallbacks | None = ...,
         qos_overriding_options: QoSOverridingOptions | None = ...,
         stall_timeout_sec: float = ...,
@@ -429,7 +439,8 @@ class Node(NodeGraph, NodeParameters):
         self,
         srv_type: type[ServiceType[RequestT, ResponseT]],
         srv_name: str,
-        callback: Callable[..., Any],
+        callback: Callable[[RequestT], ResponseT | Awaitable[ResponseT]]
+        | Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,
         concurrent: bool = False,
     ) -> ServiceServer[RequestT, ResponseT]:

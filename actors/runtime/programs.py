@@ -30,8 +30,10 @@ async def run_program(program: Program) -> Any:
         The result of a coroutine function, else None.
 
     Raises:
-        TypeError: It returned neither a node, nor a supervisor, nor a coroutine.
+        TypeError: It can be neither run nor called, or returned neither a node, nor a supervisor, nor a
+            coroutine.
     """
+    require_program(program)
     # A factory is called here, in the running loop and after the command line is parsed: a node takes its
     # arguments from the context in which it is made.
     made: object = program if is_instance(program) else cast("Factory", program)()
@@ -39,7 +41,19 @@ async def run_program(program: Program) -> Any:
         return await made.run()
     if inspect.isawaitable(made):
         return await made
-    raise TypeError(f"{program!r} returned {made!r}; wanted are nodes or coroutine functions, or supervisors")
+    raise TypeError(
+        f"{program!r} returned {made!r}: expected a node, a supervisor or, as from `async def`, a coroutine"
+    )
+
+
+def require_program(program: object) -> None:
+    """Raise TypeError if a program can be neither run nor called."""
+    if inspect.iscoroutine(program):
+        program.close()  # otherwise Python warns that it was never awaited, which hides the mistake
+        name = program.__name__
+        raise TypeError(f"Expected a function, not a coroutine: pass {name} without calling it, not {name}()")
+    if not (is_instance(program) or callable(program)):
+        raise TypeError(f"Expected nodes, supervisors, or functions that return one, not {program!r}")
 
 
 def is_instance(program: object) -> bool:

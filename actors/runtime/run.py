@@ -20,11 +20,12 @@ from actors.arguments.ros_arguments import (
     process_arguments,
 )
 from actors.config import environment
+from actors.interfaces.keyword_hint import add_keyword_hint
 from actors.logging.logger import get_logger
 from actors.logging.output import configure_logging
 from actors.logging.severity import LoggingSeverity
 from actors.node.node_runner import GRACE_SEC
-from actors.runtime.programs import run_program
+from actors.runtime.programs import require_program, run_program
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from proto.aio import process
 from proto.errors import CallboardError
@@ -67,6 +68,7 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
         SystemExit: 1 if a program failed with a CallboardError, which is logged: with its traceback, or in
             one line if the remedy is outside the program (`CallboardError.is_operational`). 2 if the
             arguments are invalid; one line on stderr says why. Other exceptions propagate.
+        TypeError: A program can be neither run nor called, such as the coroutine `main()` instead of `main`.
         RuntimeError: A loop is running in this thread, as in a coroutine or a notebook.
     """
     if _loop_runs():
@@ -75,6 +77,8 @@ def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
             "actors.run() starts an event loop, but one is already running:"
             " use `async with node:` or `await node.run()` instead"
         )
+    for program in programs:
+        require_program(program)
     try:
         with _terminate_interrupts():
             return _run(programs, sys.argv[1:] if args is None else list(args))
@@ -131,6 +135,9 @@ def _run(programs: Sequence[Program], argv: list[str]) -> Any:
         error.__traceback__ = _from_program(error.__traceback__)
         get_logger("callboard").fatal(str(error), exc_info=None if error.is_operational else error)
         raise SystemExit(FAILURE) from None
+    except Exception as error:
+        add_keyword_hint(error)
+        raise
     finally:
         process_arguments.reset(token)
 

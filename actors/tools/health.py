@@ -13,13 +13,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from actors.config.contexts import find_broker_target
-from actors.errors import BrokerUnreachable
+from actors.errors import BrokerUnreachable, TlsFailed
 from actors.graph.inspector import inspector_for
 from actors.session.start_hint import start_hint
 from actors.tools import broker_checks, machine_checks, security_checks
 from actors.tools.check import Check
 from proto.aio.local_socket import connect_beside
 from proto.errors import CallboardError, ErrorCode, ProtocolError
+from proto.wire.tls import TlsFault
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,6 +29,11 @@ if TYPE_CHECKING:
     from proto.wire.url import BrokerUrl
 
 TIMEOUT_SEC: Final = 2.0
+TLS_HELP: Final = "docs/security.md says what each TLS error means"
+_TLS_REMEDIES: Final = {
+    TlsFault.UNKNOWN_CA: "export CALLBOARD_CA=/path/to/ca.pem, the file of the authority that has signed the"
+    " broker's certificate (docs/security.md)"
+}
 OTHER_PROGRAM: Final = "see what listens there: another program may have the port"
 
 
@@ -88,7 +94,12 @@ def _broker(target: BrokerTarget, timeout_sec: float) -> list[Check]:
                 *broker_checks.graph(snapshot),
             ]
     except BrokerUnreachable as error:
-        remedy = start_hint(target.urls[0], inspector.error) if inspector.listening is None else OTHER_PROGRAM
+        if isinstance(error, TlsFailed):  # a broker may be there all the same
+            remedy = _TLS_REMEDIES.get(error.fault, TLS_HELP)
+        elif inspector.listening is None:
+            remedy = start_hint(target.urls[0], inspector.error)
+        else:
+            remedy = OTHER_PROGRAM
         return [Check("broker", "fail", f"{error}{source}", remedy)]
     except ProtocolError as error:
         return [_refused(error, target)]

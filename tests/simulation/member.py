@@ -14,7 +14,7 @@ from tests.simulation.network import on_host
 from tests.simulation.records import Ask, CallHistory, Note, PublisherHistory, SubscriptionHistory
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine, Iterator
+    from collections.abc import Awaitable, Callable, Coroutine, Iterator
 
     from actors.endpoints.service.service import ServiceServer
     from tests.simulation.world import World
@@ -267,7 +267,8 @@ class Member:
             with self._alone(what, concurrent=concurrent):
                 return _answer(request)
 
-        callback = self.random.choice([plain, asynchronous])
+        kinds: list[Callable[[Ask.Request], Ask.Response | Awaitable[Ask.Response]]] = [plain, asynchronous]
+        callback = self.random.choice(kinds)
         self.services.append(self.node.create_service(Ask, name, callback, concurrent=concurrent))
 
     @contextmanager

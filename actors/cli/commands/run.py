@@ -6,18 +6,24 @@ Signals, output and exit code are therefore the program's own.
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
-from typing import Final, NoReturn
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from actors.cli.broker_target import set_environment
 from actors.cli.errors import USAGE, CommandError
 from actors.cli.interrupts import raise_if_signalled
 from actors.cli.parsing import Options, Parser, add_broker_options
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 _USAGE: Final = "callboard run SCRIPT.py [ARGS], or callboard run PACKAGE EXECUTABLE [ARGS]"
 
 
+_IMPORTS_RCLPY: Final = re.compile(r"^\s*(import|from)\s+rclpy\b", re.MULTILINE)
 EXAMPLES: Final = {
     "callboard run talker.py --ros-args -r chatter:=news": "a script, with a topic renamed",
     "callboard run my_package talker": "a console script of an installed package",
@@ -67,11 +73,50 @@ def run(options: Options) -> int:
     try:
         script = find_script(options.program)
         if script is not None:
+            _warn_of_ros(script, [options.program])
             _become(*prefix, sys.executable, "-u", str(script), *options.arguments)
-        code = find_executable(options.program, options.arguments).command()
+        executable = find_executable(options.program, options.arguments)
     except NoProgramError as error:
         raise CommandError(str(error)) from None
+    _warn_of_ros(_file_of(executable.module), [options.program, executable.name])
+    code = executable.command()
     _become(*prefix, sys.executable, "-u", "-P", "-c", code, *options.arguments[1:])
+
+
+def _warn_of_ros(path: Path | None, words: Sequence[str]) -> None:
+    """Warn that a program imports rclpy, if it cannot: Python's error would not say that there is --ros.
+
+    Args:
+        path: The program's file, or a folder with a `__main__.py`; None if it is not known.
+        words: The program on the command line.
+    """
+    from importlib.util import find_spec
+
+    from actors.cli.output import print_err
+
+    if path is None:
+        return
+    path = path / "__main__.py" if path.is_dir() else path
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:  # Python will say why
+        return
+    here = any((path.parent / name).exists() for name in ("rclpy", "rclpy.py"))
+    if _IMPORTS_RCLPY.search(text) and not here and find_spec("rclpy") is None:
+        remedy = f"to run it with callboard's: callboard run --ros {shlex.join(words)}"
+        print_err(f"WARNING: {path} imports rclpy, which is not installed; {remedy}")
+
+
+def _file_of(module: str) -> Path | None:
+    """Return the file of a module, without importing the packages above it."""
+    from importlib.util import find_spec
+
+    top, *rest = module.split(".")
+    spec = find_spec(top) if top else None
+    if spec is None or not rest:
+        return None if spec is None or spec.origin is None else Path(spec.origin)
+    folder = next(iter(spec.submodule_search_locations or ()), "")
+    return Path(folder, *rest).with_suffix(".py")
 
 
 def _prefix(text: str | None) -> list[str]:

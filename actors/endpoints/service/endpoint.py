@@ -32,6 +32,7 @@ MAX_RUNNING: Final = 1000
 """Handlers of one service that are suspended at the same time; more requests wait."""
 
 STOPPING: Final = "the node is stopping"
+_NO_RESPONSE: Final = "the handler returned None: end it with `return response`"
 
 
 class DeclaredService(IntrospectedEndpoint):
@@ -198,6 +199,8 @@ class ServiceEndpoint(DeclaredService):
 
     def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
         try:
+            if response is None:
+                raise TypeError(_NO_RESPONSE)
             self.replies.send(call, response, self.reply_attributes and self.reply_attributes())
         except (TypeError, InvalidMessageError) as error:
             self.replies.send_error(call, Status.INVALID_REPLY, error)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import msgspec
 import pytest
@@ -16,6 +16,7 @@ from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import CameraInfo, NavSatStatus
 
 make: Any = type(Message)
+ANNOTATIONS: list[Any] = []
 
 
 def test_fields_are_in_order_with_ros_types() -> None:
@@ -73,10 +74,28 @@ def test_constants_have_their_types() -> None:
     ],
 )
 def test_a_field_without_ros_type_is_reported(annotation: Any) -> None:
-    """The error names the field, the class and a remedy, when the class is first used."""
-    bad = make("Bad", (Message,), {"__annotations__": {"x": annotation}, "__module__": __name__})
-    with pytest.raises(TypeError, match=r"Field 'x' of message class Bad "):
-        codec_for(bad)
+    """The error names the field, the class and a remedy, where the class is defined."""
+    ANNOTATIONS.append(annotation)
+    for given in (annotation, "ANNOTATIONS[-1]"):
+        with pytest.raises(TypeError, match=r"Field 'x' of message class Bad "):
+            make("Bad", (Message,), {"__annotations__": {"x": given}, "__module__": __name__})
+
+
+class Early(Message):
+    """Has a field of a type that is defined later."""
+
+    limit: ClassVar[dict[str, int]] = {}
+    late: Late = 0
+    same: list[Early] = msgspec.field(default_factory=list)
+
+
+Late = complex
+
+
+def test_a_type_that_is_defined_later_is_reported_at_the_first_use() -> None:
+    """A class statement cannot tell; a constant of any type, and the class itself, are no mistake."""
+    with pytest.raises(TypeError, match=r"Field 'late' of message class Early has no ROS type; use bool"):
+        codec_for(Early)
 
 
 def test_an_unknown_name_in_an_annotation_is_reported() -> None:

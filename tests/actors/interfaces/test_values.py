@@ -34,7 +34,11 @@ class Loose(Message, eq=False):
 
 
 class NoRosType(Message):
-    data: dict[str, int] = msgspec.field(default_factory=dict[str, int])
+    data: Later = msgspec.field(default_factory=dict[str, int])
+
+
+Later = dict[str, int]
+"""No type of a field; the class is made before that can be known."""
 
 
 def _given(values: list[float], element: str = "f8") -> list[Any]:

@@ -56,7 +56,7 @@ def test_a_node_needs_no_loop_to_be_made() -> None:
     publisher = node.create_publisher(String, "chatter")
     publisher.publish(String(data="x"))
     node.create_subscription(String, "chatter", lambda msg: None)
-    node.create_service(AddTwoInts, "add", lambda request: None)
+    node.create_service(AddTwoInts, "add", lambda request: AddTwoInts.Response())
     node.create_client(AddTwoInts, "add")
     node.create_timer(1, lambda: None)
     node.destroy_node()
@@ -113,7 +113,7 @@ async def test_a_destroyed_node_makes_nothing(meeting: Meeting) -> None:
     makers: list[Any] = [
         lambda: node.create_publisher(String, "chatter"),
         lambda: node.create_subscription(String, "chatter", lambda msg: None),
-        lambda: node.create_service(AddTwoInts, "add", lambda request: None),
+        lambda: node.create_service(AddTwoInts, "add", lambda request: AddTwoInts.Response()),
         lambda: node.create_client(AddTwoInts, "add"),
         lambda: node.create_timer(1, lambda: None),
     ]
@@ -140,7 +140,7 @@ async def test_nothing_is_left_of_a_node(meeting: Meeting) -> None:
     async with meeting.absent("busy", stop_timeout_sec=0.05) as node:
         for concurrent in (False, True):
             node.create_subscription(String, "chatter", endless, concurrent=concurrent)
-        node.create_service(AddTwoInts, "add", endless, concurrent=True)
+        node.create_service(AddTwoInts, "add", endless, concurrent=True)  # type: ignore[arg-type]
         timer = node.create_timer(0, endless)
         client = node.create_client(AddTwoInts, "add")
         publisher = node.create_publisher(String, "chatter")

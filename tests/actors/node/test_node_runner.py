@@ -210,7 +210,7 @@ def test_a_callback_that_ignores_its_cancellation_is_named_and_abandoned(
         if kind == "timer":
             actor.node.create_timer(0.1, stubborn)
         elif kind == "service":
-            actor.node.create_service(AddTwoInts, "/add", stubborn)
+            actor.node.create_service(AddTwoInts, "/add", stubborn)  # type: ignore[arg-type]
             calls = await sums(stage, other, 1)
         else:
             actor.node.create_subscription(Int64, "/in", stubborn)

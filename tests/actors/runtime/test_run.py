@@ -11,6 +11,7 @@ import threading
 import traceback
 from typing import TYPE_CHECKING, Any, cast
 
+import msgspec
 import pytest
 
 import actors
@@ -302,7 +303,7 @@ def test_signals_end_a_run_cleanly(tmp_path: Path, number: signal.Signals, *, se
 
 def test_what_is_no_program_is_refused() -> None:
     """Something that gives neither a node nor an awaitable is a TypeError that says so."""
-    with pytest.raises(TypeError, match="nodes or coroutine functions"):
+    with pytest.raises(TypeError, match="expected a node, a supervisor or"):
         actors.run(lambda: 5, args=[])  # type: ignore[arg-type]
 
 
@@ -310,3 +311,93 @@ async def test_a_loop_that_runs_already_is_reported_and_what_to_do() -> None:
     """In a coroutine or a notebook; the process is left as it was."""
     with pytest.raises(RuntimeError, match=r"`async with node:` or `await node\.run\(\)`"):
         actors.run(actors.Node)  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
+
+
+def test_a_coroutine_instead_of_its_function_is_refused(recwarn: pytest.WarningsRecorder) -> None:
+    """The error says what to pass, and Python does not complain about the coroutine besides."""
+
+    async def main() -> None: ...
+
+    with pytest.raises(TypeError, match=r"pass main without calling it, not main\(\)"):
+        actors.run(cast("Any", main()), args=[])
+    assert not recwarn.list
+    with pytest.raises(TypeError, match="functions that return one, not 3"):
+        actors.run(main, cast("Any", 3), args=[])
+
+
+class Forgetful(actors.Node):
+    """Does not make the node before it uses it."""
+
+    def __init__(self) -> None:  # the mistake
+        self.create_timer(1, print)
+
+
+class Empty(actors.LifecycleNode):
+    """Does not make the node at all."""
+
+    def __init__(self) -> None:  # the mistake
+        self.rate = 3
+
+
+@pytest.mark.parametrize("program", [Forgetful, Empty])
+def test_a_node_that_is_not_made_says_what_is_missing(program: type[actors.Node]) -> None:
+    """Whichever of its methods is used first."""
+    missing = rf"{program.__name__}.__init__ has to call super\(\).__init__\(node_name\)"
+    with pytest.raises(AttributeError, match=missing):
+        actors.run(program, args=[])
+
+
+def test_an_attribute_that_a_node_does_not_have_is_an_ordinary_error(tmp_path: Path) -> None:
+    """With Python's text, and a suggestion."""
+    with pytest.raises(AttributeError, match=r"'Node' object has no attribute 'create_publsher'$"):
+        _ = cast("Any", lonely(tmp_path)).create_publsher
+
+
+def make_with_a_mistyped_field() -> String:
+    """Make a message, over several lines."""
+    return String(
+        dta="hello",  # type: ignore[call-arg]
+    )
+
+
+def make_a_request_with_an_unknown_field() -> Any:
+    """Make a message whose class is an attribute."""
+    return Trigger.Request(why="because")
+
+
+@pytest.mark.parametrize(
+    ("make", "note"),
+    [
+        (
+            make_with_a_mistyped_field,
+            "std_msgs/msg/String has no field 'dta'; did you mean 'data'? it has: data",
+        ),
+        (
+            make_a_request_with_an_unknown_field,
+            "std_srvs/srv/Trigger_Request has no field 'why'; it has none",
+        ),
+    ],
+)
+def test_an_unknown_field_is_named_with_those_that_there_are(make: Callable[[], Any], note: str) -> None:
+    """msgspec's error has neither the type nor its fields."""
+
+    async def main() -> None:
+        make()
+
+    with pytest.raises(TypeError, match="Unexpected keyword argument") as caught:
+        actors.run(main, args=[])
+    assert caught.value.__notes__ == [note]
+
+
+def test_a_keyword_that_no_message_has_got_is_an_ordinary_error() -> None:
+    """The hint is about messages only."""
+
+    class Other(msgspec.Struct):
+        data: str = ""
+
+    async def main() -> None:
+        Other(dta="x")  # type: ignore[call-arg]
+
+    with pytest.raises(TypeError, match="Unexpected keyword argument") as caught:
+        actors.run(main, args=[])
+    assert not hasattr(caught.value, "__notes__")

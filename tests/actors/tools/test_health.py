@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import threading
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -16,6 +17,10 @@ from broker import Broker, BrokerOptions
 from proto.errors import ErrorCode
 from proto.wire import frames
 from proto.wire.codec import encode
+from tests.certificates import Authority
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 async def look(
@@ -70,6 +75,16 @@ async def test_a_place_that_cannot_be_is_wrong() -> None:
     """A URL that cannot be read, a context that there is not: a finding, no exception."""
     assert (await look("http://x"))["broker"].status == "fail"
     assert (await look(None, context="nobody"))["broker"].finding == "No context 'nobody'"
+
+
+async def test_an_unknown_authority_has_its_own_remedy(tmp_path: Path) -> None:
+    """Not to start a broker where one is, nor to look for another program."""
+    authority = Authority(tmp_path)
+    async with Broker(authority.options(authority.issue("127.0.0.1"))) as broker:
+        found = (await look(broker.url))["broker"]
+    assert found.status == "fail"
+    assert "from an authority unknown here" in found.finding
+    assert found.remedy.startswith("export CALLBOARD_CA=/path/to/ca.pem")
 
 
 @pytest.mark.parametrize(

@@ -42,9 +42,9 @@ def run(options: Options) -> int:
 
 
 async def _of_one(options: Options) -> dict[str, State | CallFailed]:
-    from actors.cli.remote_node import remote_node
+    from actors.cli.remote_node import lifecycle_node
 
-    async with remote_node(options, "state") as (node, name):
+    async with lifecycle_node(options, "state") as (node, name):
         return {name: await _state(node, name, time_limit(options))}
 
 

@@ -42,10 +42,10 @@ def run(options: Options) -> int:
 
 
 async def _transitions(options: Options) -> list[TransitionDescription]:
-    from actors.cli.remote_node import remote_node
+    from actors.cli.remote_node import lifecycle_node
     from actors.interfaces.lifecycle_msgs.srv import GetAvailableTransitions
 
-    async with remote_node(options, "transitions") as (node, name):
+    async with lifecycle_node(options, "transitions") as (node, name):
         service = "get_transition_graph" if options.all else "get_available_transitions"
         client = node.create_client(GetAvailableTransitions, f"{name}/{service}")
         response = await client.call(GetAvailableTransitions.Request(), time_limit(options))

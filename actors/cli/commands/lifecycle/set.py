@@ -40,11 +40,11 @@ def run(options: Options) -> int:
 
 async def _set(options: Options) -> bool:
     from actors.cli.errors import CommandError
-    from actors.cli.remote_node import remote_node
+    from actors.cli.remote_node import lifecycle_node
     from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableTransitions
 
     wanted = options.transition
-    async with remote_node(options, "transitions") as (node, name):
+    async with lifecycle_node(options, "transitions") as (node, name):
         asked = node.create_client(GetAvailableTransitions, f"{name}/get_available_transitions")
         response = await asked.call(GetAvailableTransitions.Request(), time_limit(options))
         available = [each.transition for each in response.available_transitions]

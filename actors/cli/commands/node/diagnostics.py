@@ -38,7 +38,8 @@ async def _ask(options: Options) -> dict[str, Any]:
     from actors.interfaces.callboard_interfaces.srv import GetDiagnostics
     from actors.tools import node_documents
 
-    async with remote_node(options, "diagnostics") as (node, name):
+    reason = "it is no node of callboard's, or was made with start_diagnostics_service=False"
+    async with remote_node(options, "diagnostics", "get_diagnostics", reason) as (node, name):
         client = node.create_client(GetDiagnostics, f"{name}/get_diagnostics")
         response = await client.call(GetDiagnostics.Request(), time_limit(options))
         return node_documents.diagnostics(name, response)

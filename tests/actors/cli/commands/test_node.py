@@ -175,4 +175,4 @@ async def test_diagnostics_of_a_node_that_does_not_tell(desk: Desk) -> None:
         await node.get_graph()
         code, out, err = await desk.callboard("node", "diagnostics", "/zoe")
     assert (code, out) == (1, "")
-    assert err.startswith("The diagnostics of '/zoe' cannot be reached: ")
+    assert err.startswith("Node '/zoe' has no diagnostics: it is no node of callboard's, or was made with ")

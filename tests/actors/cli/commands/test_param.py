@@ -338,12 +338,12 @@ async def test_load(desk: Desk, tmp_path: Path) -> None:
 
 
 async def test_a_node_without_services(desk: Desk) -> None:
-    """It is there, but its parameters cannot be reached: an error at once."""
+    """It is there, but does not serve its parameters: an error at once that says why."""
     async with desk.node("silent") as node:
         await node.get_graph()
         code, _, err = await desk.callboard("param", "get", "/silent", "a")
         assert code == 1
-        assert err.startswith("The parameters of '/silent' cannot be reached: ")
+        assert err.startswith("Node '/silent' has no parameters: it does not serve them (start_parameter_")
 
 
 async def test_a_node_that_does_not_answer(desk: Desk) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.cli.main import main
+from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -68,6 +69,36 @@ def test_an_installed_program_is_started_as_its_script_would() -> None:
     unbuffered, safe, flag, code, *rest = became("callboard", "callboard", "--version")
     assert (unbuffered, safe, flag, rest) == ("-u", "-P", "-c", ["--version"])
     assert "from actors.cli.main import main; sys.argv[0] = 'callboard'; sys.exit(main())" in code
+
+
+@pytest.mark.parametrize("as_package", [False, True])
+def test_a_program_that_imports_rclpy_gets_a_hint(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    *,
+    as_package: bool,
+) -> None:
+    """It is started all the same; a script that brings its own rclpy gets none."""
+    if as_package:
+        site = Site(tmp_path)
+        site.install("py_pubsub", scripts=["talker = py_pubsub.talker:main"])
+        monkeypatch.syspath_prepend(str(site.path))
+        script, words = site.path / "py_pubsub" / "talker.py", ["py_pubsub", "talker"]
+        script.parent.mkdir()
+        (script.parent / "__init__.py").write_text("raise AssertionError  # it is not imported")
+    else:
+        script = tmp_path / "talker.py"
+        words = [str(script)]
+    script.write_text("import sys\nimport rclpy.node\n")
+    became(*words)
+    assert capsys.readouterr().err == (
+        f"WARNING: {script} imports rclpy, which is not installed; to run it with callboard's:"
+        f" callboard run --ros {' '.join(words)}\n"
+    )
+    (script.parent / "rclpy.py").touch()
+    became(*words)
+    assert not capsys.readouterr().err
 
 
 def test_a_program_for_ros_is_run_by_its_module(capsys: pytest.CaptureFixture[str]) -> None:

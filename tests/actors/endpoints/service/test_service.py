@@ -118,7 +118,7 @@ def test_other_forms_are_refused() -> None:
     """A handler takes one or two arguments; a message class is no service."""
     node = actors.Node("server")
     with pytest.raises(RuntimeError, match="takes 1 or 2 arguments"):
-        node.create_service(AddTwoInts, "add", lambda: None)
+        node.create_service(AddTwoInts, "add", lambda: None)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="no service type"):
         node.create_service(String, "add", one)  # type: ignore[arg-type]
 
@@ -142,6 +142,7 @@ async def test_a_handler_must_return_a_valid_response(
     assert caught.value.type_name in {"TypeError", "InvalidMessageError"}
     assert adder.server.callback_errors == 1
     assert "did not return a valid example_interfaces/srv/AddTwoInts_Response" in caplog.text
+    assert (result is None) == ("the handler returned None: end it with `return response`" in caplog.text)
     assert await adder.add(0) == 5
 
 

@@ -108,7 +108,7 @@ async def test_the_number_of_parameters_decides_what_a_callback_gets(meeting: Me
     both.create_subscription(Int64, "numbers", received.append)
     both.create_subscription(Int64, "numbers", lambda msg, info: received.append((msg.data, info)))
     with pytest.raises(RuntimeError, match="takes 1 or 2 arguments"):
-        both.create_subscription(Int64, "numbers", lambda a, b, c: None)
+        both.create_subscription(Int64, "numbers", lambda a, b, c: None)  # type: ignore[arg-type]
     publisher = both.create_publisher(Int64, "numbers")
     await matched(publisher, 2)
     publisher.publish(Int64(data=1))
@@ -136,7 +136,7 @@ async def test_a_raw_subscription_gets_bytes_of_every_type(meeting: Meeting) -> 
     assert codec_for(Int64).decode(min(received)) == Int64(data=5)
     assert codec_for(String).decode(max(received)) == String(data="x")
     with pytest.raises(TypeError, match="raw=True"):
-        both.create_subscription(None, "things", received.append)
+        both.create_subscription(None, "things", received.append)  # type: ignore[call-overload]
 
 
 async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
