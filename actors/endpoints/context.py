@@ -172,7 +172,7 @@ class NodeContext(LinkEndpoint):
     def time(self) -> float:
         """Return the time that lifespans are measured in: seconds of the loop, or of simulated time."""
         ros_time = self.ros_time
-        return ros_time.time() / NANOSECONDS_PER_SECOND if ros_time.active else self.require_loop().time()
+        return ros_time.time() / NANOSECONDS_PER_SECOND if ros_time.active else self._loop.time()
 
     def _clock_jumped(self, change: ClockChange, delta: int) -> None:
         """Keep what is left of lifespans when another time goes on, or time goes back."""
@@ -185,7 +185,8 @@ class NodeContext(LinkEndpoint):
             endpoint.time_shifted(delta / NANOSECONDS_PER_SECOND)
 
     def require_loop(self) -> asyncio.AbstractEventLoop:
-        """Return the loop that the node runs on; raise RuntimeError if it does not run."""
+        """Return the loop that the node runs on; raise RuntimeError if it does not, or in another thread."""
+        self.link.require_thread()
         loop = self.link.loop
         if self.destroyed:
             self.require_alive()

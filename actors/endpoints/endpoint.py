@@ -38,6 +38,7 @@ class Endpoint(LinkEndpoint):
 
     def __init__(self, context: NodeContext, events: EndpointEvents | None = None) -> None:
         context.require_alive()
+        context.link.require_thread()
         self.context = context
         self.events = events
         self.peers = 0
@@ -57,6 +58,7 @@ class Endpoint(LinkEndpoint):
         """Take the endpoint out of service. A second call does nothing."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         self.destroyed = True
         self.context.endpoints.pop(self, None)
         if self.events is not None:

@@ -36,13 +36,13 @@ class EntryBatch(Generic[E]):
         if self._bytes + size > limits.CALLS_FLUSH_BYTES:
             source.flush_turn()
         entries = self._entries  # not before: flush_turn replaces them
+        if not entries:  # the link knows of the others' frame already
+            link.flush_later(source)
         entries.append(entry)
         self._bytes += size
         if len(entries) >= limits.CALLS_FLUSH_COUNT:
             source.flush_turn()
             link.flush()
-        elif len(entries) == 1:  # the link knows of the others' frame already
-            link.flush_later(source)
 
     def withdraw(self, call: int) -> bool:
         """Remove a call's entry; return False if it has been sent."""

@@ -61,6 +61,8 @@ class Timer:
             )
         if not 0 <= period_sec < float("inf"):
             raise ValueError(f"A timer's period must be zero or more seconds, got {period_sec}")
+        context.link.require_thread()
+        self._require_thread = context.link.require_thread
         self._source = TimerSource(
             context, period_sec, callback, clock=clock or context.clock, autostart=autostart
         )
@@ -85,6 +87,7 @@ class Timer:
 
     def cancel(self) -> None:
         """Stop ticking. `reset` starts again."""
+        self._require_thread()
         self._source.cancel()
 
     def reset(self) -> None:
@@ -93,10 +96,12 @@ class Timer:
         Raises:
             NodeDestroyed: The timer has been destroyed.
         """
+        self._require_thread()
         self._source.reset()
 
     def destroy(self) -> None:
         """Stop for good; a callback that runs is cancelled."""
+        self._require_thread()
         self._source.destroy()
 
     def is_canceled(self) -> bool:

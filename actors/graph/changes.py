@@ -231,6 +231,7 @@ class _WatchEndpoint(Endpoint):
         """End the watch, and the iteration."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         self.destroyed = True
         self.news.set()
         self.context.endpoints.pop(self, None)

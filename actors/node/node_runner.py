@@ -100,12 +100,12 @@ class NodeRunner:
         # The body may be inside a timeout or a TaskGroup that has cancelled it already. Only what is added
         # from here on counts as a cancellation of this node's run.
         self._cancelling = self._body.cancelling() if self._body is not None else 0
-        link.loop = asyncio.get_running_loop()
+        loop = link.run()
         connecting = self._spawn(self._keep_link())
         try:
             context.mailbox.on_exit = self.fail if exit_ends_node.get() else None
             # Before the first frame can arrive: the task that connects runs only when this one waits.
-            context.mailbox.open(self._spawn, CallbackBudget.of(link.loop))
+            context.mailbox.open(self._spawn, CallbackBudget.of(loop))
             # Without a broker, too: a control loop must not depend on whether somebody listens.
             for timer in context.timers:
                 timer.start()
@@ -121,7 +121,7 @@ class NodeRunner:
                 while link.waits_for_name and not self._entered():
                     await link.changed()
                 return
-            self._deadline = link.loop.time() + timeout_sec
+            self._deadline = loop.time() + timeout_sec
             while not (link.connections or self._entered()):
                 await link.changed()  # the connector has the same deadline, and knows why there is no session
             if not await self._until(self._entered):
@@ -234,6 +234,7 @@ class NodeRunner:
             self._connector.abort()
             context.mailbox.close()
             context.destroyed = True
+            context.link.thread = None
             context.clock.destroy()
             await self._end_tasks()
 
@@ -338,6 +339,7 @@ class NodeRunner:
         context, loop = self._context, self._context.link.loop
         if context.destroyed:
             return
+        context.link.require_thread()
         # A node that does not run has no session to leave, and one that is stopping does it anyway.
         leaves = self._running and not context.stopping and loop is not None and loop.is_running()
         context.stopping = context.stopping or leaves

@@ -121,7 +121,7 @@ class Connector:
 
     async def _keep_connected(self, connect_timeout_sec: float | None) -> None:
         link = self._link
-        loop = link.loop = asyncio.get_running_loop()
+        loop = link.run()
         deadline = None if connect_timeout_sec is None else loop.time() + connect_timeout_sec
         share_until: float | None = loop.time() + first_attempt.FIRST_ANSWER_SEC
         while not self.closing:

@@ -289,6 +289,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         """Take the client out of service; calls in flight raise NodeDestroyed."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         channel = self.context.link.channel
         if channel is not None:
             for call in self.pending:  # the rest of a large request need not be sent

@@ -136,14 +136,13 @@ class PublisherEndpoint(Endpoint):
         # As `BatchBuilder.add`, without the call: this runs for each message.
         batch = self._batch
         messages = batch.messages
+        if not messages:  # the link knows of the batch from its first message on, and refuses other threads
+            self.context.link.flush_later(self)
         messages.append(data)
         batch.size = size = batch.size + size
-        count = len(messages)
-        if size >= limits.BATCH_FLUSH_BYTES or count >= limits.BATCH_FLUSH_COUNT:
+        if size >= limits.BATCH_FLUSH_BYTES or len(messages) >= limits.BATCH_FLUSH_COUNT:
             self.flush_turn()
             self.context.link.flush()
-        elif count == 1:  # the link knows of the batch from its first message on
-            self.context.link.flush_later(self)
 
     def collect_encoded(self, data: bytes | memoryview) -> None:
         """Send a message of any size. It is copied if it is not bytes."""
@@ -165,6 +164,7 @@ class PublisherEndpoint(Endpoint):
         """
         message = memoryview(buffer)[start:]
         size, link, queue, batch = len(message), self.context.link, self.queue, self._batch
+        link.require_thread()
         shared = link.shared_memory
         link.require_fits(f"A message on '{self._topic}'", size)
         slot = None
@@ -223,6 +223,7 @@ class PublisherEndpoint(Endpoint):
         """Take the publisher out of service, after everything it has published has been sent."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         # What has been published is still sent: the queue outlives the publisher, in `context.departing`.
         self.flush_turn()
         self.destroyed = True

@@ -181,6 +181,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         """
         endpoint = self._endpoint
         endpoint.require_alive()
+        endpoint.context.link.require_thread()
         if endpoint.qos_monitor is not None:
             endpoint.qos_monitor.asserted()
         channel = endpoint.context.link.channel
@@ -227,8 +228,8 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         endpoint = self._endpoint
         endpoint.require_alive()
         context, link = endpoint.context, endpoint.context.link
-        link.flush()
         loop = context.require_loop()
+        link.flush()
         limit = context.limit_sec(timeout_sec)
         deadline = loop.time() + limit
         failure = f"Messages on '{self.topic_name}' have not reached the broker"

@@ -240,6 +240,7 @@ class ServiceEndpoint(DeclaredService):
         """Take the service out of service: handlers are cancelled, their callers get ServiceUnavailable."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         self.replies.flush_turn()
         link = self.context.link
         link.remove(self, announce=False)

@@ -215,6 +215,7 @@ class SubscriptionEndpoint(Endpoint):
         """Take the subscription out of service; messages that wait are discarded."""
         if self.destroyed:
             return
+        self.context.link.require_thread()
         super().destroy()
         self.context.link.attachments.remove_reader(self.id)
         self.context.link.ticks.pop(self._report_progress, None)

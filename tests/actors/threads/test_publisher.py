@@ -105,7 +105,7 @@ def test_the_oldest_messages_are_dropped_and_counted(host: Host) -> None:
         diagnostics = thread.call(pair.talker.diagnostics)
         (counts,) = (each for each in diagnostics.publishers if each.topic == "/number")
         assert (counts.published, counts.dropped, pair.publisher.dropped) == (58, 49, 49)
-        large = thread.publisher(pair.talker.create_publisher(String, "large", 10))
+        large = thread.publisher(thread.call(lambda: pair.talker.create_publisher(String, "large", 10)))
         with blocked(thread):
             for _ in range(4):
                 large.publish(String(data="x" * 30_000_000))
