@@ -11,6 +11,7 @@ import pytest
 
 import actors
 from tests.integration.conftest import DEADLINE_SEC
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -97,8 +98,7 @@ async def test_a_child_does_not_keep_the_connections_of_its_killed_parents_broke
         await node.get_graph()
         await parent.wait_for_line("child")
         parent.send_signal(signal.SIGKILL)
-        async with asyncio.timeout(DEADLINE_SEC):  # far below the keepalive limit
-            while node.connected:
-                await asyncio.sleep(0.01)
+        await until(lambda: not node.connected, "notice the end", deadline_sec=DEADLINE_SEC)
         await system.broker()
+        await until(lambda: node.connected, "connect again")
         await node.get_graph()
