@@ -79,6 +79,11 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "definition",
+        ("int32 lambda", "string from"),
+        "Python's keywords are refused with their line. ROS 2 warns, and makes a Python module of no use.",
+    ),
+    Difference(
+        "definition",
         ("Pose_Request p", "Sample_Pose p"),
         "The names of generated types are refused. ROS 2 reads them, and fails later.",
     ),
