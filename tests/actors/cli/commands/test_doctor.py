@@ -75,11 +75,15 @@ def test_the_files_of_a_brokers_configuration_are_checked(
         path.write_text(text)
         assert main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)]) == 1
         assert finding in capsys.readouterr().out
-    (tmp_path / "auth.toml").touch(mode=0o644)
-    path.write_text('auth = "auth.toml"\n')
+    secrets = {"auth": "auth.toml", "mesh_auth": "mesh.auth", "http_token": "web.token"}
+    for name in secrets.values():
+        (tmp_path / name).touch(mode=0o644)
+    lines = [f'{key} = "{name}"\n' for key, name in secrets.items()]
+    path.write_text(f'http = "127.0.0.1:0"\n{"".join(lines)}')
     main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)])
-    text = f"auth: {tmp_path / 'auth.toml'} can be read or written by every user"
-    assert text in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    for key, name in secrets.items():
+        assert f"{key}: {tmp_path / name} can be read or written by every user" in printed
 
 
 def test_long_findings_are_wrapped_to_the_terminal(
