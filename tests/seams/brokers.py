@@ -42,9 +42,9 @@ def latched_bytes(router: Router) -> int:
     return router._latched.bytes
 
 
-def see_token(engine: ZenohEngine, key: str) -> None:
-    """Let an engine see that a broker is there, as a subscription of Zenoh tells it."""
-    engine._on_token(0, cast("zenoh.Sample", SimpleNamespace(key_expr=key)))
+def see_token(engine: ZenohEngine, key: str, kind: zenoh.SampleKind | None = None) -> None:
+    """Let an engine see that a broker is there, or has gone, as a subscription of Zenoh tells it."""
+    engine._on_token(0, cast("zenoh.Sample", SimpleNamespace(key_expr=key, kind=kind)))
 
 
 def imports_of(mesh: Mesh) -> MeshImports:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
@@ -45,7 +46,7 @@ def test_a_warning_names_the_broker_if_its_name_is_known() -> None:
 
 
 class Alone:
-    """An engine that knows one other broker, which leaves when it gets a last PING.
+    """An engine that knows one other broker, which leaves soon after it has got a last PING.
 
     Args:
         host: The broker that uses it.
@@ -75,7 +76,12 @@ class Alone:
         for each in messages:
             if isinstance(each, Direct) and each.frame == frames.Ping(LAST_PING):
                 self.calls.append(f"ping {each.broker}")
-                self._host.mesh(domain).remove_broker(OTHER)
+                asyncio.get_running_loop().call_soon(self._leave)
+
+    def _leave(self) -> None:
+        self.calls.append("left")
+        self._host.mesh(0).remove_broker(OTHER)
+        self._host.flush()
 
     def statistics(self) -> EngineStats:
         """Return nothing."""
@@ -96,4 +102,4 @@ async def test_a_broker_starts_its_engine_and_ends_it_behind_a_last_ping() -> No
 
     async with Broker(BrokerOptions(port=0), mesh_engine=make):
         assert engines[0].calls == ["start"]
-    assert engines[0].calls == ["start", f"ping {OTHER}", "stop"]
+    assert engines[0].calls == ["start", f"ping {OTHER}", "left", "stop"]

@@ -6,8 +6,10 @@ import asyncio
 from typing import TYPE_CHECKING
 from unittest import mock
 
+import zenoh
+
 from broker.mesh.engine.zenoh_config import make_config
-from broker.mesh.engine.zenoh_engine import MAX_OTHERS, ZenohEngine
+from broker.mesh.engine.zenoh_engine import MAX_OTHERS, VERSION, ZenohEngine
 from broker.options import BrokerOptions
 from proto.aio.read_budget import ReadBudget
 from tests.seams.brokers import see_token
@@ -16,12 +18,26 @@ if TYPE_CHECKING:
     import pytest
 
 
+def make_engine() -> ZenohEngine:
+    """Return an engine that has not been started."""
+    budget = ReadBudget(asyncio.get_running_loop())
+    return ZenohEngine(1, mock.Mock(), budget, make_config(BrokerOptions(mesh="tcp/127.0.0.1:1")))
+
+
+async def test_the_traffic_of_a_broker_is_kept_while_it_is_there() -> None:
+    """Brokers that come and go, each with another number, must not add up."""
+    engine, key = make_engine(), f"callboard/{VERSION}/0/alive/2"
+    see_token(engine, key, zenoh.SampleKind.PUT)
+    assert [*engine.statistics().traffic] == [2]
+    see_token(engine, key, zenoh.SampleKind.DELETE)
+    assert not engine.statistics().traffic
+
+
 async def test_brokers_of_other_versions_are_logged_once_each_and_to_a_limit(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     """Anybody in the mesh can claim to be as many brokers as he likes."""
-    budget, host = ReadBudget(asyncio.get_running_loop()), mock.Mock()
-    engine = ZenohEngine(1, host, budget, make_config(BrokerOptions(mesh="tcp/127.0.0.1:1")))
+    engine = make_engine()
     for number in (*range(MAX_OTHERS + 10), 0, MAX_OTHERS):
         see_token(engine, f"callboard/0/0/alive/broker-{number}")
     assert [record.getMessage().split()[3] for record in caplog.records] == [

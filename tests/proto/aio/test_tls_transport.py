@@ -267,6 +267,17 @@ def test_close_sends_everything_first(run: Callable[..., None]) -> None:
     run(test)
 
 
+def test_close_during_the_handshake_does_not_wait_for_it(run: Callable[..., None]) -> None:
+    """If nothing was written there is nothing to send first: the peer here never answers."""
+
+    async def test(near: End, far: End) -> None:
+        far.transport.close()
+        assert await far.lost is None
+        assert not near.received
+
+    run(test, client=False)
+
+
 def test_a_handshake_that_fails_ends_the_connection_with_the_reason(run: Callable[..., None]) -> None:
     """The channel's connection is lost with the error of TLS, and the peer has got an alert."""
 

@@ -12,18 +12,25 @@ from proto.queues.extents import PAGE_BYTES, Extents, rounded
 START, END = PAGE_BYTES, 33 * PAGE_BYTES
 
 
-@given(st.lists(st.tuples(st.booleans(), st.integers(1, 12 * PAGE_BYTES), st.integers(0, 100))))
-def test_allocations_never_overlap_and_all_space_comes_back(steps: list[tuple[bool, int, int]]) -> None:
+STEPS = st.sampled_from(["allocate", "allocate", "grow", "free"])
+
+
+@given(st.lists(st.tuples(STEPS, st.integers(1, 12 * PAGE_BYTES), st.integers(0, 100))))
+def test_allocations_never_overlap_and_all_space_comes_back(steps: list[tuple[str, int, int]]) -> None:
     """At every moment the parts in use are apart, inside the block, and leave what `free_bytes` says."""
     extents = Extents(START, END)
     used: list[tuple[int, int]] = []
-    for allocates, size, choice in steps:
-        if allocates:
+    for step, size, choice in steps:
+        if step == "allocate":
             start = extents.allocate(size)
             if start is not None:
                 used.append((start, size))
-        elif used:
+        elif used and step == "free":
             extents.free(*used.pop(choice % len(used)))
+        elif used:
+            start, before = used[choice % len(used)]
+            if extents.extend(start, before, before + size):
+                used[choice % len(used)] = start, before + size
         parts = sorted((start, start + rounded(size)) for start, size in used)
         assert all(stop <= start for (_, stop), (start, _) in pairwise(parts))
         assert all(start >= START and stop <= END for start, stop in parts)
