@@ -293,6 +293,11 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "parameter",
+        ("/**:\n  ros__parameters: {a: 1, <<: 2}",),
+        "A merge key is refused, with what to do instead. For ROS 2 it is a parameter named `<<`.",
+    ),
+    Difference(
+        "parameter",
         ("text",),
         "A file of one word is refused: it is most likely no parameter file. ROS 2 reads nothing in it.",
     ),
