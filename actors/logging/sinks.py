@@ -68,10 +68,13 @@ def add_sink(name: str, sink: LogSink) -> Callable[[], object]:
 
 def _remove(name: str, reference: weakref.ref[LogSink]) -> None:
     with _lock:
-        left = tuple(each for each in _sinks.pop(name, ()) if each is not reference)
-        # No empty entry stays behind: with `_sinks` empty, a log call does not search at all.
+        # Replaced in one step: a thread that logs meanwhile must not find the name without its other sinks. A
+        # reference that is dead is left out, as a garbage collection may have removed its sink meanwhile.
+        left = tuple(each for each in _sinks.get(name, ()) if each is not reference and each() is not None)
         if left:
             _sinks[name] = left
+        else:  # with `_sinks` empty, a log call does not search at all
+            _sinks.pop(name, None)
 
 
 def sinks_of(name: str) -> Iterator[LogSink]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+from contextlib import suppress
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
@@ -85,20 +86,16 @@ class Subscription(Entity, Generic[MsgT]):
 
     @callback.setter
     def callback(self, value: Callable[..., Any]) -> None:
-        try:
-            inspect.signature(value).bind(object(), object())
-        except TypeError:
-            try:
-                inspect.signature(value).bind(object())
-            except TypeError:
-                raise RuntimeError(
-                    "The callback of a subscription must be callable with one argument (the message) or two"
-                    " (the message and its MessageInfo)"
-                ) from None
-            self._callback_type = Subscription.CallbackType.MessageOnly
-        else:
-            self._callback_type = Subscription.CallbackType.WithMessageInfo
-        self._callback = value
+        # As rclpy does, with one argument first: a second parameter with a default is the program's own.
+        for kind, arguments in _ARGUMENTS.items():
+            with suppress(TypeError):
+                inspect.signature(value).bind(*arguments)
+                self._callback_type, self._callback = kind, value
+                return
+        raise RuntimeError(
+            "The callback of a subscription must be callable with one argument (the message) or two"
+            " (the message and its MessageInfo)"
+        )
 
     @property
     def topic_name(self) -> str:
@@ -132,6 +129,13 @@ class Subscription(Entity, Generic[MsgT]):
     def destroy(self) -> None:
         """Take the subscription out of service."""
         self._thread.call(self._native.destroy)
+
+
+_ARGUMENTS: Final = {
+    Subscription.CallbackType.MessageOnly: (None,),
+    Subscription.CallbackType.WithMessageInfo: (None, None),
+}
+"""The arguments of a callback, in the order in which they are tried."""
 
 
 def _info(info: NativeInfo) -> MessageInfo:

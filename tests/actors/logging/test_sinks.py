@@ -7,7 +7,7 @@ import logging
 import os
 import sys
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -17,6 +17,7 @@ from tests.seams.nodes import sinks_lock
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from types import FrameType
 
 
 class Sink:
@@ -63,6 +64,29 @@ def test_several_of_one_name() -> None:
     remove()
     get_logger("test_sinks").info("y")
     assert (first.texts, same.texts, other.texts) == (["x"], ["y"], ["x", "y"])
+
+
+def test_a_removal_hides_no_other_sink() -> None:
+    """At no moment: a thread may log while another one removes a sink of the same logger."""
+    leaving, staying = Sink("a"), Sink("b")
+    remove = add_sink("test_sinks", leaving)
+    add_sink("test_sinks", staying)
+    seen: list[bool] = []
+
+    def look(frame: FrameType, event: str, argument: object) -> Any:
+        del frame, event, argument
+        sys.settrace(None)
+        seen.append(staying in list(sinks_of("test_sinks")))
+        sys.settrace(look)
+        return look
+
+    sys.settrace(look)
+    try:
+        remove()
+    finally:
+        sys.settrace(None)
+    assert len(seen) > 3
+    assert all(seen)
 
 
 def test_records_below_the_level_and_filtered_ones_are_not_taken() -> None:

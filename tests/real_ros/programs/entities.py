@@ -27,6 +27,31 @@ def messages_in_order():
         return received
 
 
+def arguments_of_callbacks():
+    """Receive with callbacks that take one argument, two, or either."""
+    with running_node() as node:
+        received = {}
+
+        def keep(name, *arguments):
+            received[name] = [type(each).__name__ for each in arguments]
+
+        callbacks = {
+            "one": lambda message: keep("one", message),
+            "two": lambda message, info: keep("two", message, info),
+            "a default": lambda message, seen=7: keep("a default", message, seen),
+            "any": lambda *arguments: keep("any", *arguments),
+            "two defaults": lambda message=1, seen=7: keep("two defaults", message, seen),
+            "a keyword": lambda message, *, seen=7: keep("a keyword", message, seen),
+        }
+        publisher = node.create_publisher(Int32, "t", 10)
+        for callback in callbacks.values():
+            node.create_subscription(Int32, "t", callback, 10)
+        spin_until(node, lambda: publisher.get_subscription_count() == len(callbacks))
+        publisher.publish(Int32(data=1))
+        spin_until(node, lambda: len(received) == len(callbacks))
+        return received
+
+
 def wrong_messages():
     """Publish what is no message of the type."""
     with running_node() as node:

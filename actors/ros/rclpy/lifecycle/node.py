@@ -172,11 +172,11 @@ class LifecycleNodeMixin(ManagedEntity):
         return self.__change_state("shutdown")
 
     def __change_state(self, wanted: int | str) -> TransitionCallbackReturn:
-        start = self._state_machine.current
         try:
             # Only for the first step, into a transition state, where every other request is refused. The
             # callback runs without it, since it may ask for the state.
             with self.__state_lock:
+                start = self._state_machine.current
                 transition = self._state_machine.request(wanted)
         except InvalidTransitionError as error:
             assert isinstance(self, Node)
