@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import (
@@ -55,8 +56,11 @@ class LifecycleNode(CallboardLifecycleNode):
 
 def _node_options(given: dict[str, Any]) -> dict[str, Any]:
     options = process_options(given)
-    if options.get("exec_name") is None and options.get("package") is not None:
-        options["exec_name"] = options.get("executable")
+    executable = options.get("executable")
+    if options.get("exec_name") is None and executable is not None:
+        # Without a package it is a path, of which the label has the last part.
+        path = options.get("package") is None and isinstance(executable, str)
+        options["exec_name"] = PurePath(executable).name if path else executable
     return options
 
 

@@ -48,6 +48,7 @@ def test_a_node_is_labelled_by_its_program() -> None:
     found = process(actions.Node(package="p", executable="talker", name="n", parameters=None))
     assert (found.label, found.node, found.output) == ("talker-1", "/n", OutputMode.LOG)
     assert process(actions.Node(executable="/bin/talker", exec_name="t")).label == "t-1"
+    assert process(actions.Node(executable="/bin/talker", name="n")).label == "talker-1"
 
 
 def test_a_shell_reads_the_arguments_of_a_node() -> None:
