@@ -79,7 +79,7 @@ def test_the_files_of_a_brokers_configuration_are_checked(
     for name in secrets.values():
         (tmp_path / name).touch(mode=0o644)
     lines = [f'{key} = "{name}"\n' for key, name in secrets.items()]
-    path.write_text(f'http = "127.0.0.1:0"\n{"".join(lines)}')
+    path.write_text(f'http = "127.0.0.1:0"\nmesh_listen = "tcp/127.0.0.1:7447"\n{"".join(lines)}')
     main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)])
     printed = capsys.readouterr().out
     for key, name in secrets.items():
