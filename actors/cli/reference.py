@@ -43,6 +43,7 @@ _BEHAVIOUR: Final = {
         "Each document is used as it comes. ROS 2 reads stdin to its end, as one."
     ),
     "`topic echo --field`": "Arrays are printed as lists. ROS 2 prints NumPy's arrays.",
+    "`topic echo --filter`": "`m` is the message, also with `--field`. In ROS 2 it is the field then.",
     "`topic echo --flow-style`": (
         "Each message is one line in braces. ROS 2 puts only its sequences in one line each."
     ),
