@@ -60,10 +60,11 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
     """Return the file with the text of an interface, or None."""
     if not (_PACKAGE.fullmatch(package) and kind in KINDS and _TYPE.fullmatch(name)):
         return None
-    if package in standard_packages():
+    if any((_STANDARD / package / each / "__init__.py").is_file() for each in KINDS):
         return None
-    files = (interface_files(folder, kind).get(name) for folder in _text_folders(package))
-    return next(filter(None, files), None)
+    # The folder first: most names in a graph without a class have no files, and a search for these is slow.
+    folders = (folder for folder in _text_folders(package) if (folder / kind).is_dir())
+    return next(filter(None, (interface_files(folder, kind).get(name) for folder in folders)), None)
 
 
 def interface_files(folder: Path, kind: str) -> dict[str, Path]:

@@ -61,9 +61,14 @@ class FileFinder(MetaPathFinder):
         return find_in_folders(fullname, path)
 
 
+def has_finder() -> bool:
+    """Return whether this process can import interface packages from their files."""
+    return any(isinstance(each, FileFinder) for each in sys.meta_path)
+
+
 def install_finder() -> None:
     """Let this process import interface packages from their files."""
-    if not any(isinstance(each, FileFinder) for each in sys.meta_path):
+    if not has_finder():
         # The first, or Python would find the folder `msg` as a package without modules.
         sys.meta_path.insert(0, FileFinder())
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -43,6 +44,13 @@ def _defined(base: type[Any]) -> Iterator[type[Any]]:
         yield from _defined(cls)
 
 
+def _has_finder() -> bool:
+    """Return whether this process can import interface packages from their files."""
+    # Not imported here, which takes some milliseconds: without it nobody has installed its finder.
+    file_packages = sys.modules.get("actors.interfaces.file_packages")
+    return file_packages is not None and bool(file_packages.has_finder())
+
+
 def _load(package: str, kind: str, name: str) -> type | None:
     full = f"{package}/{kind}/{name}"
     # The program's own classes first. A second class for the same name would not match the one that the
@@ -51,8 +59,7 @@ def _load(package: str, kind: str, name: str) -> type | None:
         if type_name(cls) == full:
             return cls
     module = python_package(package, kind)
-    if module is None and source_file(package, kind, name) is not None:
-        # For a process with a `FileFinder`.
+    if module is None and _has_finder() and source_file(package, kind, name) is not None:
         module = f"{package}.{kind}"
     if module is None:
         return None

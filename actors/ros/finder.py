@@ -9,12 +9,13 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
-from importlib.abc import Loader, MetaPathFinder
+from importlib.abc import Loader
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
 
 from actors.config.environment import checks_fields
+from actors.interfaces.file_packages import FileFinder
 from actors.ros.interface_packages import find_in_folders
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ class AliasLoader(Loader):
         module.__spec__ = self._spec
 
 
-class RosFinder(MetaPathFinder):
+class RosFinder(FileFinder):
     """Finds ROS 2's names in callboard, unless a regular package of that name is installed.
 
     Args:
