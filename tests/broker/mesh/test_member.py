@@ -67,6 +67,7 @@ class Alone:
         mesh = self._host.mesh(0)
         mesh.add_broker(OTHER)
         mesh.accept_snapshot(OTHER, Snapshot(1, 0, ()))
+        self._host.flush()
 
     def join(self, domain: int) -> None:
         """Take part in a graph."""
@@ -76,7 +77,7 @@ class Alone:
         for each in messages:
             if isinstance(each, Direct) and each.frame == frames.Ping(LAST_PING):
                 self.calls.append(f"ping {each.broker}")
-                asyncio.get_running_loop().call_soon(self._leave)
+                asyncio.get_running_loop().call_later(0.01, self._leave)
 
     def _leave(self) -> None:
         self.calls.append("left")

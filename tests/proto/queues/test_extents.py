@@ -40,6 +40,18 @@ def test_allocations_never_overlap_and_all_space_comes_back(steps: list[tuple[st
     assert extents.allocate(END - START) == START  # all of it is one part again
 
 
+def test_a_part_grows_into_free_space_behind_it_only() -> None:
+    """What it grows by is not free any more."""
+    extents = Extents(START, END)
+    start = extents.allocate(PAGE_BYTES)
+    assert start is not None
+    assert extents.extend(start, PAGE_BYTES, 3 * PAGE_BYTES)
+    assert extents.free_bytes == END - START - 3 * PAGE_BYTES
+    assert extents.allocate(PAGE_BYTES) == START + 3 * PAGE_BYTES
+    assert not extents.extend(start, 3 * PAGE_BYTES, 4 * PAGE_BYTES)
+    assert extents.free_bytes == END - START - 4 * PAGE_BYTES
+
+
 def test_the_lowest_part_that_fits_is_used_again() -> None:
     """The memory that was used first is used again first, so that the upper end stays untouched."""
     extents = Extents(START, END)
