@@ -37,7 +37,7 @@ _BEHAVIOUR: Final = {
     "`doctor --report`": "It prints all checks of callboard: there are no reports about ROS 2.",
     "`doctor hello`": "The table has no part about multicast, and counts other processes of this host, too.",
     "`param describe`": "Unknown names do not hide the known ones.",
-    "`service list`": "It lists services that have a server. ROS 2's also has those with clients only.",
+    "`service list`": "It lists services that have a server. ROS 2 lists those of clients, too.",
     "`param`": "`--timeout` is 5 s by default instead of 1 s, and may be a fraction of a second.",
     "`service call --stdin`, `topic pub --stdin`, `action send_goal --stdin`": (
         "Each document is used as it comes. ROS 2 reads stdin to its end, as one."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.ros.rclpy.topic_endpoint_info import TopicEndpointInfo
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from actors.ros.rclpy.node_parts import NodeParts
@@ -39,8 +40,9 @@ class NodeGraph:
         return self._callboard.query(self._callboard.native.get_topic_names_and_types)
 
     def get_service_names_and_types(self) -> list[tuple[str, list[str]]]:
-        """Return all services with their types."""
-        return self._callboard.query(self._callboard.native.get_service_names_and_types)
+        """Return all services with their types; as in ROS 2, also those that have clients only."""
+        snapshot = self._callboard.query(self._callboard.native.get_graph)
+        return snapshot.names_and_types(EntryKind.SERVICE, EntryKind.CLIENT)
 
     def get_publisher_names_and_types_by_node(
         self,

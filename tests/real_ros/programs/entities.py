@@ -271,3 +271,17 @@ def raising_callback():
 
         node.create_timer(0.01, fail)
         return outcome(spin_until, node, lambda: False)
+
+
+def services_of_clients_and_servers():
+    """List the services of a node with a client and a server."""
+    with running_node() as node:
+        node.create_client(Trigger, "asked")
+        node.create_service(SetBool, "served", lambda request, response: response)
+        own = {f"{node.get_namespace().rstrip('/')}/{name}" for name in ("asked", "served")}
+
+        def listed():
+            return sorted(each for each in node.get_service_names_and_types() if each[0] in own)
+
+        spin_until(node, lambda: len(listed()) == 2)
+        return listed()
