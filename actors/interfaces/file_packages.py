@@ -10,21 +10,23 @@ from __future__ import annotations
 
 import sys
 from functools import cache
-from importlib.abc import InspectLoader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from importlib.abc import Loader
     from types import ModuleType
 
 KINDS: Final = ("msg", "srv", "action")
 """As in `actors.interfaces.catalog`, whose import takes some milliseconds: the finder needs them at once."""
 
 
-class InterfaceLoader(InspectLoader):
+class InterfaceLoader:
     """Executes the generated module of a package.
+
+    Neither it nor the finder has a base class: `importlib.abc` takes 10 ms, and most commands need these.
 
     Args:
         folder: The package's folder.
@@ -45,12 +47,24 @@ class InterfaceLoader(InspectLoader):
             raise ImportError(f"{self._folder} has no {fullname}", name=fullname)
         return text
 
+    def create_module(self, spec: ModuleSpec) -> None:
+        """Leave it to Python to make the module."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Execute the module's text.
+
+        Raises:
+            ImportError, InterfaceSyntaxError: As for `get_source`.
+        """
+        name = module.__name__
+        exec(compile(self.get_source(name), f"<{name}>", "exec", dont_inherit=True), vars(module))  # noqa: S102
+
     def is_package(self, fullname: str) -> bool:
         """Return whether the module has others in it: `robot_interfaces.msg`."""
         return fullname.count(".") == 1
 
 
-class FileFinder(MetaPathFinder):
+class FileFinder:
     """Finds interface packages that have files only, on the import path."""
 
     def find_spec(
@@ -88,7 +102,8 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
     folder = next((each for each in folders if each.name == package and has_files(each, rest[0])), None)
     if folder is None or _text(folder, fullname) is None:
         return None
-    spec = ModuleSpec(fullname, InterfaceLoader(folder), is_package=len(rest) == 1)
+    loader = cast("Loader", InterfaceLoader(folder))
+    spec = ModuleSpec(fullname, loader, is_package=len(rest) == 1)
     if spec.submodule_search_locations is not None:
         spec.submodule_search_locations.append(str(folder / rest[0]))
     return spec
