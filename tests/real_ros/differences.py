@@ -298,8 +298,8 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "parameter",
-        ("text",),
-        "A file of one word is refused: it is most likely no parameter file. ROS 2 reads nothing in it.",
+        ("text", "/**:\n  ros__parameters: []"),
+        "A word or a list where a mapping belongs is refused. ROS 2 reads nothing in it.",
     ),
     Difference(
         "message value",

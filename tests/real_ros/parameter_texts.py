@@ -127,7 +127,7 @@ def files(draw: st.DrawFn) -> str:
         if layout == "namespace":
             lines += [f"{node}:", "  n:", f"    {inner}:", draw(parameters("      "))]
         elif layout == "empty":
-            lines += [f"{node}:", f"  {inner}:{draw(st.sampled_from(('', ' {}', ' []', ' 1', ' ~')))}"]
+            lines += [f"{node}:", f"  {inner}:{draw(st.sampled_from(('', ' {}', ' 1', ' ~')))}"]
         else:
             lines += [f"{node}:", f"  {inner}:", draw(parameters("    "))]
     return "\n".join(lines) + draw(st.sampled_from(("\n", "", "\n...\n", "\n---\n")))

@@ -25,6 +25,7 @@ FILES = (
     "/**:\n  ros__parameters:\n    a: [1.5]\n    a: ['b']",
     "/**:\n  ros__parameters: {a.b: 1, a: {c: 2}}",
     "/**:\n  ros__parameters: {a: 1, <<: 2}",
+    "/**:\n  ros__parameters: []",
     "/**:\n  ros__parameters: {a: &x 1, b: *x}",
     "/**:\n  ros__parameters:\n    a: |\n      two\n      lines\n    b: >\n      two\n      lines",
     "/**:\n  ros__parameters:\n    a: |-\n      1\n",
