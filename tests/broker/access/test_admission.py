@@ -52,6 +52,16 @@ def test_the_table_of_failures_is_limited(monkeypatch: pytest.MonkeyPatch) -> No
     assert kept_failures(gate) == 5
 
 
+def test_a_connection_that_ends_frees_one_place() -> None:
+    """The others of its address are still counted."""
+    gate, where = Admission(None, max_per_address=2, plain_tokens=False), origin("192.0.2.1")
+    assert not gate.enter(where)
+    assert not gate.enter(where)
+    gate.leave(where)
+    assert not gate.enter(where)
+    assert gate.enter(where)
+
+
 def test_ended_connections_are_forgotten() -> None:
     """Nothing is kept of an address without connections."""
     gate = Admission(None, max_per_address=1, plain_tokens=False)

@@ -8,8 +8,10 @@ from unittest import mock
 
 import zenoh
 
+from broker.mesh.engine.sending_thread import MAX_QUEUED_BYTES
 from broker.mesh.engine.zenoh_config import make_config
 from broker.mesh.engine.zenoh_engine import MAX_OTHERS, VERSION, ZenohEngine
+from broker.mesh.messages import Publish
 from broker.options import BrokerOptions
 from proto.aio.read_budget import ReadBudget
 from tests.seams.brokers import see_token
@@ -31,6 +33,14 @@ async def test_the_traffic_of_a_broker_is_kept_while_it_is_there() -> None:
     assert [*engine.statistics().traffic] == [2]
     see_token(engine, key, zenoh.SampleKind.DELETE)
     assert not engine.statistics().traffic
+
+
+async def test_an_engine_is_full_of_what_waits_to_be_sent() -> None:
+    """Here its thread does not run."""
+    engine, part = make_engine(), Publish("/large", bytes(MAX_QUEUED_BYTES // 3))
+    for full in (False, False, True):
+        engine.send(0, [part])
+        assert engine.full is full
 
 
 async def test_brokers_of_other_versions_are_logged_once_each_and_to_a_limit(

@@ -384,3 +384,17 @@ def test_a_platform_without_sealed_memory_says_so(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(ArenaError, match="no sealed memory"):
         Arena(SIZE)
     gc.collect()
+
+
+@pytest.mark.parametrize("name", ["pid", "user"])
+def test_processes_of_another_namespace_have_another_identity(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They may not open each other's arenas."""
+    identity, read = host_identity(), os.readlink
+    monkeypatch.setattr(os, "readlink", lambda path: "other" if path.endswith(name) else read(path))
+    host_identity.cache_clear()
+    try:
+        assert host_identity() not in {identity, None}
+    finally:
+        host_identity.cache_clear()

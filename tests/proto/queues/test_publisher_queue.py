@@ -54,6 +54,26 @@ def test_a_full_link_keeps_exactly_the_newest_messages(
     assert queue.sent + queue.dropped == first
 
 
+def test_the_end_is_behind_what_waits_and_what_was_sent() -> None:
+    """Before the first message it is 0."""
+    outbox, queue = Outbox(), PublisherQueue(1, 10)
+    assert queue.end_sequence == 0
+    outbox.enqueue(queue, make_batch(5, [b"x"] * 3))
+    assert queue.end_sequence == 8
+    drain(outbox)
+    assert queue.end_sequence == 8
+
+
+def test_a_batch_that_was_never_queued_can_be_lost() -> None:
+    """It counts beside those that wait, which go on waiting."""
+    outbox, queue = Outbox(), PublisherQueue(1, 10)
+    outbox.enqueue(queue, make_batch(0, [b"x"] * 2))
+    queue.mark_lost(make_batch(2, [b"x"] * 3))
+    assert (queue.lost_on_break, queue.pending) == (3, 2)
+    queue.mark_lost()
+    assert (queue.lost_on_break, queue.pending) == (5, 0)
+
+
 def test_the_byte_limit_keeps_the_last_message(monkeypatch: pytest.MonkeyPatch) -> None:
     """§11: beyond MAX_QUEUE_BYTES the oldest batches are dropped, but never the last message."""
     monkeypatch.setattr(limits, "MAX_QUEUE_BYTES", 100)
