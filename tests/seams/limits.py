@@ -20,6 +20,7 @@ from actors.processes import child_events
 from actors.session import connector
 from actors.testing import fault_proxy
 from actors.threads import loop_thread
+from broker.mesh.engine import member
 from broker.serving import inspections, presence_log, probe
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "watching_end_sec": (watching, "END_TIMEOUT_SEC"),
     "log_lines_per_sec": (presence_log, "MAX_LINES_PER_SEC"),
     "probe_sec": (probe, "PROBE_TIMEOUT_SEC"),
+    "mesh_heartbeat_sec": (member, "HEARTBEAT_SEC"),
     "unanswered_inspects": (inspections, "MAX_UNANSWERED"),
 }
 

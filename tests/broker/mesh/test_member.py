@@ -8,13 +8,17 @@ from unittest import mock
 
 from broker.mesh.engine.engine import EngineStats
 from broker.mesh.engine.member import LAST_PING, MeshMember
-from broker.mesh.messages import Direct, Snapshot
+from broker.mesh.messages import Direct, Heartbeat, Snapshot
 from broker.options import BrokerOptions
 from broker.routing.router import Router
 from broker.server import Broker
 from proto.wire import frames
+from tests.seams.limits import set_limits
+from tests.waiting import until
 
 if TYPE_CHECKING:
+    import pytest
+
     from broker.mesh.engine.engine import Host
     from broker.mesh.messages import Message
 
@@ -53,9 +57,11 @@ class Alone:
 
     Attributes:
         calls: What it was asked to do.
+        heartbeats: How many it was given.
     """
 
     full = False
+    heartbeats = 0
 
     def __init__(self, host: Host) -> None:
         self.calls: list[str] = []
@@ -75,6 +81,7 @@ class Alone:
     def send(self, domain: int, messages: list[Message]) -> None:
         """Send messages: nobody gets them."""
         for each in messages:
+            self.heartbeats += isinstance(each, Heartbeat)
             if isinstance(each, Direct) and each.frame == frames.Ping(LAST_PING):
                 self.calls.append(f"ping {each.broker}")
                 asyncio.get_running_loop().call_later(0.01, self._leave)
@@ -93,8 +100,11 @@ class Alone:
         self.calls.append("stop")
 
 
-async def test_a_broker_starts_its_engine_and_ends_it_behind_a_last_ping() -> None:
+async def test_a_broker_starts_its_engine_and_ends_it_behind_a_last_ping(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The end of a session can overtake what was sent before it: the others have to answer first."""
+    set_limits(monkeypatch, mesh_heartbeat_sec=0.001)
     engines: list[Alone] = []
 
     def make(_number: int, host: Host) -> Alone:
@@ -102,5 +112,6 @@ async def test_a_broker_starts_its_engine_and_ends_it_behind_a_last_ping() -> No
         return engines[0]
 
     async with Broker(BrokerOptions(port=0), mesh_engine=make):
+        await until(lambda: engines[0].heartbeats > 1)
         assert engines[0].calls == ["start"]
     assert engines[0].calls == ["start", f"ping {OTHER}", "left", "stop"]
