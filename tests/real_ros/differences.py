@@ -160,6 +160,11 @@ DIFFERENCES: Final = (
         "A double that is tiny is one, and one that is out of range is a string: for ROS 2 a string and inf.",
     ),
     Difference(
+        "launch bool",
+        ("tRue", "oN"),
+        "Words of any case are truth values, as ROS 2 has it for conditions only.",
+    ),
+    Difference(
         "param set",
         ("1e3", "1e-3", "-.5", "4e-320", "[1e3, 1e4]"),
         "Doubles. For ROS 2 they are strings, which no double parameter takes.",

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from actors.interfaces.yaml_writer import flow_text
+from actors.launch.description.conditions import parse_bool
 from actors.launch.errors import LaunchError
 from actors.launch.planning.parameter_values import value_from_text
 from actors.parameters.dumping import parameter_file_text
@@ -90,6 +91,30 @@ def test_texts_in_launch_files(real: Side) -> None:
     for text, truth in zip(LAUNCH_TEXTS, answers, strict=True):
         agree(
             "launch value", text, real=REFUSED if isinstance(truth, dict) else truth, callboard=launched(text)
+        )
+
+
+LAUNCH_BOOLS = (
+    *(
+        case(word)
+        for word in ("true", "yes", "on", "false", "no", "off")
+        for case in (str, str.title, str.upper)
+    ),
+    *("1", "0", " true ", "tRue", "oN", "y", "n", "2", "1.0", "null", "maybe", "'true'", "[true]", ""),
+)
+
+
+def test_truth_values_in_launch_files(real: Side) -> None:
+    """Of options, and of parameters with type="bool"."""
+    for text, truth in zip(
+        LAUNCH_BOOLS, real.call("written_parameters.of_launch_bool", LAUNCH_BOOLS), strict=True
+    ):
+        value = parse_bool(text)
+        agree(
+            "launch bool",
+            text,
+            real=REFUSED if isinstance(truth, dict) else truth,
+            callboard=REFUSED if value is None else value,
         )
 
 

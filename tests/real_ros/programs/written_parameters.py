@@ -56,6 +56,24 @@ def _launched(text):
     return of_file(yaml.dump({"/**": {"ros__parameters": {"p": value}}}, default_flow_style=False))["p"]
 
 
+def of_launch_bool(texts):
+    """Return the truth values that options and typed parameters have in launch, or what is raised.
+
+    launch reads 1 and 0 itself, and other texts with PyYAML.
+
+    Args:
+        texts: The texts.
+    """
+    return [_answer(_truth, text) for text in texts]
+
+
+def _truth(text):
+    value = yaml.safe_load({"1": "true", "0": "false"}.get(text, text))
+    if not isinstance(value, bool):
+        raise TypeError(f"launch refuses {value!r}")
+    return value
+
+
 def of_param_set(texts):
     """Return the values that `ros2 param set` sends for these texts; or what is raised.
 
