@@ -7,11 +7,17 @@ for the texts that people write.
 from __future__ import annotations
 
 import math
+import re
 import time
+from pathlib import Path
 
 import pytest
 
+from actors.interfaces.yaml_reader import load_yaml
 from actors.interfaces.yaml_scalars import launch_scalar, rcl_scalar, yaml_scalar
+from actors.parameters.file_parser import parse_parameter_value
+
+ROOT = Path(__file__).resolve().parents[3]
 
 # The text; what rcl makes of it; what PyYAML does, where it is something else.
 CASES: list[tuple[object, ...]] = [
@@ -106,3 +112,22 @@ def test_long_numbers_are_texts(text: str) -> None:
     start = time.process_time()
     assert [rules(text) for rules in (rcl_scalar, yaml_scalar, launch_scalar)] == [text] * 3
     assert time.process_time() - start < 1
+
+
+def test_the_reference_is_right() -> None:
+    """Each text in the reference's table has the types that the table says."""
+    lines = iter((ROOT / "docs" / "reference" / "parameter-files.md").read_text().splitlines())
+    for line in lines:
+        if line == "| text | rcl | YAML 1.1 |":
+            break
+    next(lines)
+    names = {"bool": bool, "integer": int, "double": float, "string": str, "a list of one type": list}
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in iter(lines.__next__, "")]
+    assert len(rows) > 8
+    for texts, rcl, pyyaml in rows:
+        for text in re.findall("`([^`]+)`", texts):
+            assert type(parse_parameter_value(text)) is names[rcl]
+            if pyyaml in names:
+                assert type(load_yaml(text)) is names[pyyaml]
+            else:  # refused
+                assert load_yaml(text) is None
