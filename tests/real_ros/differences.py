@@ -293,6 +293,30 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "parameter",
+        ("/**:\n  ros__parameters: {a: 1, a: x}",),
+        "The last of two values counts. ROS 2 keeps the one whose type comes first in its list of types.",
+    ),
+    Difference(
+        "parameter",
+        (
+            "/**:\n  ros__parameters:\n    - a: 1",
+            "/**:\n  ros__parameters:\n    a:\n    - b: 1\n    - c: 2",
+        ),
+        "A mapping in a list is refused. ROS 2 reads lists: `a` or `a.b` is `[1]`.",
+    ),
+    Difference(
+        "parameter",
+        ("/**:\n  ros__parameters: {a.b: {c.d: {x: 1}, y: 2}}",),
+        "`y` is in `a.b`. Behind a name with dots ROS 2 loses its place: the parameter is `a.b.c.y`.",
+    ),
+    Difference(
+        "parameter",
+        ("a file of all nodes and the node, and a rule",),
+        ("/**:\n  ros__parameters:\n    - a: 1", "/**:\n  ros__parameters:\n    a:\n    - b: 1"),
+        " section for all nodes, `/**`, comes before it.",
+    ),
+    Difference(
+        "parameter",
         ("/**:\n  ros__parameters:\n    a: {}",),
         "An empty mapping has no parameters. ROS 2 refuses it.",
     ),

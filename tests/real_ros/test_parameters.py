@@ -13,6 +13,8 @@ from tests.real_ros.parameter_texts import DOUBLES, INTEGERS, VALUES, WORDS, fil
 if TYPE_CHECKING:
     from tests.real_ros.sides import Side
 
+ALL = "/**: {ros__parameters: {a: 0}}\n"
+NODE = "n: {ros__parameters: {a: 1}}\n"
 FILES = (
     "",
     "# nothing",
@@ -26,6 +28,11 @@ FILES = (
     "/**:\n  ros__parameters: {a.b: 1, a: {c: 2}}",
     "/**:\n  ros__parameters: {a: 1, <<: 2}",
     "/**:\n  ros__parameters: []",
+    "/**:\n  ros__parameters:\n    - a: 1",
+    "/**:\n  ros__parameters:\n    a:\n    - b: 1",
+    "- /**:\n    ros__parameters: {a: 1}",
+    "/**:\n  ros__parameters: {a.b: {c.d: {x: 1}, y: 2}}",
+    "/**:\n  ros__parameters: {a: 1, a: x}",
     "/**:\n  ros__parameters: {a: &x 1, b: *x}",
     "/**:\n  ros__parameters:\n    a: |\n      two\n      lines\n    b: >\n      two\n      lines",
     "/**:\n  ros__parameters:\n    a: |-\n      1\n",
@@ -38,6 +45,15 @@ FILES = (
     "[1, 2]",
     "text",
 )
+SOURCES = {
+    "two rules": (("rule", "a:=1"), ("rule", "a:=2")),
+    "a file of the node, and a rule": (("file", NODE), ("rule", "a:=2")),
+    "a rule, and a file of the node": (("rule", "a:=2"), ("file", NODE)),
+    "a file of all nodes, and a rule": (("file", ALL), ("rule", "a:=2")),
+    "a file of all nodes and the node, and a rule": (("file", f"{ALL}{NODE}"), ("rule", "a:=2")),
+    "a file of the node and all nodes, and a rule": (("file", f"{NODE}{ALL}"), ("rule", "a:=2")),
+    "a rule for the node": (("rule", "n:a:=2"), ("rule", "other:a:=3")),
+}
 RULES = ("[]", "[a:b, c]", "a:b", "[1, [2]]", "{a: 1}", "[1, 2", "- 1", "1, 2", " 1 ", "")
 
 
@@ -76,3 +92,9 @@ def test_values_in_files_are_read_alike(text: str, real: Side, face: Side) -> No
 def test_whole_files_are_read_alike(text: str, real: Side, face: Side) -> None:
     """Nodes, namespaces and names of all kinds."""
     compare(text, "of_file", text, real, face)
+
+
+@pytest.mark.parametrize("case", SOURCES)
+def test_the_order_of_sources(case: str, real: Side, face: Side) -> None:
+    """Which of several values counts."""
+    compare(case, "of_sources", SOURCES[case], real, face)

@@ -35,6 +35,24 @@ def of_rules(texts):
     return [found[f"p{at}"] for at in range(len(texts))]
 
 
+def of_sources(sources):
+    """Return the values that a node gets from files and `-p` arguments, in their order.
+
+    Args:
+        sources: Of each, "file" and its text, or "rule" and the argument behind `-p`.
+    """
+    arguments = []
+    with tempfile.TemporaryDirectory() as folder:
+        for at, (kind, text) in enumerate(sources):
+            if kind == "rule":
+                arguments += ["-p", text]
+            else:
+                path = Path(folder, f"{at}.yaml")
+                path.write_text(text, encoding="utf-8")
+                arguments += ["--params-file", str(path)]
+        return _of_arguments(arguments)
+
+
 def of_launch(texts):
     """Return the values that a node gets if launch has these texts for parameters, or what is raised.
 
