@@ -298,10 +298,7 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "parameter",
-        (
-            "/**:\n  ros__parameters:\n    - a: 1",
-            "/**:\n  ros__parameters:\n    a:\n    - b: 1\n    - c: 2",
-        ),
+        ("/**:\n  ros__parameters:\n    - a: 1", "/**:\n  ros__parameters:\n    a:\n    - b: 1"),
         "A mapping in a list is refused. ROS 2 reads lists: `a` or `a.b` is `[1]`.",
     ),
     Difference(
@@ -312,8 +309,8 @@ DIFFERENCES: Final = (
     Difference(
         "parameter",
         ("a file of all nodes and the node, and a rule",),
-        ("/**:\n  ros__parameters:\n    - a: 1", "/**:\n  ros__parameters:\n    a:\n    - b: 1"),
-        " section for all nodes, `/**`, comes before it.",
+        "The last value counts, so that `-p` overrules files. In ROS 2 a file for the node wins over `-p` if"
+        " a section for all nodes, `/**`, comes before it.",
     ),
     Difference(
         "parameter",
