@@ -75,10 +75,11 @@ def rcl_scalar(text: str) -> bool | int | float | str:
     if match is None or len(text) > MAX_NUMBER_CHARS:
         return text
     kind = match.lastgroup
-    if kind in {"hex", "octal", "int"}:
+    if kind == "int":
         integer = _integer(match["int"], match)
-        # strtoll refuses larger ones, and strtod takes them.
-        return integer if integer in _INT64 else _double(str(integer), text)
+        # strtoll refuses larger ones, and strtod takes them, which knows no octal numbers.
+        number = match["int"] if match["hex"] is None else str(integer)
+        return integer if integer in _INT64 else _double(number, text)
     if kind == "float":
         return _double(match["float"], text)
     if kind == "hexfloat":

@@ -40,6 +40,7 @@ CASES: list[tuple[object, ...]] = [
     ("9223372036854775807", 9223372036854775807),
     ("9223372036854775808", 9223372036854775808.0, 9223372036854775808),
     ("-9223372036854775809", -9223372036854775809.0, -9223372036854775809),
+    ("0x8000000000000000", 9223372036854775808.0, 9223372036854775808),
     ("1.5", 1.5),
     ("5.", 5.0),
     (".5", 0.5),
@@ -94,6 +95,12 @@ def test_rules(text: str, rcl: object, pyyaml: object) -> None:
     assert alike(yaml_scalar(text), pyyaml)
     integer = isinstance(pyyaml, int) and abs(pyyaml) < 1 << 63
     assert alike(launch_scalar(text), pyyaml if integer or isinstance(pyyaml, float) else rcl)
+
+
+def test_octal_numbers_that_are_no_integers() -> None:
+    """rcl reads them as doubles, which have no octal digits; PyYAML hands a launch the integer."""
+    assert alike(rcl_scalar("01777777777777777777777"), 1777777777777777777777.0)
+    assert alike(launch_scalar("01777777777777777777777"), 18446744073709551616.0)
 
 
 @pytest.mark.parametrize(("text", "value"), SURPRISES)
