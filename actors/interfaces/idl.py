@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 
 MAX_DEPTH: Final = 16
 """Modules in each other; those of ROS have two or three levels."""
+MAX_DIGITS: Final = 400
+"""Digits of an integer: a double has up to 309, and converting many takes quadratic time."""
 _TOKEN: Final = re.compile(
     r"""(?P<space>\s+|//[^\n]*|/\*.*?\*/)
     |(?P<include>\#include\s*(?:<[^>]+>|"[^"]+"))
@@ -80,6 +82,11 @@ class _Token:
     kind: str
     text: str
     line: int
+
+    @property
+    def is_decimal(self) -> bool:
+        """Whether it is an integer as ROS 2 reads them, which knows neither octal nor hexadecimal ones."""
+        return self.kind == "integer" and (self.text[0] != "0" or self.text == "0")
 
 
 @dataclass(frozen=True)
@@ -153,17 +160,18 @@ class _Tokens:
         return "::".join(filter(None, parts))
 
     def literal(self) -> object:
-        """Return the value of a literal, with a minus before it or without."""
+        """Return the value of a literal, with a sign before it or without."""
         negative = self.accept("-")
+        signed = negative or self.accept("+")
         token = self.advance()
-        if token.kind == "integer" and (token.text == "0" or token.text[0] != "0"):
-            return -int(token.text[:30]) if negative else int(token.text[:30])
+        if token.is_decimal and len(token.text) <= MAX_DIGITS:
+            return -int(token.text) if negative else int(token.text)
         if token.kind == "float":
             number = float(token.text.rstrip("dD"))
             return -number if negative else number
-        if token.text in {"TRUE", "FALSE"} and not negative:
+        if token.text in {"TRUE", "FALSE"} and not signed:
             return token.text == "TRUE"
-        if token.kind == "string" and not negative:
+        if token.kind == "string" and not signed:
             texts = [token.text]
             # Adjacent strings are one.
             while self.token.kind == "string":
@@ -252,6 +260,8 @@ class _Parser:
             self._tokens.fail(f"Constant '{name}' is of type {kind}; constants have a primitive type")
         self._tokens.expect("=")
         value = self._value(kind)
+        if keyword.iskeyword(name):
+            self._tokens.fail(f"Constant '{name}' is a Python keyword; use another name")
         own = self.constants.setdefault(modules[-1] if modules else "", [])
         self._once(name, [each.name for each in own])
         own.append(ConstantSpec(name, kind, value, _comment(annotations)))
@@ -305,8 +315,10 @@ class _Parser:
             name, kind = self._declarator(base)
             if keyword.iskeyword(name):
                 self._tokens.fail(f"Field '{name}' is a Python keyword; use another name")
-            default = annotations.get("default", {}).get("value")
-            value = None if default is None else self._checked(kind, default)
+            default = annotations.get("default", {"value": None})
+            if "value" not in default:
+                self._tokens.fail(f"The default of '{name}' has no value; write @default (value=1)")
+            value = None if default["value"] is None else self._checked(kind, default["value"])
             yield FieldSpec(name, kind, value, _comment(annotations))
             if not self._tokens.accept(","):
                 break
@@ -363,8 +375,8 @@ class _Parser:
 
     def _sequence(self) -> FieldType:
         self._tokens.expect("<")
-        element = self._type()
-        if element.is_array:
+        # Before the element is read: a file may have any number of them in each other.
+        if self._tokens.token.text == "sequence" or (element := self._type()).is_array:
             self._tokens.fail(
                 "A sequence of sequences or arrays is unknown in ROS 2; put the inner one into a message"
             )
@@ -390,7 +402,7 @@ class _Parser:
 
     def _size(self) -> int:
         token = self._tokens.advance()
-        if token.kind != "integer" or not token.text.isdigit() or not 0 < int(token.text[:12]) < 2**32:
+        if not (token.is_decimal and 0 < int(token.text[:12]) < 2**32):
             self._tokens.fail(f"A size or bound is an integer from 1 to {2**32 - 1}, got {token.text}")
         return int(token.text)
 
@@ -464,10 +476,13 @@ def parse_idl(text: str, package: str, kind: str, name: str, source: str = "") -
             tokens.fail(
                 f"Struct '{struct.name}' belongs into module {package} and in it module {kind}", struct.line
             )
-    parts = [
-        MessageSpec(
-            struct.fields, tuple(parser.constants.get(f"{struct.name}_Constants", ())), struct.comment
-        )
-        for struct in parser.structs
-    ]
+    parts: list[MessageSpec] = []
+    for struct in parser.structs:
+        constants = parser.constants.get(f"{struct.name}_Constants", [])
+        both = {each.name for each in struct.fields} & {each.name for each in constants}
+        if both:
+            tokens.fail(
+                f"'{min(both)}' is a constant and a field of '{struct.name}'; rename one", struct.line
+            )
+        parts.append(MessageSpec(struct.fields, tuple(constants), struct.comment))
     return InterfaceSpec(package, kind, name, tuple(parts))

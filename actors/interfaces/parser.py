@@ -168,9 +168,9 @@ class _Reader:
 
     def _count(self, text: str, digits: str) -> int:
         count = 0
-        # As in rosidl, which reads `+5` and `1_000`, too. `int` of a long text takes quadratic time.
+        # As in rosidl, which reads `+5` and `1_000`, too. Python refuses to convert thousands of digits.
         with suppress(ValueError):
-            count = int(digits[:20])
+            count = int(digits)
         if not 0 < count < 2**32:
             self.fail(f"'{text}': a size or bound is an integer from 1 to {2**32 - 1}")
         return count

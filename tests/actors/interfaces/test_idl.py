@@ -137,6 +137,7 @@ def test_services_and_actions() -> None:
         ("struct Foo { long double d; };", "cannot send a long double"),
         ("struct Foo { long x[2][3]; };", "two dimensions"),
         ("struct Foo { sequence<sequence<long>> x; };", "sequence of sequences"),
+        (f"struct Foo {{ {'sequence<' * 5000}long{'>' * 5000} x; }};", "sequence of sequences"),
         ("struct Foo { sequence<long> x[2]; };", "array of sequences"),
         ("struct Foo { Bar x; };", "'Bar' is no type that is defined above"),
         ("struct Foo { a_msgs::srv::Bar x; };", "no message, such as"),
@@ -147,6 +148,11 @@ def test_services_and_actions() -> None:
         ("struct Foo { long lambda; };", "Python keyword"),
         ("struct Foo { string<0> x; };", "from 1 to"),
         ("struct Foo { long x[N]; };", "from 1 to 4294967295, got N"),
+        ("struct Foo { sequence<long, 010> x; };", "from 1 to 4294967295, got 010"),
+        (f"struct Foo {{ string<{'9' * 5000}> x; }};", "from 1 to"),
+        ("struct Foo { @default(5) long x; };", "'x' has no value; write"),
+        (f"struct Foo {{ @default(value={'9' * 5000}) double x; }};", "no value that ROS 2 reads"),
+        ("module Foo_Constants { const long None = 1; }; struct Foo { long x; };", "Python keyword"),
         ("struct Foo { long x[99999999]; };", "at most"),
         ("struct Foo { @default(value=300) uint8 x; };", "out of range"),
         ("struct Foo { @default(value=TRUE) long x; };", "expected a number"),
@@ -182,6 +188,11 @@ def test_everything_else_is_refused(body: str, reason: str) -> None:
         ("module a_msgs { module msg { struct Bar { long x; }; }; };", "this has Bar"),
         ("module a_msgs { module srv { struct Foo { long x; }; }; };", "module a_msgs and in it module msg"),
         ("module b { module msg { struct Foo { long x; }; }; };", "module a_msgs and in it module msg"),
+        (
+            """module a_msgs { module msg {
+            module Foo_Constants { const long x = 1; }; struct Foo { long x; }; }; };""",
+            "'x' is a constant and a field",
+        ),
         ("module m {" * 100, "levels deep"),
         ("module m { };", "Expected a name"),
     ],
@@ -190,6 +201,13 @@ def test_a_file_defines_what_its_name_says(text: str, reason: str) -> None:
     """Package, kind and name are those of the folders and the file."""
     with pytest.raises(InterfaceSyntaxError, match=reason):
         parse_idl(text, "a_msgs", "msg", "Foo")
+
+
+def test_numbers_keep_their_value() -> None:
+    """However long they are, and with either sign."""
+    body = f"@default(value={'1' * 40}) double long_one; @default(value=+5) long plus; long size[12];"
+    large, plus, _ = idl(f"struct Foo {{ {body} }};").parts[0].fields
+    assert (large.default, plus.default) == (1.1111111111111112e39, 5)
 
 
 def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:

@@ -96,6 +96,7 @@ def test_fields_defaults_and_constants() -> None:
         ("int8[2] x [1]", "elements"),
         ("string<=2 x abc", "longer"),
         ("int8[99999999] x", "at most"),
+        (f"int8[{'9' * 5000}] x", "1 to"),
     ],
 )
 def test_errors_say_where_and_why(text: str, reason: str) -> None:
@@ -140,8 +141,8 @@ def test_a_package_may_have_a_header_of_its_own(tmp_path: Path) -> None:
 def test_sizes_are_read_as_rosidl_reads_them() -> None:
     """With Python's `int`. A fixed array may be as large as a message."""
     texts = ["int8[1_000] a", "string<=+5 b", "int8[<=007] c", "uint8[2097152] d", "uint8[67108864] e"]
-    assert fields("\n".join(texts)) == [
-        "int8[1000] a", "string<=5 b", "int8[<=7] c", "uint8[2097152] d", "uint8[67108864] e"
+    assert fields("\n".join([*texts, f"int8[{'0' * 18}123] f"])) == [
+        "int8[1000] a", "string<=5 b", "int8[<=7] c", "uint8[2097152] d", "uint8[67108864] e", "int8[123] f"
     ]  # fmt: skip
 
 
