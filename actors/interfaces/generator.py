@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.catalog import STANDARD_ROOT, interface_files, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from actors.interfaces.specs import InterfaceSpec
+
+MAX_NESTED: Final = 64
+"""Messages of a package in each other. Deeper ones could not be printed, and importing them is recursive."""
 
 __all__ = ["find_interface", "generate", "interface_source", "read_package", "render_package"]
 
@@ -75,6 +78,9 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
             raise InterfaceSyntaxError(str(source_dir), 0, f"Messages contain one another: {cycle}")
         if type_name in done:
             return
+        if len(path) >= MAX_NESTED:
+            reason = f"{path[0]} has messages in each other more than {MAX_NESTED} levels deep"
+            raise InterfaceSyntaxError(str(source_dir), 0, reason)
         spec = specs[type_name]
         for dependency in sorted(spec.dependencies):
             if dependency in specs:

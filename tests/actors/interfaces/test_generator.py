@@ -342,6 +342,7 @@ def test_what_is_generated_compiles_and_is_formatted_alike(names: list[str], val
         ({"msg/A.msg": "A a"}, "a_msgs/msg/A -> a_msgs/msg/A"),
         ({"msg/A.msg": "Missing a"}, "a_msgs/msg/Missing, which is not in the package"),
         ({"msg/URL.msg": "", "msg/Url.msg": ""}, "same module name"),
+        ({f"msg/M{at}.msg": f"M{at + 1} next" for at in range(1200)}, "more than 64 levels deep"),
         ({}, "No interfaces"),
     ],
 )
