@@ -7,7 +7,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, cast, get_args, get_origin
 
 from actors.interfaces.yaml_reader import PlainText, YamlError, load_yaml
-from actors.interfaces.yaml_scalars import launch_scalar
+from actors.interfaces.yaml_scalars import launch_scalar, yaml_scalar
 from actors.launch.description.conditions import to_bool
 from actors.launch.description.process_actions import ParameterValue
 from actors.launch.description.substitutions import Substitution, resolve
@@ -125,6 +125,10 @@ def _items(value: Any, scope: Scope) -> Sequence[Any]:
 def _converted(value: Any, kind: Any, scope: Scope) -> Any:
     if kind not in _SCALARS:
         raise LaunchError(f"value_type can be str, int, float or bool, or a list of one, not {kind!r}")
+    if isinstance(value, PlainText) and kind in {int, float}:
+        # Python itself reads neither `0x10` nor `.inf`, and `010` as ten.
+        number = yaml_scalar(value)
+        value = value if isinstance(number, bool | str) else number
     text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
     try:
         return to_bool(text, scope) if kind is bool else kind(text)

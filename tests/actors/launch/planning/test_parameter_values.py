@@ -74,6 +74,8 @@ def test_texts_that_are_no_values(text: str) -> None:
         (b"ab", b"ab"),  # ROS 2: the string "YWI=\n"
         (ParameterValue("1"), "1"),
         (ParameterValue("[1, 2]", value_type=list[str]), ["1", "2"]),  # ROS 2: an error
+        (ParameterValue("[010, 0x10, 0b1, 1_0]", value_type=list[int]), [8, 16, 1, 10]),
+        (ParameterValue("[.inf, 1_0.5, 1]", value_type=list[float]), [math.inf, 10.5, 1.0]),
         (ParameterValue(VAR, value_type=list[int]), None),
         (ParameterValue("y", value_type=str), "y"),  # ROS 2: True
     ],
