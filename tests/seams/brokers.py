@@ -47,6 +47,11 @@ def see_token(engine: ZenohEngine, key: str, kind: zenoh.SampleKind | None = Non
     engine._on_token(0, cast("zenoh.Sample", SimpleNamespace(key_expr=key, kind=kind)))
 
 
+def use_session(engine: ZenohEngine, session: object) -> None:
+    """Give an engine a session of Zenoh that it has not opened."""
+    engine._session = cast("zenoh.Session", session)
+
+
 def imports_of(mesh: Mesh) -> MeshImports:
     """Return a mesh's table of other brokers' endpoints."""
     return mesh._imports

@@ -213,6 +213,9 @@ def test_a_file_of_any_size_is_not_read(tmp_path: Path) -> None:
     file.write_bytes(b"#" * (MAX_FILE_BYTES + 1))
     with pytest.raises(AccessFileError, match=f"longer than {MAX_FILE_BYTES} bytes"):
         load_rules(file)
+    file.write_bytes(b"#" * MAX_FILE_BYTES)
+    with pytest.raises(AccessFileError, match="it has no users"):
+        load_rules(file)
 
 
 def test_an_empty_file_is_an_error() -> None:

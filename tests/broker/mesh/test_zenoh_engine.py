@@ -11,10 +11,10 @@ import zenoh
 from broker.mesh.engine.sending_thread import MAX_QUEUED_BYTES
 from broker.mesh.engine.zenoh_config import make_config
 from broker.mesh.engine.zenoh_engine import MAX_OTHERS, VERSION, ZenohEngine
-from broker.mesh.messages import Publish
+from broker.mesh.messages import Publish, Subscribe
 from broker.options import BrokerOptions
 from proto.aio.read_budget import ReadBudget
-from tests.seams.brokers import see_token
+from tests.seams.brokers import see_token, use_session
 
 if TYPE_CHECKING:
     import pytest
@@ -41,6 +41,16 @@ async def test_an_engine_is_full_of_what_waits_to_be_sent() -> None:
     for full in (False, False, True):
         engine.send(0, [part])
         assert engine.full is full
+
+
+async def test_a_topic_that_nobody_wants_any_more_is_not_received() -> None:
+    """Its subscription to other brokers' messages ends, and a new one begins when it is wanted again."""
+    engine, session = make_engine(), mock.Mock()
+    use_session(engine, session)
+    engine.send(0, [Subscribe("/topic", wanted=True), Subscribe("/topic", wanted=False)])
+    session.declare_subscriber.return_value.undeclare.assert_called_once_with()
+    engine.send(0, [Subscribe("/topic", wanted=True)])
+    assert session.declare_subscriber.call_count == 2
 
 
 async def test_brokers_of_other_versions_are_logged_once_each_and_to_a_limit(
