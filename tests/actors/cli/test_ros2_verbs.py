@@ -22,8 +22,8 @@ ROS2: Final[dict[str, Any]] = yaml.safe_load(
     (Path(__file__).parent / "ros2_verbs.yaml").read_text(encoding="utf-8")
 )
 VERBS: Final = dict(each_verb())
-VALUES: Final = {0: "", None: "=", 1: "=", "?": "=?", "+": "=...", "*": "=..."}
-PLACES: Final = {None: "1", "?": "?", "+": "...", "*": "...", REMAINDER: "..."}
+VALUES: Final[dict[int | str | None, str]] = {0: "", None: "=", 1: "=", "?": "=?", "+": "=...", "*": "=..."}
+PLACES: Final[dict[int | str | None, str]] = {None: "1", "?": "?", "+": "...", "*": "...", REMAINDER: "..."}
 OPTION: Final = re.compile(r"(?P<names>[-\w ]+)(?P<value>=?[?.]*)(?: \((?P<choices>.*)\))?")
 
 
@@ -34,7 +34,7 @@ def differences(verb: str) -> set[str]:
     found = {
         f"{verb} {_shown(action)}"
         for action, place in zip(arguments, ROS2[verb]["arguments"].split(), strict=False)
-        if PLACES[action.nargs] != place  # pyright: ignore[reportArgumentType]
+        if PLACES[action.nargs] != place
     }
     by_name = {name: action for action in actions for name in action.option_strings}
     for text in ROS2[verb].get("options", ()):
@@ -52,7 +52,7 @@ def _accepts(action: Action, option: re.Match[str]) -> bool:
     """Return whether an option takes what ROS 2's does."""
     choices = set(map(str, action.choices or ()))
     wanted = set((option["choices"] or "").split())
-    return VALUES[action.nargs] == option["value"] and (not choices or (bool(wanted) and wanted <= choices))  # pyright: ignore[reportArgumentType]
+    return VALUES[action.nargs] == option["value"] and (not choices or (bool(wanted) and wanted <= choices))
 
 
 def _shown(action: Action) -> str:
