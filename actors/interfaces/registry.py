@@ -67,7 +67,7 @@ def _load(package: str, kind: str, name: str) -> type | None:
         # Only from packages with the layout of generated ones (`python_package`): the name may come from a
         # graph, and an import runs code.
         found = getattr(import_module(module), name, None)
-    except (ImportError, SyntaxError, InterfaceSyntaxError) as error:
+    except (ImportError, SyntaxError, InterfaceSyntaxError, OSError) as error:
         raise UnknownInterfaceError(f"Interface '{full}' cannot be imported: {error}") from error
     return found if isinstance(found, type) and issubclass(found, _BASES[kind]) else None
 

@@ -121,6 +121,19 @@ def test_a_package_that_cannot_be_imported(
     monkeypatch.delitem(sys.modules, "broken_msgs", raising=False)
 
 
+def test_a_package_with_a_file_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A graph that has one of its types can be read; the error names the file."""
+    (tmp_path / "unreadable_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "unreadable_msgs" / "msg" / "Wheel.msg").write_text("int32 a")
+    (tmp_path / "unreadable_msgs" / "msg" / "Axle.msg").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    install_finder()
+    assert installed_interface("unreadable_msgs/msg/Wheel") is None
+    with pytest.raises(UnknownInterfaceError, match=r"cannot be imported: .*Axle\.msg"):
+        find_interface("unreadable_msgs/msg/Wheel")
+
+
 def test_packages_list_their_interfaces() -> None:
     """Messages, services, actions; unknown packages get a suggestion."""
     assert interfaces_of("std_srvs") == ["std_srvs/srv/Empty", "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"]
