@@ -52,6 +52,8 @@ _TYPE: Final = re.compile(
     r"(?:(?P<package>\w+)/(?:msg/)?)?(?P<name>\w+)(?:<=(?P<string>[+\w]*))?"
     r"(?P<array>\[(?P<most><=)?(?P<size>[^\]]*)\])?"
 )
+_BEFORE_QUOTE: Final = frozenset({" ", "\t", "=", "[", ","})
+"""What is before a string in quotes."""
 _CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
 
 
@@ -201,11 +203,12 @@ def without_comment(line: str) -> str:
         if quote:
             if character == quote and line[index - 1] != "\\":
                 quote = ""
-        elif character in "\"'":
+        # An apostrophe in a word, as in `it's # it's`, opens no string.
+        elif character in "\"'" and line[index - 1 : index] in _BEFORE_QUOTE:
             quote = character
         elif character == "#":
             return line[:index]
-    # An apostrophe without a partner, as in `# don't`, opens no string.
+    # Neither does one without a partner.
     return line.partition("#")[0] if quote else line
 
 

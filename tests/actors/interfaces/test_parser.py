@@ -150,6 +150,7 @@ def test_comments_end_lines_but_not_strings() -> None:
     """A `#` in quotes is text."""
     spec = msg('# one\n  # two\nstring a "x # y" # three\nstring b don\'t # four\nint8 c#five').parts[0]
     assert [field.default for field in spec.fields] == ["x # y", "don't", None]
+    assert msg("string A=it's # it's").parts[0].constants[0].value == "it's"
 
 
 def test_services_and_actions_have_parts() -> None:
