@@ -430,13 +430,13 @@ def _text_of(literal: str) -> str:
 
 def _rendered(kind: FieldType, value: Any) -> str:
     """Return a value as text, so that there is one check of types and ranges."""
+    if kind.base in {"string", "wstring"}:
+        if not all(isinstance(each, str) for each in (value if kind.is_array else [value])):
+            raise ValueError("expected a string")
+        return render_value(kind, value)
     if kind.is_array:
         element = replace(kind, is_array=False, low=0, high=None)
         return "[" + ", ".join(_rendered(element, each) for each in value) + "]"
-    if kind.base in {"string", "wstring"}:
-        if not isinstance(value, str):
-            raise ValueError("expected a string")
-        return render_value(kind, value)
     if isinstance(value, bool) and kind.base != "bool":
         raise ValueError("expected a number")
     return str(value)

@@ -6,6 +6,7 @@ import codecs
 import re
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
 if TYPE_CHECKING:
@@ -60,17 +61,21 @@ def idl_text(inner: str) -> str:
     return re.sub(r'\\(["\\])', r"\1", _IDL_ESCAPE.sub(_decoded, inner))
 
 
-def _escaped(found: re.Match[str]) -> str:
+def _escaped(found: re.Match[str], *, in_array: bool) -> str:
     character = found[0]
     if character == '"':
         return '\\"'
     if character == "\\":
         # Escapes are read twice, and then one of two backslashes, or one before a quotation mark, is removed.
-        return "\\" * (8 if found["pair"] else 4)
+        return "\\" * (2 if in_array else 8 if found["pair"] else 4)
     return codecs.encode(character, "unicode_escape").decode()
 
 
-def _string(field_type: FieldType, text: str) -> str:
+def _quoted(text: str, *, in_array: bool) -> str:
+    return f'"{_SPECIAL.sub(partial(_escaped, in_array=in_array), text)}"'
+
+
+def _string(field_type: FieldType, text: str, *, in_array: bool) -> str:
     value = text
     quote = text[:1]
     if quote in {'"', "'"}:
@@ -80,14 +85,17 @@ def _string(field_type: FieldType, text: str) -> str:
         if re.search(rf"(?<!\\){quote}", value):
             raise ValueError(f"Write \\{quote} for a quotation mark inside the string {text}")
         value = value.replace(f"\\{quote}", quote)
-    # ROS 2 reads escapes twice: on the way to an `.idl` file, also without quotes, and there.
-    value = idl_text(_ESCAPE.sub(_decoded, value).replace('"', '\\"'))
+    # ROS 2 reads escapes, also without quotes, on the way to an `.idl` file, and there once more. Those of an
+    # array are in a tuple of Python on that way, and are read once.
+    value = _ESCAPE.sub(_decoded, value)
+    if not in_array:
+        value = idl_text(value.replace('"', '\\"'))
     if field_type.string_bound and len(value) > field_type.string_bound:
         raise ValueError(f"{text} is longer than {field_type.string_bound} characters")
     return value
 
 
-def _scalar(field_type: FieldType, text: str) -> object:
+def _scalar(field_type: FieldType, text: str, *, in_array: bool = False) -> object:
     base = field_type.base
     if base == "bool":
         return _boolean(text)
@@ -97,7 +105,7 @@ def _scalar(field_type: FieldType, text: str) -> object:
         except ValueError:
             raise ValueError(f"'{text}' is not a number") from None
     if base in {"string", "wstring"}:
-        return _string(field_type, text)
+        return _string(field_type, text, in_array=in_array)
     value = _integer(base, text)
     return bytes([value]) if base == "byte" else value
 
@@ -131,7 +139,7 @@ def parse_value(field_type: FieldType, text: str) -> object:
     items = _items(text)
     if len(items) < field_type.low or (field_type.high is not None and len(items) > field_type.high):
         raise ValueError(f"{text} has {len(items)} elements, but the type is {field_type}")
-    return [_scalar(element, item) for item in items]
+    return [_scalar(element, item, in_array=True) for item in items]
 
 
 def render_value(field_type: FieldType, value: Any) -> str:
@@ -140,12 +148,16 @@ def render_value(field_type: FieldType, value: Any) -> str:
         element = replace(field_type, is_array=False, low=0, high=None)
         if isinstance(value, bytes) and field_type.base == "byte":
             return "[" + ", ".join(str(item) for item in value) + "]"
-        return "[" + ", ".join(render_value(element, item) for item in value) + "]"
+        texts = (
+            _quoted(item, in_array=True) if isinstance(item, str) else render_value(element, item)
+            for item in value
+        )
+        return f"[{', '.join(texts)}]"
     # First, since a bool is an int in Python, and `repr` would write `True`.
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, bytes):
         return str(value[0])
     if isinstance(value, str):
-        return '"' + _SPECIAL.sub(_escaped, value) + '"'
+        return _quoted(value, in_array=False)
     return repr(cast("object", value))

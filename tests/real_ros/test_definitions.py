@@ -69,6 +69,8 @@ MESSAGES = (
     "char A=007",
     "int32[] a [0x1, 08]",
     "string[] s [it's, 5\"]",
+    r"string[] s [\\x41, \n, '\\\\n\\d', \\\\]",
+    r"wstring[] s ['a\\b', \u0041\101\?, 'it\'s', \"\"]",
     "string[] s ['a' 'b']",
     "string[] s ['a'b]",
     "int32 lambda",

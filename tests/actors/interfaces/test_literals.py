@@ -84,6 +84,9 @@ def test_arrays() -> None:
     assert parse_value(texts, "[\"a, b\", 'c', d]") == ["a, b", "c", "d"]
     assert parse_value(texts, "[it's, 5\"]") == ["it's", '5"']
     assert parse_value(texts, "[]") == []
+    # Escapes are read once; those of a string alone twice.
+    assert parse_value(texts, r"[\\n, 'a\\b', \x41]") == [r"\n", r"a\b", "A"]
+    assert parse_value(FieldType("string"), r"\\n") == "\n"
     assert parse_value(FieldType("int8", is_array=True), "[1, 0x2,3]") == [1, 2, 3]
     for bad in ("1, 2", '["a]', "[1 2]"):
         with pytest.raises(ValueError, match=r".+"):

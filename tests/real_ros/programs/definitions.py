@@ -56,11 +56,18 @@ def _part(message):
 
 def _generated(value):
     """Return a value as it arrives in the generated code: strings travel through an `.idl` file."""
+    if isinstance(value, list) and value and isinstance(value[0], str):
+        content = repr(tuple(value)).replace("\\", r"\\").replace('"', r"\"")
+        return list(literal_eval(_read(f'"{content}"')))
     if not isinstance(value, str):
         return value
     literal = string_to_idl_string_literal(value).encode("iso-8859-1").decode()
     if "\n" in literal or "\r" in literal:
         raise ValueError("no line of an .idl file")
+    return _read(literal)
+
+
+def _read(literal):
     return get_string_literal_value(Tree("string_literal", [Token("ESCAPED_STRING", literal)]))
 
 
