@@ -186,11 +186,16 @@ class Node(NodeGraph, NodeParameters):
     if not TYPE_CHECKING:  # for type checkers a node would have every attribute
 
         def __getattr__(self, name: str) -> object:
+            if "_node_runner" in self.__dict__:
+                # Python's own error; or that of a property, which Python has replaced by this call.
+                return object.__getattribute__(self, name)
             cls = type(self).__name__
-            text = f"'{cls}' object has no attribute '{name}'"
-            if "_node_runner" not in self.__dict__:
-                text += f": {cls}.__init__ has to call super().__init__(node_name) before it uses the node"
-            raise AttributeError(text, name=name, obj=self)
+            raise AttributeError(
+                f"'{cls}' object has no attribute '{name}': {cls}.__init__ has to call"
+                " super().__init__(node_name) before it uses the node",
+                name=name,
+                obj=self,
+            )
 
     # Identity and state
 

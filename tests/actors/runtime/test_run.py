@@ -353,6 +353,21 @@ def test_an_attribute_that_a_node_does_not_have_is_an_ordinary_error(tmp_path: P
         _ = cast("Any", lonely(tmp_path)).create_publsher
 
 
+class Broken(actors.Node):
+    """Has a property that fails."""
+
+    @property
+    def speed(self) -> object:
+        """Uses an attribute that there is not."""
+        return cast("Any", self).sped
+
+
+def test_a_property_of_a_node_fails_with_its_own_error() -> None:
+    """Not with the claim that the node has no such property."""
+    with pytest.raises(AttributeError, match=r"'Broken' object has no attribute 'sped'$"):
+        _ = Broken("broken", start_parameter_services=False).speed
+
+
 def make_with_a_mistyped_field() -> String:
     """Make a message, over several lines."""
     return String(
