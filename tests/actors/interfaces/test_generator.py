@@ -296,6 +296,16 @@ def test_fields_may_have_any_name(imported: Any) -> None:
     assert codec_for(classes["All"]).encode(classes["All"]())
 
 
+def test_fields_in_idl_may_have_the_name_of_a_type(imported: Any) -> None:
+    """As of the message in them, or of what the generated module imports."""
+    names = ["Header", "StdMsgsHeader", "Message", "Annotated", "AtMost", "Length", "Foo"]
+    members = "".join(f"std_msgs::msg::Header {each}; " for each in names)
+    text = f"module a_idl_msgs {{ module msg {{ struct Foo {{ {members} sequence<long, 3> x; }}; }}; }};"
+    foo = imported("a_idl_msgs", {"msg/Foo.idl": text})["Foo"]
+    assert codec_for(foo).decode(codec_for(foo).encode(foo())) == foo()
+    assert [type_name(type(getattr(foo(), each))) for each in names] == ["std_msgs/msg/Header"] * len(names)
+
+
 def test_messages_and_constants_may_have_any_name(imported: Any) -> None:
     """Those that the generated module uses itself; and names of constants that are names of messages."""
     files = {f"msg/{name}.msg": _fields("x") for name in USED}
