@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 from actors.launch.description.templates import template, words
+from actors.launch.documents.numbers import WrittenFloat, WrittenInt
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
 from proto.untrusted_text import escape
@@ -227,12 +228,12 @@ class Named(Pairs):
 
 
 def read_plain(value: object, location: Location) -> str:
-    """Return a string, number or truth value as a string."""
+    """Return a string, number or truth value as a string: a number of a YAML file as it is written there."""
     if isinstance(value, bool):
         return "true" if value else "false"  # str() would give Python's words
     if not isinstance(value, str | int | float):
         raise location.error(f"expected a string, not {_describe(value)}")
-    return str(value)
+    return value.written if isinstance(value, WrittenInt | WrittenFloat) else str(value)
 
 
 def read_name(value: object, location: Location) -> str:

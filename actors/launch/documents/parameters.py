@@ -27,9 +27,10 @@ from actors.launch.documents.kinds import (
     read_text,
     record_schema,
 )
+from actors.launch.documents.numbers import plain_number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from actors.launch.documents.errors import Location
 
@@ -106,9 +107,14 @@ class RosParametersKind(Kind):
         below = location.inner(what)
         if typed:
             kind = _type(found["type"], location.inner("type"))
-            typed_value: Any = ParameterKind().read(found[what], below)
-            if isinstance(found[what], list):
+            given_value = found[what]
+            # A string is what is written, also `1.10` or `010`.
+            read = read_text if kind in {str, list[str]} else _single
+            if isinstance(given_value, list):
+                typed_value: Any = _list(cast("Any", given_value), below, read)
                 kind = _LISTS.get(kind, kind)
+            else:
+                typed_value = read(given_value, below)
             yield name, ParameterValue(typed_value, value_type=kind)
             return
         if what == "value":
@@ -159,12 +165,14 @@ def _type(value: object, location: Location) -> Any:
 def _single(value: object, location: Location) -> Any:
     """Return a value: as it is, if it is no text; what is a text to YAML may be a number to nodes."""
     if isinstance(value, bool | int | float):
-        return value
+        return plain_number(value)
     text = read_text(value, location)
     return launch_scalar(text) if isinstance(value, PlainText) and isinstance(text, str) else text
 
 
-def _list(values: list[object], location: Location) -> list[Any]:
+def _list(
+    values: list[object], location: Location, read: Callable[[object, Location], Any] = _single
+) -> list[Any]:
     """Return a list of values; a substitution in it is a text of one piece, as else all would be one text."""
-    found = (_single(each, location.inner(at)) for at, each in enumerate(values))
+    found = (read(each, location.inner(at)) for at, each in enumerate(values))
     return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]

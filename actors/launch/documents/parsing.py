@@ -1,7 +1,8 @@
 """Parses YAML and TOML files to plain data, within limits.
 
 Data is None, booleans, numbers, strings, lists, and mappings from strings to data. In YAML an unquoted string
-is `PlainText`, keys are strings as they are written, and a duplicate key is an error, as in TOML.
+is `PlainText`, a number knows how it is written, keys are strings as they are written, and a duplicate key is
+an error, as in TOML.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any, Final, cast
 
 from actors.interfaces.yaml_reader import MERGE_TAG, PLAIN_TAG, PlainText, YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Location
+from actors.launch.documents.numbers import written_number
 from proto.untrusted_text import escape
 
 MAX_DEPTH: Final = 50
@@ -107,8 +109,10 @@ class _Builder:
             value = self._loader.construct_object(node)
         except YamlError as error:
             raise _error(error.problem, node, location) from None
-        # Parameters need to know that it has no quotes.
-        return PlainText(value) if node.tag == PLAIN_TAG and isinstance(value, str) else value
+        if node.tag != PLAIN_TAG or value is None or isinstance(value, bool):
+            return value
+        # Parameters need to know that a string has no quotes.
+        return PlainText(value) if isinstance(value, str) else written_number(value, node.value)
 
     def _mapping(self, node: Any, location: Location) -> dict[str, object]:
         made: dict[str, object] = {}

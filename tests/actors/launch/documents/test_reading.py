@@ -529,3 +529,27 @@ def test_lists_of_parameters_may_have_substitutions_in_them() -> None:
     (step,) = planned(read_document("/files/a.yaml", text.encode()))
     process: Any = step
     assert process.process.command[-4:] == ("-p", "a:=[r3, x y]", "-p", "b:=[1, 7]")
+
+
+def test_numbers_in_yaml_are_strings_as_they_are_written() -> None:
+    """Where a string is expected, so that `1.10` is no `1.1`; also of a parameter of the type str."""
+    text = """
+launch:
+- arg: {name: version, default: 1.10}
+- node:
+    script: a.py
+    args: 1e3 010 $(var version)
+    env: [{name: RELEASE, value: 010}]
+    param:
+    - {name: a, value: 1.50, type: str}
+    - {name: b, value: [0x10, 1_0], type: str}
+    - {name: c, value: [010, 1.50]}
+"""
+    (step,) = make_plan(
+        read_document("/files/a.yaml", text.encode()), FakeLibrary(), arguments={}, environment={}, folder="/"
+    )
+    process: Any = step
+    command = process.process.command
+    assert command[-10:-6] == ("1e3", "010", "1.10", "--ros-args")
+    assert command[-5::2] == ('a:="1.50"', 'b:=["0x10", "1_0"]', "c:=[8.0, 1.5]")
+    assert process.process.environment["RELEASE"] == "010"
