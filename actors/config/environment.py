@@ -31,6 +31,7 @@ import re
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Final
 
+from actors.config.ros_domain import ROS_DOMAIN, parse_ros_domain
 from proto.errors import CallboardError
 from proto.limits import MAX_DOMAIN
 from proto.untrusted_text import escape
@@ -46,7 +47,6 @@ VARIABLES: Final = (
 )
 """Those that are callboard's own."""
 
-ROS_DOMAIN: Final = "ROS_DOMAIN_ID"
 CHOOSING_VARIABLES: Final = (*VARIABLES, ROS_DOMAIN)
 """Those that choose the broker or the graph of a program, which a test chooses itself."""
 
@@ -55,8 +55,6 @@ LOG_LEVELS: Final = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 stand_in: Final[ContextVar[Mapping[str, str] | None]] = ContextVar("callboard_environment", default=None)
 """The environment of a node that shares its process with others; None: that of the process."""
 
-_C_NUMBER = re.compile(r"\s*\+?(0[xX][0-9a-fA-F]{1,9}|0[0-7]{0,9}|[1-9][0-9]{0,9})")
-"""A number as C reads it."""
 _DOMAIN = re.compile(r"[0-9]{1,3}")
 
 
@@ -95,16 +93,13 @@ def domain_id(environ: Mapping[str, str] | None = None, *, ros: bool = False) ->
 
 
 def _ros_domain(environ: Mapping[str, str] | None) -> int | None:
-    """Return ROS_DOMAIN_ID, None if unset. As in rcl, 0x10 is 16, and 010 is 8."""
+    """Return ROS_DOMAIN_ID, None if unset."""
     value = _get(ROS_DOMAIN, environ)
     if value is None:
         return None
-    found = _C_NUMBER.fullmatch(value)
-    if found is not None:
-        digits = found[1]
-        number = int(digits, 8 if digits[0] == "0" and digits[1:].isdecimal() else 0)
-        if number <= MAX_DOMAIN:
-            return number
+    number = parse_ros_domain(value)
+    if number is not None:
+        return number
     raise InvalidEnvironmentError(ROS_DOMAIN, value, f"an integer from 0 to {MAX_DOMAIN}")
 
 

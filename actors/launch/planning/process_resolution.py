@@ -7,6 +7,7 @@ import shlex
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.config.ros_domain import ROS_DOMAIN, parse_ros_domain
 from actors.launch.description.action import Action
 from actors.launch.description.actions import EmitEvent, Shutdown
 from actors.launch.description.conditions import to_bool
@@ -20,6 +21,7 @@ from actors.launch.planning.node_arguments import full_name, ros_arguments
 from actors.launch.planning.option_values import option_value, option_values
 from actors.launch.planning.process_spec import LEAST_RESPAWN_DELAY_SEC, LifecycleSpec, ProcessSpec
 from actors.launch.planning.settings import variables
+from proto.limits import MAX_DOMAIN
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
@@ -111,19 +113,20 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     )
 
 
-ROS_DOMAIN: Final = "ROS_DOMAIN_ID"
-
-
 def _with_domain(environment: dict[str, str], scope: Scope) -> dict[str, str]:
     """Return the environment of a process; with --ros, a ROS_DOMAIN_ID that the description sets counts.
 
     The launch gives all processes its own domain as CALLBOARD_DOMAIN, which goes before ROS_DOMAIN_ID.
     """
-    domain = environment.get(ROS_DOMAIN)
-    changed = domain is not None and domain != scope.first_environment.get(ROS_DOMAIN)
-    if changed and "--ros" in scope.library.run_command:
-        return {**environment, "CALLBOARD_DOMAIN": domain or ""}
-    return environment
+    text = environment.get(ROS_DOMAIN)
+    if text is None or text == scope.first_environment.get(ROS_DOMAIN):
+        return environment
+    if "--ros" not in scope.library.run_command:
+        return environment
+    domain = parse_ros_domain(text) if text else 0
+    if domain is None:
+        raise LaunchError(f"{ROS_DOMAIN} must be an integer from 0 to {MAX_DOMAIN}, not '{escape(text)}'")
+    return {**environment, "CALLBOARD_DOMAIN": str(domain)}
 
 
 def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str:

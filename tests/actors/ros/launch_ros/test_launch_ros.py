@@ -167,24 +167,45 @@ def test_sources_are_files() -> None:
         assert kind(["a", ".launch"]).perform(scope()) == "a.launch"
 
 
+class RosLibrary(FakeLibrary):
+    """Runs programs with --ros."""
+
+    @property
+    def run_command(self) -> tuple[str, ...]:
+        """As with --ros."""
+        return ("callboard", "run", "--ros")
+
+
+def domains(given: list[Any], library: FakeLibrary) -> list[str]:
+    """Return CALLBOARD_DOMAIN of the processes of a plan whose own domain is 3."""
+    environment = {"CALLBOARD_DOMAIN": "3", "ROS_DOMAIN_ID": "3"}
+    plan = make_plan(
+        LaunchDescription(given), library, arguments={}, environment=environment, folder="/files"
+    )
+    return [step.process.environment["CALLBOARD_DOMAIN"] for step in plan if isinstance(step, Start)]
+
+
 def test_a_domain_that_a_file_sets_counts_for_its_processes() -> None:
     """In a launch with --ros, whose own domain all other processes have."""
-    environment = {"CALLBOARD_DOMAIN": "3", "ROS_DOMAIN_ID": "3"}
     given = [
         actions.Node(package="p", executable="one"),
         actions.Node(package="p", executable="two", additional_env={"ROS_DOMAIN_ID": "7"}),
         SetEnvironmentVariable("ROS_DOMAIN_ID", "8"),
         actions.Node(package="p", executable="three"),
     ]
+    assert domains(given, FakeLibrary()) == ["3", "3", "3"]
+    assert domains(given, RosLibrary()) == ["3", "7", "8"]
 
-    class RosLibrary(FakeLibrary):
-        run_command = ("callboard", "run", "--ros")
 
-    domains: list[list[str]] = []
-    for library in (FakeLibrary(), RosLibrary()):
-        plan = make_plan(
-            LaunchDescription(given), library, arguments={}, environment=environment, folder="/files"
-        )
-        processes = [step.process for step in plan if isinstance(step, Start)]
-        domains.append([each.environment["CALLBOARD_DOMAIN"] for each in processes])
-    assert domains == [["3", "3", "3"], ["3", "7", "8"]]
+@pytest.mark.parametrize(("text", "domain"), [("0x10", "16"), ("010", "8"), ("", "0")])
+def test_a_domain_is_read_as_rcl_reads_it(text: str, domain: str) -> None:
+    """As for a program outside of a launch."""
+    node = actions.Node(package="p", executable="one", additional_env={"ROS_DOMAIN_ID": text})
+    assert domains([node], RosLibrary()) == [domain]
+
+
+def test_a_domain_that_is_none_is_an_error_of_the_file() -> None:
+    """Which names the variable that the file sets."""
+    node = actions.Node(package="p", executable="one", additional_env={"ROS_DOMAIN_ID": "robot"})
+    with pytest.raises(LaunchError, match="ROS_DOMAIN_ID must be an integer from 0 to 232, not 'robot'"):
+        domains([node], RosLibrary())
