@@ -94,6 +94,8 @@ def measure(
         async with hidden_node(options) as node:
             names = list(dict.fromkeys(map(node.resolve_topic_name, topics)))
             snapshot = await graph_of(node)
+            if options.use_sim_time:  # without a time nothing counts
+                warn_unpublished(snapshot, "/clock")
             meters: list[MeterT] = []
             with Listener(node, timeout_sec=options.timeout) as listener:
                 for name in names:

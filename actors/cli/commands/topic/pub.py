@@ -121,11 +121,15 @@ async def _publish(options: Options, msg_type: type[Message], stamped: Stamped |
 
     from actors.cli.hidden_node import graph_of, hidden_node
     from actors.cli.stdin import documents
+    from actors.cli.subscriber import warn_unpublished
     from actors.cli.values import profile, stamped_message_from_text
     from actors.qos.profile import QoSProfile
 
     async with hidden_node(options, name=options.node_name) as node:
-        _check_type(options, await graph_of(node), node.resolve_topic_name(options.topic), msg_type)
+        snapshot = await graph_of(node)
+        if options.use_sim_time:  # 'auto' and 'now' are 0 until then
+            warn_unpublished(snapshot, "/clock")
+        _check_type(options, snapshot, node.resolve_topic_name(options.topic), msg_type)
         publisher = node.create_publisher(msg_type, options.topic, profile(options, QoSProfile(depth=10)))
         await _wait_for_subscriptions(options, publisher)
         if not options.json:

@@ -274,6 +274,17 @@ async def test_measurements_in_simulated_time(desk: Desk) -> None:
     assert bandwidth["bytes_per_sec"] == pytest.approx(bandwidth["mean_bytes"], rel=2.0)
 
 
+@pytest.mark.parametrize("verb", ["hz", "bw", "delay"])
+async def test_simulated_time_without_a_clock(desk: Desk, verb: str) -> None:
+    """It would wait for a time in silence."""
+    async with desk.node() as node:
+        node.create_publisher(Imu, "imu", 10)
+        await node.get_graph()
+        ended = await desk.callboard("topic", verb, "imu", "-s", "--timeout", "0.01")
+    assert ended.code == 124
+    assert "WARNING: topic [/clock] does not appear to be published yet" in ended.err
+
+
 async def test_delay_needs_a_header(desk: Desk) -> None:
     """ROS 2's text, and what it means."""
     async with desk.node() as node:

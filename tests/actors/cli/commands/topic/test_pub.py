@@ -278,6 +278,13 @@ async def test_pub_stamps_with_simulated_time(desk: Desk) -> None:
     assert stamps[-1] == 7
 
 
+async def test_pub_in_simulated_time_without_a_clock(desk: Desk) -> None:
+    """What it publishes has the time 0."""
+    ended = await desk.callboard("topic", "pub", "head", "std_msgs/msg/Header", "-s", "-1", "-w", "0")
+    assert ended.code == 0
+    assert ended.err == "WARNING: topic [/clock] does not appear to be published yet\n"
+
+
 async def test_pub_of_another_type_than_the_topic_has(desk: Desk) -> None:
     """What would wait for ever ends at once, and says why; what goes on warns; bytes fit every type."""
     async with desk.node() as node:
