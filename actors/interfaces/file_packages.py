@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 from functools import cache
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
@@ -100,6 +100,8 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
     # The parent of "robot_interfaces.msg._wheel" has its own folder there.
     folders = [Path(each).parent if len(rest) > 1 else Path(each) for each in path or ()]
     folder = next((each for each in folders if each.name == package and has_files(each, rest[0])), None)
+    if folder is None and len(rest) == 1:
+        folder = _hidden_folder(package, rest[0], path)
     if folder is None or _text(folder, fullname) is None:
         return None
     loader = cast("Loader", InterfaceLoader(folder))
@@ -107,6 +109,17 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
     if spec.submodule_search_locations is not None:
         spec.submodule_search_locations.append(str(folder / rest[0]))
     return spec
+
+
+def _hidden_folder(package: str, kind: str, path: Sequence[str] | None) -> Path | None:
+    """Return the folder of an interface package that a module of its name hides, such as Python's `test`.
+
+    Without one, or where that module has a `msg` of its own, return None.
+    """
+    if PathFinder.find_spec(f"{package}.{kind}", path) is not None:
+        return None
+    folders = (Path(entry or ".").absolute() / package for entry in sys.path)
+    return next((each for each in folders if has_files(each, kind)), None)
 
 
 def has_files(folder: Path, kind: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from typing import TYPE_CHECKING
 
@@ -132,6 +133,23 @@ def test_a_package_with_a_file_that_cannot_be_read(tmp_path: Path, monkeypatch: 
     assert installed_interface("unreadable_msgs/msg/Wheel") is None
     with pytest.raises(UnknownInterfaceError, match=r"cannot be imported: .*Axle\.msg"):
         find_interface("unreadable_msgs/msg/Wheel")
+
+
+def test_a_package_that_a_module_hides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder of files with the name of a package of Python's is found, and that package remains."""
+    (tmp_path / "json" / "msg").mkdir(parents=True)
+    (tmp_path / "json" / "msg" / "Wheel.msg").write_text("Axle axle")
+    (tmp_path / "json" / "msg" / "Axle.msg").write_text("float64 length 2.5")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    monkeypatch.setattr(json, "msg", None, raising=False)  # which the import sets
+    install_finder()
+    wheel = find_interface("json/msg/Wheel")
+    assert interface_source("json/msg/Axle") == "float64 length 2.5\n"
+    assert get_name(wheel) == "json/msg/Wheel"
+    assert json.dumps([]) == "[]"
+    for name in [name for name in sys.modules if name.startswith("json.msg")]:
+        del sys.modules[name]
 
 
 def test_packages_list_their_interfaces() -> None:
