@@ -2,7 +2,7 @@
 
 rcl knows no aliases, no merge keys, and no lists of unlike values; neither does this. What rcl reads as
 something else than is written is an error here (a list of mappings becomes parameters of other names), or the
-last value counts (of `a: 1` and `a: x`, rcl keeps the 1).
+last value counts (of `a: 1` and `a: x`, rcl takes the 1, whichever is the last).
 """
 
 from __future__ import annotations

@@ -288,8 +288,13 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "parameter",
-        ("/**:\n  ros__parameters:\n    a: [1.5]\n    a: ['b']",),
-        "The last of two values counts. ROS 2 keeps the first if both are lists of different types.",
+        (
+            "/**:\n  ros__parameters:\n    a: [1.5]\n    a: ['b']",
+            "/**:\n  ros__parameters:\n    a: 1\n    a: x",
+            "n: {ros__parameters: {a: true}}\n---\nn: {ros__parameters: {a: 2}}",
+        ),
+        "The last of two values counts. ROS 2 takes that whose type is the first of bool, integer, double,"
+        " string, and lists of these.",
     ),
     Difference(
         "parameter",
