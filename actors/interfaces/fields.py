@@ -273,7 +273,8 @@ def check_annotations(cls: type) -> None:
         try:
             # One by one: those that are known are checked, whatever the others are.
             one = type(cls.__name__, (), {"__annotations__": {field: annotation}})
-            hint = get_type_hints(one, names, {**vars(cls), cls.__name__: cls}, include_extras=True)[field]
+            # As in `_resolved`: a field does not hide the type that has its name.
+            hint = get_type_hints(one, names, {cls.__name__: cls}, include_extras=True)[field]
         except NameError:
             continue
         inner = hint
