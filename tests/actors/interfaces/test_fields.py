@@ -100,9 +100,9 @@ def test_a_type_that_is_defined_later_is_reported_at_the_first_use() -> None:
 
 def test_a_field_may_be_named_as_its_type() -> None:
     """It does not hide the type, as the annotations are read outside of the class."""
-    annotations = {"str": "str", "names": "list[str]"}
+    annotations = {"names": "list[str]", "str": "str"}
     named = make("Named", (Message,), {"__annotations__": annotations, "__module__": __name__, "str": ""})
-    assert [str(field.type) for field in fields_of(named)] == ["string", "string[]"]
+    assert [str(field.type) for field in fields_of(named)] == ["string[]", "string"]
 
 
 def test_an_unknown_name_in_an_annotation_is_reported() -> None:
