@@ -46,8 +46,9 @@ def flow_text(value: object) -> str:
             return _float(value)
         case str():
             return _string(value)
-        case bytes() | bytearray() | memoryview():
+        case bytes() | bytearray() | memoryview() if value:
             return f'!!binary "{base64.b64encode(cast("bytes", value)).decode()}"'
+        # No bytes, too: with a tag rcl would take them for a string, which no list can be.
         case Sequence():
             return f"[{', '.join(map(flow_text, cast('Sequence[object]', value)))}]"
         case _:

@@ -284,6 +284,23 @@ async def test_a_dump_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
         assert node.get_parameters(names) == before
 
 
+async def test_a_dump_of_empty_lists_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
+    """Each keeps its type, that of bytes, too."""
+    kinds = [kind for kind in ParameterType if kind >= ParameterType.BYTE_ARRAY]
+    async with driver(desk, namespace="ns") as node:
+        for kind in kinds:
+            node.declare_parameter(kind.name, Parameter(kind.name, kind, []).value or kind)
+            node.set_parameters([Parameter(kind.name, kind, [])])
+        file = tmp_path / "dump.yaml"
+        file.write_text((await desk.callboard("param", "dump", "/ns/driver")).out, encoding="utf-8")
+        assert file.read_text(encoding="utf-8").count(": []\n") == len(kinds)
+        done = await desk.callboard("param", "load", "/ns/driver", str(file))
+        assert done.out.count(" successful") >= len(kinds)
+        found = node.get_parameters([kind.name for kind in kinds])
+        assert [each.type_ for each in found] == kinds
+        assert not any(each.value for each in found)
+
+
 async def test_a_dump_as_json_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
     """NaN, infinities, bytes, empty lists and 64-bit integers come back, with the types of the parameters."""
     values: dict[str, Any] = {
