@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.threads import NodeThread
-from broker import Broker, BrokerOptions
+from tests.real_ros import ROOT
 from tests.real_ros.differences import counts
 from tests.real_ros.sides import FACE_COMMAND, REAL_COMMAND, Domain, Side
 
@@ -40,11 +41,19 @@ def real(real_environ: dict[str, str]) -> Iterator[Side]:
 
 @pytest.fixture(scope="session")
 def face() -> Iterator[Side]:
-    """callboard's ROS face, with a broker."""
-    with NodeThread("broker") as thread:
-        side = Side(FACE_COMMAND, {"CALLBOARD_URL": thread.enter(Broker(BrokerOptions(port=0))).url})
+    """callboard's ROS face, with a broker.
+
+    The broker is a process, too: as long as a thread ran one here, simulated histories of this worker counted
+    what its channels did.
+    """
+    command = (sys.executable, "-m", "broker", "--port", "0")
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as broker:
+        assert broker.stdout is not None
+        url = broker.stdout.readline().split()[-1]
+        side = Side(FACE_COMMAND, {"CALLBOARD_URL": url})
         yield side
         side.close()
+        broker.terminate()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
