@@ -50,7 +50,11 @@ class GroupAction(Action):
     _: KW_ONLY
     scoped: bool = field(default=True, metadata=option("Whether what they set ends with the group."))
     forwarding: bool = field(
-        default=True, metadata=option("Whether they see the arguments that are set outside.")
+        default=True,
+        metadata=option(
+            "Whether they see what is set outside: arguments, variables, namespace, parameters, remappings. A"
+            " group that is not scoped always does."
+        ),
     )
     launch_configurations: Mapping[str, Text] = field(
         default_factory=dict[str, Text],

@@ -75,6 +75,18 @@ class Scope:
             saved_environments=[],
         )
 
+    def first(self) -> Scope:
+        """Return a scope in which nothing has been set, pushed or declared since the launch began."""
+        return replace(
+            self.inner(),
+            configurations={},
+            environment=dict(self.first_environment),
+            namespace=None,
+            parameters={},
+            remappings=[],
+            parameter_files=[],
+        )
+
     def adopt(self, inner: Scope) -> None:
         """Take over the settings of an inner scope.
 

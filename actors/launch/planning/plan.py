@@ -257,12 +257,12 @@ class _Planner:
             )
 
     def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
-        inner = scope.inner() if action.scoped else scope
         # As in ROS 2: with `forwarding` an argument can use those before it. Otherwise all of them are
-        # evaluated outside.
-        outside = inner if action.forwarding else inner.inner()
-        if not action.forwarding:
-            inner.configurations.clear()
+        # evaluated outside. A group that is not scoped could not forget what is outside.
+        inner = outside = scope.inner() if action.scoped else scope
+        if action.scoped and not action.forwarding:
+            outside, inner = inner, scope.first()
+            outside.environment = inner.environment
         for name, value in action.launch_configurations.items():
             inner.configurations[name] = resolve(value, outside)
         return self.plan(action.actions, inner)

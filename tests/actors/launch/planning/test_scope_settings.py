@@ -16,12 +16,15 @@ from actors.launch.description.actions import (
     PopLaunchConfigurations,
     PushEnvironment,
     PushLaunchConfigurations,
+    PushNamespace,
     RegisterEventHandler,
     ResetEnvironment,
     ResetLaunchConfigurations,
     SetEnvironmentVariable,
     SetLaunchConfiguration,
+    SetParameter,
     SetParametersFromFile,
+    SetRemap,
     UnsetLaunchConfiguration,
 )
 from actors.launch.description.description import LaunchDescription
@@ -67,7 +70,22 @@ def test_arguments_are_saved_and_restored() -> None:
     assert said(one, push, two, X, pop, X) == ["2", "1"]
     assert said(one, UnsetLaunchConfiguration("x"), X) == ["none"]
     assert said(one, ResetLaunchConfigurations({"y": LaunchConfiguration("x")}), X) == ["none"]
-    assert said(one, GroupAction([X], forwarding=False)) == ["none"]
+    assert said(one, GroupAction([X], forwarding=False), X) == ["none", "1"]
+
+
+def test_a_group_without_forwarding_begins_anew() -> None:
+    """As in ROS 2: not only arguments are forgotten. One that is not scoped forgets nothing."""
+    settings = (
+        *(SetLaunchConfiguration("x", "1"), SetEnvironmentVariable("A", "1"), PushNamespace("ns")),
+        *(SetParameter("p", 1), SetRemap("a", "b"), SetParametersFromFile("p.yaml")),
+    )
+    actions = (X, A, Node(script="a.py"))
+    for scoped, texts in ((True, ["none", "0"]), (False, ["1", "1"])):
+        found = steps(*settings, GroupAction(actions, forwarding=False, scoped=scoped), X, A)
+        assert [step.text for step in found if isinstance(step, LogText)] == [*texts, "1", "1"]
+        (start,) = [step for step in found if isinstance(step, Start)]
+        # There are such arguments if there is a namespace, parameter, file or rule.
+        assert ("--ros-args" in start.process.command) is not scoped
 
 
 def test_environments_are_saved_and_restored() -> None:
