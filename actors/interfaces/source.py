@@ -86,7 +86,8 @@ class _Module:
         dependencies = sorted(self._spec.dependencies)
         taken = {*_BASES.values(), "Annotated", "ClassVar", "AtMost", "Length"}
         taken |= {self._spec.name, *PARTS[self._spec.kind]}
-        taken |= {each.name for part in self._spec.parts for each in (*part.fields, *part.constants)}
+        for part in self._spec.parts:
+            taken |= {each.name for each in part.fields} | {each.name for each in part.constants}
         shorts = [type_name.rpartition("/")[2] for type_name in dependencies]
         names: dict[str, str] = {}
         for type_name, short in zip(dependencies, shorts, strict=True):
