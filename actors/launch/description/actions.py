@@ -145,17 +145,17 @@ class SetRemap(Setting):
 
 @dataclass(frozen=True, kw_only=True)
 class PushLaunchConfigurations(Setting):
-    """Save the arguments and their values, until `PopLaunchConfigurations`."""
+    """Save the arguments, namespace, parameters and remappings, until `PopLaunchConfigurations`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PopLaunchConfigurations(Setting):
-    """Restore the arguments that were saved last in this group or file."""
+    """Restore what `PushLaunchConfigurations` saved last in this group or file."""
 
 
 @dataclass(frozen=True)
 class ResetLaunchConfigurations(Setting):
-    """Forget all arguments, except for these."""
+    """Forget all arguments, except for these, and the namespace, parameters and remappings."""
 
     launch_configurations: Mapping[str, Text] = field(
         default_factory=dict[str, Text],

@@ -55,7 +55,7 @@ class Scope:
     parameters: dict[str, str] = field(default_factory=dict[str, str])
     remappings: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     parameter_files: list[str] = field(default_factory=list[str])
-    saved_configurations: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
+    saved_configurations: list[Scope] = field(default_factory=list["Scope"])
     saved_environments: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
     first_environment: Mapping[str, str] = field(default_factory=dict[str, str])
     event: object = None
@@ -93,9 +93,18 @@ class Scope:
         Args:
             inner: That scope. It must not be used after this.
         """
-        self.configurations, self.environment = inner.configurations, inner.environment
-        self.parameters, self.parameter_files = inner.parameters, inner.parameter_files
-        self.remappings, self.namespace = inner.remappings, inner.namespace
+        self.environment = inner.environment
+        self.restore(inner)
+
+    def restore(self, saved: Scope) -> None:
+        """Take over all settings but the environment: what launch and launch_ros have as configurations.
+
+        Args:
+            saved: Their scope. It must not be used after this.
+        """
+        self.configurations, self.namespace = saved.configurations, saved.namespace
+        self.parameters, self.parameter_files = saved.parameters, saved.parameter_files
+        self.remappings = saved.remappings
 
     @property
     def launch_configurations(self) -> dict[str, str]:

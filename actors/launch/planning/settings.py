@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.launch.description.actions import (
     AppendEnvironmentVariable,
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Setting
     from actors.launch.description.substitutions import Scope, Text
+
+T = TypeVar("T")
 
 
 def apply_setting(action: Setting, scope: Scope) -> None:
@@ -72,35 +74,31 @@ def apply_setting(action: Setting, scope: Scope) -> None:
 def _save_or_restore(action: Setting, scope: Scope) -> None:
     match action:
         case PushLaunchConfigurations():
-            scope.saved_configurations.append(dict(scope.configurations))
+            scope.saved_configurations.append(scope.inner())
         case PopLaunchConfigurations():
-            _replace(scope.configurations, _last(action, scope.saved_configurations))
+            scope.restore(_last(action, scope.saved_configurations))
         case ResetLaunchConfigurations():
             # Evaluated first: the values may use the arguments that are forgotten.
             given = {name: resolve(value, scope) for name, value in action.launch_configurations.items()}
-            _replace(scope.configurations, given)
+            scope.restore(scope.first())
+            scope.configurations.update(given)
         case UnsetLaunchConfiguration():
             scope.configurations.pop(resolve(action.name, scope), None)
         case PushEnvironment():
             scope.saved_environments.append(dict(scope.environment))
         case PopEnvironment():
-            _replace(scope.environment, _last(action, scope.saved_environments))
+            scope.environment = _last(action, scope.saved_environments)
         case ResetEnvironment():
-            _replace(scope.environment, scope.first_environment)
+            scope.environment = dict(scope.first_environment)
         case _:
             raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
 
 
-def _last(action: Setting, saved: list[dict[str, str]]) -> dict[str, str]:
+def _last(action: Setting, saved: list[T]) -> T:
     # A scope begins with empty stacks, so that a group cannot pop what was pushed outside of it.
     if not saved:
         raise LaunchError(f"{type(action).__name__}: nothing has been pushed in this group or file")
     return saved.pop()
-
-
-def _replace(values: dict[str, str], by: Mapping[str, str]) -> None:
-    values.clear()
-    values.update(by)
 
 
 def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:

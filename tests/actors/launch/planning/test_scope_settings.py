@@ -44,6 +44,8 @@ from actors.processes.outcome import Outcome
 from tests.actors.launch.fake_library import FakeLibrary
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from actors.launch.description.action import Action
 
 
@@ -86,6 +88,20 @@ def test_a_group_without_forwarding_begins_anew() -> None:
         (start,) = [step for step in found if isinstance(step, Start)]
         # There are such arguments if there is a namespace, parameter, file or rule.
         assert ("--ros-args" in start.process.command) is not scoped
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [((), (ResetLaunchConfigurations(),)), ((PushLaunchConfigurations(),), (PopLaunchConfigurations(),))],
+)
+def test_settings_of_nodes_belong_to_the_arguments(before: Sequence[Action], after: Sequence[Action]) -> None:
+    """As in ROS 2, what saves, restores or forgets arguments does it with them."""
+    settings = PushNamespace("ns"), SetParameter("p", 1), SetRemap("a", "b"), SetParametersFromFile("p.yaml")
+    first, last = steps(*before, *settings, Node(script="a.py"), *after, Node(script="a.py"))
+    assert isinstance(first, Start)
+    assert isinstance(last, Start)
+    assert "--ros-args" in first.process.command
+    assert "--ros-args" not in last.process.command
 
 
 def test_environments_are_saved_and_restored() -> None:
