@@ -40,7 +40,7 @@ _DONE_BY: Final = {
 
 
 def named_interface(name: str, options: Options | None = None) -> type[Any]:
-    """Return the class with this type name: an installed one, or one that a node uses.
+    """Return the class with this type name: an installed one, or one that a node publishes or serves.
 
     Args:
         name: The type's name; full, unless it is installed.

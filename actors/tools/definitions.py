@@ -99,7 +99,8 @@ def class_in_graph(inspector: Inspector, name: str) -> type[Message | Service | 
         name: As for `texts_in_graph`.
 
     Returns:
-        The class, without constants and defaults; None if nobody uses the type.
+        The class, without constants and defaults; None if nobody publishes or serves the type.
+        Subscriptions and clients do not declare the definition of theirs.
 
     Raises:
         BrokerUnreachable: As for `texts_in_graph`.
