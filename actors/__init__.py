@@ -15,7 +15,7 @@ from actors.lazy import lazy_imports
 # Somebody's own proto.py, or another library, would give errors that nobody understands.
 _spec = _PathFinder.find_spec("proto")
 if _spec is None or _spec.origin != "proto".join(__file__.rsplit("actors", 1)):
-    from actors.hidden import refuse_without_proto
+    from actors.hidden_packages import refuse_without_proto
 
     refuse_without_proto()
 

@@ -131,7 +131,7 @@ def lazy_getattr(package: str, home_of: Mapping[str, str]) -> Callable[[str], ob
         try:
             value: object = getattr(import_module(home_of[name]), name)
         except ImportError as error:
-            from actors.hidden import raise_explained  # noqa: PLC0415 - after a failure only
+            from actors.hidden_packages import raise_explained  # noqa: PLC0415 - after a failure only
 
             raise_explained(error)
         setattr(sys.modules[package], name, value)

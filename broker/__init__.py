@@ -40,7 +40,10 @@ _HOME_OF = {
 
 
 def explained(error: ImportError) -> ImportError:
-    """Return an error that names the module that hides `proto`, or the same error (as `actors.hidden`)."""
+    """Return an error that names the module that hides `proto`, or the same one.
+
+    `actors.hidden_packages` does the same for `actors`.
+    """
     from pathlib import Path  # noqa: PLC0415 - after a failure only
 
     file = getattr(sys.modules.get("proto"), "__file__", None)

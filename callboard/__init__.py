@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 else:  # with a `__getattr__` in sight, type checkers accept each misspelt name
 
     def _refuse_other(name: str, file: str | None) -> None:
-        # As `actors.hidden` does, which may be hidden itself.
+        # As `actors.hidden_packages` does, which may be hidden itself.
         home = _path.dirname(_path.dirname(_path.realpath(__file__)))  # noqa: PTH120 - pathlib takes milliseconds
         if file is not None and not _path.realpath(file).startswith(_path.join(home, name) + _path.sep):  # noqa: PTH118
             raise ImportError(

@@ -166,7 +166,7 @@ def _listed(verbs: Mapping[str, Verb | Group]) -> str:
 
 def _report_clash(error: ImportError) -> int:
     """Report that another package hides one of callboard's; raise the error if none does."""
-    from actors.hidden import hidden_package
+    from actors.hidden_packages import hidden_package
 
     text = hidden_package(error)
     if not text:

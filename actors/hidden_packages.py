@@ -1,7 +1,7 @@
-"""Names a module that hides one of callboard's packages: somebody's own proto.py, or another library.
+"""Explains import errors if somebody's own proto.py, or another library, hides one of callboard's packages.
 
-Without it the error is a riddle: "No module named 'proto.errors'; 'proto' is not a package". This module is
-imported after a failure only, and must not need `proto` itself.
+Python only says "No module named 'proto.errors'; 'proto' is not a package". This module is imported after a
+failure, and must not need `proto` itself.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _HOME: Final = Path(__file__).resolve().parent.parent
 class _Refusal:
     """Refuses to import modules of callboard: none of them would find `proto`.
 
-    Those of the command line are imported all the same: it prints the text without a traceback.
+    The command line is an exception: it prints the text without a traceback.
 
     Args:
         text: The reason.
@@ -28,7 +28,8 @@ class _Refusal:
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> None:
         """Raise ImportError for a module of callboard."""
-        if name.startswith(("actors.", "broker.")) and not name.startswith(("actors.cli", "actors.hidden")):
+        own = ("actors.cli", "actors.hidden_packages")
+        if name.startswith(("actors.", "broker.")) and not name.startswith(own):
             raise ImportError(self._text, name="proto")
 
 
