@@ -1,6 +1,6 @@
-"""Values of YAML's unquoted scalars, by named rules: only here is decided what `on`, `1e-3` or `08` is.
+"""Values of unquoted YAML scalars. This is the only place that decides what `on`, `1e-3` or `08` is.
 
-ROS 2 has two readers of YAML, which disagree about one text in three of those that are not obvious:
+ROS 2 reads YAML in two ways, which disagree about these and similar texts:
 
 | text | `rcl_scalar` | `yaml_scalar` |
 |---|---|---|
@@ -10,8 +10,9 @@ ROS 2 has two readers of YAML, which disagree about one text in three of those t
 | `null`, `~` | str | None |
 | `9223372036854775808` | float | int |
 
-`rcl_scalar` is rcl's parser, which nodes use for parameter files and for `-p`. `yaml_scalar` is PyYAML, which
-everything written in Python uses. What a launch gives to a node passes both: `launch_scalar`.
+`rcl_scalar` follows rcl's parser, which nodes use for parameter files and `-p`. `yaml_scalar` follows PyYAML,
+which ROS 2's Python tools use. A launch reads parameters with PyYAML and passes them to nodes, where rcl
+reads them again: `launch_scalar`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from typing import Final
 Scalar = bool | int | float | str | None
 
 MAX_NUMBER_CHARS: Final = 1000
-"""Longer texts are no numbers: converting them takes quadratic time. An exact double has up to 767 digits."""
+"""Longer texts are strings: converting them takes quadratic time. An exact double has up to 767 digits."""
 
 _YES: Final = ("yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON")
 _NO: Final = ("no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
@@ -39,7 +40,7 @@ _RCL_BOOLS: Final = {
 }
 _DOTTED_WORDS: Final = r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
 
-# What C's strtoll (base 0) and strtod take for a number, as a whole; block scalars may start with spaces.
+# All texts that C's strtoll (base 0) or strtod converts to their end. Block scalars may start with spaces.
 _RCL_NUMBER: Final = re.compile(
     rf"""[ \t\n\v\f\r]*(?:
         (?P<int>[-+]?(?:0[xX](?P<hex>[0-9a-fA-F]+) | (?P<octal>0[0-7]*) | [1-9][0-9]*))
@@ -63,7 +64,7 @@ _INT64: Final = range(-(1 << 63), 1 << 63)
 
 
 def rcl_scalar(text: str) -> bool | int | float | str:
-    """Return the value of an unquoted text in a parameter file or behind `-p name:=`.
+    """Return the value of an unquoted text in a parameter file or after `-p name:=`.
 
     Args:
         text: The text.
@@ -77,7 +78,7 @@ def rcl_scalar(text: str) -> bool | int | float | str:
     kind = match.lastgroup
     if kind == "int":
         integer = _integer(match["int"], match)
-        # strtoll refuses larger ones, and strtod takes them, which knows no octal numbers.
+        # rcl falls back on strtod for integers beyond 64 bits. It reads hexadecimal but no octal numbers.
         number = match["int"] if match["hex"] is None else str(integer)
         return integer if integer in _INT64 else _double(number, text)
     if kind == "float":
@@ -90,7 +91,7 @@ def rcl_scalar(text: str) -> bool | int | float | str:
 def yaml_scalar(text: str) -> Scalar:
     """Return the value of an unquoted text by the rules of PyYAML (YAML 1.1), without those that surprise.
 
-    Unlike there, `12:30` and dates are texts, and `1e3` is a number.
+    Unlike in PyYAML, `12:30` and dates are strings, and `1e3` is a number.
 
     Args:
         text: The text.
@@ -108,7 +109,7 @@ def yaml_scalar(text: str) -> Scalar:
         value = float(digits) if kind == "float" else _integer(digits, match)
     except ValueError:
         return text  # no digits: `0x_`
-    # Out of range.
+    # A number that is out of range stays a string.
     return text if value in _INFINITE else value
 
 
@@ -121,7 +122,7 @@ def launch_scalar(text: str) -> bool | int | float | str:
     value = yaml_scalar(text)
     if value is None or isinstance(value, str):
         return rcl_scalar(text)
-    # rcl takes larger integers, too.
+    # The node gets the digits, and rcl makes a double of an integer beyond 64 bits.
     return _double(str(value), text) if isinstance(value, int) and value not in _INT64 else value
 
 
@@ -138,7 +139,7 @@ def _double(number: str, text: str) -> float | str:
     value = float(number)
     if abs(value) >= sys.float_info.min:
         return text if value in _INFINITE else value
-    # Out of range is also what is too small to be exact.
+    # strtod also reports numbers that are too small to be exact.
     try:
         return value if Decimal(number) == Decimal(value) else text
     except InvalidOperation:

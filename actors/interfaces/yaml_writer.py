@@ -1,6 +1,6 @@
-"""YAML that every reader takes for the same values: rcl's parser, PyYAML, and callboard's own.
+"""Writes YAML that rcl's parser, PyYAML and callboard read as the same values.
 
-Parameter files, `-p` and what `param dump` prints are written here.
+Parameter files, the arguments of `-p` and the output of `param dump` are written here.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MAX_KEY_CHARS: Final = 80
 """Longer keys are written with a question mark: libyaml finds no key of more than 1,024 bytes otherwise."""
 
-# Words that begin no other kind of YAML and end in nothing that has a meaning.
+# Words that are plain scalars in any YAML: no indicator at the beginning, no colon at the end.
 _UNQUOTED: Final = re.compile(r"[A-Za-z_/][A-Za-z0-9_./+-]*(?: [A-Za-z0-9_./+-]+)*")
 _SCALAR_SEQUENCES: Final = (str, bytes, bytearray, memoryview)
 _ESCAPES: Final = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
@@ -48,7 +48,7 @@ def flow_text(value: object) -> str:
             return _string(value)
         case bytes() | bytearray() | memoryview() if value:
             return f'!!binary "{base64.b64encode(cast("bytes", value)).decode()}"'
-        # No bytes, too: with a tag rcl would take them for a string, which no list can be.
+        # Empty bytes as well: rcl reads an empty `!!binary` as a string, which no array parameter accepts.
         case Sequence():
             return f"[{', '.join(map(flow_text, cast('Sequence[object]', value)))}]"
         case _:
@@ -88,15 +88,15 @@ def _lines(values: Mapping[str, Any]) -> Iterator[str]:
 def _float(value: float) -> str:
     if not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    # rcl takes numbers as small as these for strings, unless they are exact.
+    # rcl reads numbers below the smallest normal one as strings, unless all their digits are given.
     text = str(Decimal(value)) if 0 < abs(value) < sys.float_info.min else repr(value)
     mantissa, exponent, power = text.lower().partition("e")
-    # PyYAML takes 1e+22 for a string.
+    # PyYAML reads 1e+22 as a string.
     return mantissa + ("" if "." in mantissa else ".0") + exponent + power
 
 
 def _string(value: str) -> str:
-    # The type of both is compared: `y` is a bool for the one, `null` nothing for the other.
+    # Both readers must see a string: `y` is a bool for rcl, and `null` is nothing for PyYAML.
     if (
         _UNQUOTED.fullmatch(value)
         and isinstance(rcl_scalar(value), str)

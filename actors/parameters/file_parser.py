@@ -1,8 +1,9 @@
-"""What a parameter file says, and the text behind `-p name:=`, as rcl reads them.
+"""Parses parameter files, and the text after `-p name:=`, by the rules of rcl.
 
-rcl knows no aliases, no merge keys, and no lists of unlike values; neither does this. What rcl reads as
-something else than is written is an error here (a list of mappings becomes parameters of other names), or the
-last value counts (of `a: 1` and `a: x`, rcl takes the 1, whichever is the last).
+Like rcl it refuses aliases and lists of values of different types. There are two kinds of differences
+(docs/reference/parameter-files.md lists them). Text that rcl accepts and misreads is an error, such as merge
+keys and lists of mappings, which become parameters of other names. Of two values of one parameter the last
+one counts: of `a: 1` and `a: x` rcl keeps the 1 in either order.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 PARAMETERS_KEY: Final = "ros__parameters"
 _PATTERN: Final = re.compile(r"(?:/(?:[A-Za-z_][A-Za-z0-9_]*|\*\*?))+")
-# One word that YAML cannot take for anything else: most values, which need no PyYAML.
+# One word that is a plain scalar in any YAML. Most values are such words, and then PyYAML is not imported.
 _WORD: Final = re.compile(r"(?!\.\.\.)-?[A-Za-z0-9_/+.][A-Za-z0-9_/+.-]*")
 _STRING_TAG: Final = "tag:yaml.org,2002:str"
 _BINARY_TAG: Final = "tag:yaml.org,2002:binary"
@@ -30,13 +31,16 @@ _NAMES: Final = {bool: "a bool", int: "an integer", float: "a double", str: "a s
 
 
 def parse_parameter_value(text: str) -> ParameterValue:
-    """Return the value of the text behind `-p name:=`: a scalar, or a list of scalars of one type.
+    """Return the value of the text after `-p name:=`.
 
     Args:
         text: The text.
 
+    Returns:
+        A scalar, or a list of scalars of one type.
+
     Raises:
-        ValueError: It is none.
+        ValueError: The text is not YAML, or not exactly one such value.
     """
     if _WORD.fullmatch(text):
         return rcl_scalar(text)
@@ -54,7 +58,7 @@ def parse_parameter_file(data: bytes) -> Iterator[tuple[str, str, ParameterValue
     """Yield the node pattern, name and value of each parameter, in the order of the file.
 
     Args:
-        data: What the file contains.
+        data: The content of the file.
 
     Raises:
         ValueError: It does not have the form of a parameter file.
@@ -95,7 +99,7 @@ def _parameters(
 
 
 class _Parser:
-    """The events of a text, one after the other."""
+    """Reads the YAML events of a text, and keeps the current one for errors."""
 
     def __init__(self, source: str | bytes) -> None:
         self._events = yaml_events(source)
