@@ -292,14 +292,10 @@ DIFFERENCES: Final = (
             "/**:\n  ros__parameters:\n    a: [1.5]\n    a: ['b']",
             "/**:\n  ros__parameters:\n    a: 1\n    a: x",
             "n: {ros__parameters: {a: true}}\n---\nn: {ros__parameters: {a: 2}}",
+            "/**:\n  ros__parameters: {a: 1, a: x}",
         ),
-        "The last of two values counts. ROS 2 takes that whose type is the first of bool, integer, double,"
+        "The last of two values counts. ROS 2 keeps the one whose type comes first: bool, integer, double,"
         " string, and lists of these.",
-    ),
-    Difference(
-        "parameter",
-        ("/**:\n  ros__parameters: {a: 1, a: x}",),
-        "The last of two values counts. ROS 2 keeps the one whose type comes first in its list of types.",
     ),
     Difference(
         "parameter",
