@@ -10,13 +10,13 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.parameters.file_parser import PARAMETERS_KEY
 from actors.parameters.overrides import MAX_FILE_SIZE, node_matches
 from actors.parameters.types import Parameter, ParameterType
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-_PARAMETERS_KEY: Final = "ros__parameters"
 _NOT_FINITE: Final = {text: float(text) for text in ("nan", "inf", "-inf")}
 """As `print_json` prints them."""
 
@@ -55,8 +55,8 @@ def values_in_file(path: str, node: str, *, use_wildcard: bool) -> dict[str, Any
 def _sections(document: dict[str, Any], path: str) -> Iterator[tuple[str, dict[str, Any]]]:
     for key, below in document.items():
         pattern = f"{path}/{key.strip('/')}"
-        if set(below) == {_PARAMETERS_KEY}:
-            yield pattern, below[_PARAMETERS_KEY]
+        if set(below) == {PARAMETERS_KEY}:
+            yield pattern, below[PARAMETERS_KEY]
         else:
             yield from _sections(_mapping(below), pattern)
 

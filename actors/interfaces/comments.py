@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from types import ModuleType
 
+# Those of `specs.PARTS`, whose import would be circular.
 _PARTS: Final = ("Request", "Response", "Goal", "Result", "Feedback")
 
 
 @dataclass(frozen=True)
 class Comments:
-    """What the author of a type says about it.
+    """The comments of one type.
 
     Attributes:
         own: The comment of the type itself; empty without one.

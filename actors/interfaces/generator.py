@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 from actors.interfaces.catalog import STANDARD_ROOT, interface_files, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.parser import parse_file
-from actors.interfaces.registry import find_interface, interface_source
 from actors.interfaces.source import module_name, render_init, render_module
 from actors.interfaces.specs import PACKAGE_NAME, PARTS
 
@@ -25,13 +24,17 @@ if TYPE_CHECKING:
     from actors.interfaces.specs import InterfaceSpec
 
 MAX_NESTED: Final = 64
-"""Messages of a package in each other. Deeper ones could not be printed, and importing them is recursive."""
-
-__all__ = ["find_interface", "generate", "interface_source", "read_package", "render_package"]
+"""Levels of nested messages in a package. Deeper ones cannot be printed, and importing them is recursive."""
 
 
 def read_package(source_dir: Path) -> list[InterfaceSpec]:
-    """Parse the interfaces of a package folder; dependencies precede their users.
+    """Parse the interfaces of a package folder.
+
+    Args:
+        source_dir: The folder, named as the package, with msg, srv and action folders.
+
+    Returns:
+        Their specifications; those of messages come before those that use them.
 
     Raises:
         InterfaceSyntaxError: The folder's name is not a package name, it has no interfaces, a file breaks a
@@ -79,7 +82,7 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
         if type_name in done:
             return
         if len(path) >= MAX_NESTED:
-            reason = f"{path[0]} has messages in each other more than {MAX_NESTED} levels deep"
+            reason = f"{path[0]} has messages that are nested more than {MAX_NESTED} levels deep"
             raise InterfaceSyntaxError(str(source_dir), 0, reason)
         spec = specs[type_name]
         for dependency in sorted(spec.dependencies):
@@ -103,12 +106,11 @@ def _locator(package: str, root: str) -> Callable[[str], str]:
     def module_of(type_name: str) -> str:
         owner, kind, name = type_name.split("/")
         if owner == package:
-            prefix = root
-        else:
-            prefix = f"{STANDARD_ROOT}.{owner}" if owner in standard else owner
-            if owner not in standard:
-                return f"{prefix}.{kind}"
-        return f"{prefix}.{kind}.{module_name(name)}"
+            return f"{root}.{kind}.{module_name(name)}"
+        if owner in standard:
+            return f"{STANDARD_ROOT}.{owner}.{kind}.{module_name(name)}"
+        # Another tool may have generated it, with other names for the modules below.
+        return f"{owner}.{kind}"
 
     return module_of
 
@@ -152,7 +154,7 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
     target = source_dir if output_dir is None else output_dir / source_dir.name
     written: list[Path] = []
     files = render_package(specs, root or source_dir.name)
-    # All before the first is written: a package is not left half new, or with a module that is no Python.
+    # All are compiled before the first is written: an error leaves the package as it was.
     for name, text in files.items():
         compile(text, str(target / name), "exec", dont_inherit=True)
     for name, text in files.items():

@@ -15,8 +15,8 @@
     };
 
 A file has one struct for a message, two for a service (`X_Request`, `X_Response`), three for an action
-(`X_Goal`, `X_Result`, `X_Feedback`). Whatever has no meaning in ROS 2 is refused with its line. Enums
-and forward declarations are read, as there, but no field can be of such a type.
+(`X_Goal`, `X_Result`, `X_Feedback`). An error names the line of anything that ROS 2 does not read. Enums and
+forward declarations are allowed, as in ROS 2, but no field can have such a type.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 MAX_DEPTH: Final = 16
-"""Modules in each other; those of ROS have two or three levels."""
+"""Levels of nested modules; files of ROS have two or three."""
 MAX_DIGITS: Final = 400
 """Digits of an integer: a double has up to 309, and converting many takes quadratic time."""
 _TOKEN: Final = re.compile(
@@ -99,7 +99,7 @@ class _Struct:
 
 
 _Annotations = dict[str, dict[str, Any]]
-"""The parameters of annotations by the names of these; that of an annotation with one value is ""."""
+"""Annotation to its parameters, by name. A value without a name has the name ""."""
 
 
 class _Tokens:
@@ -210,10 +210,10 @@ class _Parser:
     def __init__(self, tokens: _Tokens) -> None:
         self._tokens = tokens
         self._typedefs: dict[str, FieldType] = {}
-        self._enums: set[str] = set()
+        self._without_fields: set[str] = set()  # enums and forward declarations
         self.structs: list[_Struct] = []
         self.constants: dict[str, list[ConstantSpec]] = {}
-        """By the module that they are in."""
+        """Module name to its constants."""
 
     # Definitions
 
@@ -275,7 +275,7 @@ class _Parser:
             self._tokens.fail(f"'{name}' is already another type")
 
     def _enum(self) -> None:
-        self._enums.add(self._tokens.name())
+        self._without_fields.add(self._tokens.name())
         self._tokens.expect("{")
         self._tokens.annotations()
         self._tokens.name()
@@ -287,7 +287,7 @@ class _Parser:
     def _struct(self, modules: tuple[str, ...], annotations: _Annotations, line: int) -> None:
         name = self._tokens.name()
         if self._tokens.token.text == ";":
-            self._enums.add(name)
+            self._without_fields.add(name)
             return
         if self._tokens.token.text == ":":
             self._tokens.fail(
@@ -362,7 +362,7 @@ class _Parser:
         }:
             words += f" {self._tokens.name()}"
         if words in _NO_TYPES:
-            self._tokens.fail(f"ROS 2 cannot send a {words}; write such as {_NO_TYPES[words]}")
+            self._tokens.fail(f"ROS 2 cannot send a {words}; use {_NO_TYPES[words]}, for example")
         base = _TYPES.get(words)
         if base is None:
             rest = f"::{self._tokens.scoped_name()}" if self._tokens.accept("::") else ""
@@ -375,7 +375,7 @@ class _Parser:
 
     def _sequence(self) -> FieldType:
         self._tokens.expect("<")
-        # Before the element is read: a file may have any number of them in each other.
+        # Checked before the element is read, which is recursive: a file may nest any number of them.
         if self._tokens.token.text == "sequence" or (element := self._type()).is_array:
             self._tokens.fail(
                 "A sequence of sequences or arrays is unknown in ROS 2; put the inner one into a message"
@@ -387,14 +387,14 @@ class _Parser:
     def _named(self, name: str) -> FieldType:
         if name in self._typedefs:
             return self._typedefs[name]
-        if name.rpartition("::")[2] in self._enums:
+        if name.rpartition("::")[2] in self._without_fields:
             self._tokens.fail(
                 f"'{name}' is an enum, or has no fields here; ROS 2 has no fields of such types, use uint8"
             )
         package, kind, message = [*name.split("::"), "", ""][:3]
         if name.count("::") != 2 or kind != "msg" or not PACKAGE_NAME.fullmatch(package):
             self._tokens.fail(
-                f"'{name}' is no type that is defined above it, and no message, such as std_msgs::msg::Header"
+                f"'{name}' is no type defined above, and no message, such as std_msgs::msg::Header"
             )
         if not TYPE_NAME.fullmatch(message):
             self._tokens.fail(f"'{message}' is not a message name: these are CamelCase letters and digits")
@@ -474,7 +474,7 @@ def parse_idl(text: str, package: str, kind: str, name: str, source: str = "") -
     for struct in parser.structs:
         if struct.modules != (package, kind):
             tokens.fail(
-                f"Struct '{struct.name}' belongs into module {package} and in it module {kind}", struct.line
+                f"Struct '{struct.name}' must be in module {package} and in it module {kind}", struct.line
             )
     parts: list[MessageSpec] = []
     for struct in parser.structs:

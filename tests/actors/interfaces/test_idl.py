@@ -139,7 +139,7 @@ def test_services_and_actions() -> None:
         ("struct Foo { sequence<sequence<long>> x; };", "sequence of sequences"),
         (f"struct Foo {{ {'sequence<' * 5000}long{'>' * 5000} x; }};", "sequence of sequences"),
         ("struct Foo { sequence<long> x[2]; };", "array of sequences"),
-        ("struct Foo { Bar x; };", "'Bar' is no type that is defined above"),
+        ("struct Foo { Bar x; };", "'Bar' is no type defined above"),
         ("struct Foo { a_msgs::srv::Bar x; };", "no message, such as"),
         ("enum E { A }; struct Foo { E x; };", "is an enum"),
         ("struct Foo : Bar { long x; };", "has a base"),

@@ -21,12 +21,12 @@ EXAMPLES: Final = {
 
 
 class _OptionName(argparse.Action):
-    """Stores under which of its names an option was given."""
+    """Stores the name by which an option was given."""
 
     def __call__(
         self, _parser: argparse.ArgumentParser, options: Options, _values: Any, name: str | None = None
     ) -> None:
-        """Do it."""
+        """Store the name."""
         setattr(options, self.dest, name)
 
 
@@ -34,7 +34,7 @@ class _PrintSchema(argparse.Action):
     """Prints the schema and ends, as --help does its text."""
 
     def __call__(self, parser: argparse.ArgumentParser, *args: Any) -> None:
-        """Do it."""
+        """Print the schema and end the process."""
         del args
         from actors.launch.documents.schema import schema_text
 
