@@ -12,11 +12,10 @@ T = TypeVar("T")
 
 
 class Iteration(ABC, Generic[T]):
-    """What `aiter()` returns. One task at a time may use it.
+    """An asynchronous iterator that survives a cancelled step. One task at a time may use it.
 
-    A step that is cancelled, as by `asyncio.wait_for(anext(iteration), 0.1)`, takes nothing, and the next
-    step goes on: what arrives meanwhile waits. An asynchronous generator would end with its first cancelled
-    step.
+    A step that is cancelled, as by `asyncio.wait_for(anext(iteration), 0.1)`, loses no item: the next step
+    returns what has arrived meanwhile. An asynchronous generator would end with its first cancelled step.
 
     Attributes:
         closed: Whether `aclose` has been called.
@@ -33,10 +32,10 @@ class Iteration(ABC, Generic[T]):
         """Return the next item, or raise StopAsyncIteration at the end."""
 
     async def aclose(self) -> None:
-        """End the iteration, as `contextlib.aclosing` does. A step that waits ends, too."""
+        """End the iteration, as `contextlib.aclosing` does. A waiting step ends as well."""
         self.closed = True
         self._wake()
 
     @abstractmethod
     def _wake(self) -> None:
-        """Let a step that waits look again."""
+        """Wake a waiting step, which then checks `closed`."""

@@ -18,7 +18,7 @@ class Messages(Iteration[M], Generic[M]):
     """Messages as they arrive, until the consumer is closed.
 
     Args:
-        consumer: The subscription's. Other threads may take from it, too.
+        consumer: The subscription's; other threads may read from it at the same time.
 
     Raises:
         TypeError: The subscription has a callback.
@@ -30,7 +30,7 @@ class Messages(Iteration[M], Generic[M]):
         self._backlog = consumer.require_no_callback("iterate")
 
     async def __anext__(self) -> M:
-        """Return the oldest message that waits, or wait for one."""
+        """Return the oldest queued message, or wait for one."""
         consumer, backlog = self._consumer, self._backlog
         batches, lock = backlog.batches, backlog.lock
         while not (self.closed or consumer.closed):
