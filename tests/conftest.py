@@ -17,6 +17,7 @@ import hypothesis
 import pytest
 
 from actors.config import environment
+from actors.logging.severity import ROOT_NAME
 from tests import real_ros
 
 if TYPE_CHECKING:
@@ -129,3 +130,13 @@ def _log_handlers() -> Iterator[None]:
     for each in left:
         logging.root.removeHandler(each)
     assert not left
+
+
+@pytest.fixture(autouse=True)
+def _process() -> Iterator[None]:
+    """Undo what a command that runs in the tests' process changes for its rest: the log's level, finders."""
+    log, finders = logging.getLogger(ROOT_NAME), sys.meta_path
+    level, before = log.level, finders[:]
+    yield
+    log.setLevel(level)
+    finders[:] = before
