@@ -51,9 +51,11 @@ def face() -> Iterator[Side]:
         assert broker.stdout is not None
         url = broker.stdout.readline().split()[-1]
         side = Side(FACE_COMMAND, {"CALLBOARD_URL": url})
-        yield side
-        side.close()
-        broker.terminate()
+        try:
+            yield side
+            side.close()
+        finally:
+            broker.terminate()  # `with` waits for its end
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -35,7 +35,9 @@ def required(truth: dict[str, Any], answer: dict[str, Any]) -> tuple[object, obj
 def test_values_of_a_field_are_sent_as_they_are(name: str, real: Side, face: Side) -> None:
     """Numbers and arrays of other types, of NumPy, too, are converted or refused, as is all else."""
     truths = real.call("assigning.sent", name, True)
-    for shown, ways in face.call("assigning.sent", name, False).items():
+    answers = face.call("assigning.sent", name, False)
+    assert truths.keys() <= answers.keys()
+    for shown, ways in answers.items():
         for way, answer in ways.items():
             real_answer, callboard = required(truths.get(shown, {}).get(way, {}), answer)
             agree("message value", f"{name}: {shown}, {way}", real=real_answer, callboard=callboard)
