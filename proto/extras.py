@@ -9,11 +9,15 @@ import re
 
 
 def install_command(extra: str, *names: str) -> str:
-    """Return how to install the packages of an extra.
+    """Return the command that installs the packages of an extra.
 
     Args:
-        extra: One of callboard's, such as "web".
-        names: Those of its packages that are meant; all by default.
+        extra: One of callboard's extras, such as "web".
+        *names: The packages to name; by default all of the extra.
+
+    Returns:
+        The command, and the name of the extra in parentheses. If callboard is not installed, the packages are
+        not known, and the command installs the extra from a clone.
     """
     from importlib import metadata  # noqa: PLC0415 - only when something is missing
 

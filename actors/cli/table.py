@@ -16,7 +16,7 @@ class Verb(NamedTuple):
     Attributes:
         summary: What it does.
         stays: It runs until it is stopped, so that SIGINT and SIGTERM are no failure.
-        verbs: Verbs behind it, which do something else: `callboard doctor hello`.
+        verbs: Verbs that may follow it, which do something else: `callboard doctor hello`.
     """
 
     summary: str

@@ -1,4 +1,4 @@
-"""Reads ROS_DOMAIN_ID as rcl does. It imports nothing with I/O: plans of launches read it, too."""
+"""Reads ROS_DOMAIN_ID as rcl does. It imports nothing with I/O, because launch planning uses it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ _C_NUMBER: Final = re.compile(r"\s*\+?(0[xX][0-9a-fA-F]{1,9}|0[0-7]{0,9}|[1-9][0
 
 
 def parse_ros_domain(text: str) -> int | None:
-    """Return the domain, None if it is none from 0 to `MAX_DOMAIN`. As in rcl, 0x10 is 16, and 010 is 8."""
+    """Return the domain that a text names. As in rcl, 0x10 is 16, and 010 is 8.
+
+    Args:
+        text: The value of ROS_DOMAIN_ID.
+
+    Returns:
+        The domain; None if the text is not a number from 0 to `MAX_DOMAIN`.
+    """
     found = _C_NUMBER.fullmatch(text)
     if found is None:
         return None

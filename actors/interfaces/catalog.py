@@ -70,7 +70,7 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
 def interface_files(folder: Path, kind: str) -> dict[str, Path]:
     """Return the files of a package's interfaces of a kind, by name, sorted.
 
-    A `.msg`, `.srv` or `.action` file goes before an `.idl` file, which a build has made of it.
+    A `.msg`, `.srv` or `.action` file takes precedence over an `.idl` file, which a build makes of it.
 
     Args:
         folder: The package's folder.

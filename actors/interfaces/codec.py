@@ -161,7 +161,7 @@ class Codec(Generic[T]):
     Attributes:
         msg_type: The message class.
         converts: Whether arrays of another element type than the field's are converted if no number is lost,
-            and bools in fields of integers. Programs for ROS 2 expect it; others hear of the mistake.
+            and bools in fields of integers. Programs for ROS 2 expect it; in others it is an error.
     """
 
     def __init__(self, msg_type: type[T]) -> None:

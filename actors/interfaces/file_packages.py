@@ -38,6 +38,9 @@ class InterfaceLoader:
     def get_source(self, fullname: str) -> str:
         """Return the module's text.
 
+        Args:
+            fullname: "robot_interfaces.msg" or "robot_interfaces.msg._wheel".
+
         Raises:
             ImportError: There is no such interface.
             InterfaceSyntaxError: A file of the package breaks a rule; the text names it.
@@ -65,12 +68,18 @@ class InterfaceLoader:
 
 
 class FileFinder:
-    """Finds interface packages that have files only, on the import path."""
+    """Finds interface packages without generated modules on the import path."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a module that is made of interface files; None for other modules."""
+        """Return the spec of a module that is made of interface files; None for other modules.
+
+        Args:
+            fullname: As for `find_in_folders`.
+            path: As for `find_in_folders`.
+            target: Not used; `importlib` passes it.
+        """
         del target
         return find_in_folders(fullname, path)
 
@@ -123,7 +132,7 @@ def _hidden_folder(package: str, kind: str, path: Sequence[str] | None) -> Path 
 
 
 def has_files(folder: Path, kind: str) -> bool:
-    """Return whether a package's folder has interfaces of a kind as text, and no modules made of them."""
+    """Return whether a package's folder has interface files of a kind, and no modules generated from them."""
     if (folder / kind / "__init__.py").exists():
         return False
     return any(next((folder / kind).glob(f"*.{suffix}"), None) for suffix in (kind, "idl"))

@@ -5,7 +5,7 @@
     string<=10 label            a bounded string   geometry_msgs/Pose at   another package's message
 
 A `.srv` has two parts separated by a line `---`, an `.action` three. A `#` starts a comment. Comments in the
-first lines of a part belong to it, others to the field or constant in whose line or above which they stand.
+first lines of a part belong to it. Others belong to the field or constant in the same line, or else below.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Specifications of interfaces, as their texts say it, and the text of a specification."""
+"""Specifications of interfaces, which the parsers return, and the text of a specification."""
 
 from __future__ import annotations
 
@@ -85,8 +85,13 @@ class InterfaceSpec:
 def check_names(package: str, name: str, source: str) -> None:
     """Check the name of an interface and of its package.
 
+    Args:
+        package: The package's name.
+        name: The interface's name, such as "String".
+        source: Name of the text, for errors.
+
     Raises:
-        InterfaceSyntaxError: One of them is no such name; `source` is what the error names.
+        InterfaceSyntaxError: One of the names is not allowed.
     """
     reason = ""
     if keyword.iskeyword(package) or keyword.iskeyword(name):
@@ -126,7 +131,7 @@ def _message_lines(part: MessageSpec) -> list[str]:
 
 
 def _commented(line: str, comment: str) -> list[str]:
-    """Return a line with its comment: behind it, or above it if that has several lines."""
+    """Return a line with its comment: after it, or above it if the comment has several lines."""
     if "\n" not in comment:
         return [f"{line}  # {comment}"] if comment else [line]
     return [*_comment_lines(comment), line]

@@ -60,7 +60,7 @@ class YamlError(CallboardError, ValueError):
 
 
 class PlainText(str):
-    """An unquoted scalar as it is written, for `rules`: whoever knows the type of the value resolves it."""
+    """An unquoted scalar as it is written. As `rules` it leaves conversion to code that knows the type."""
 
     __slots__ = ()
 

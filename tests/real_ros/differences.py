@@ -90,7 +90,7 @@ DIFFERENCES: Final = (
     Difference(
         "definition",
         ("string[] s ['a' 'b']", "string[] s ['a'b]"),
-        "Elements are separated by commas. ROS 2 does not miss one behind a string in quotes.",
+        "Elements are separated by commas. ROS 2 needs none after a string in quotes.",
     ),
     Difference(
         "idl",
@@ -249,7 +249,7 @@ DIFFERENCES: Final = (
     Difference(
         "program",
         ("names.tilde_without_slash",),
-        "A name beginning with `~` has a `/` behind it. rclpy makes `/probea` of `~a`.",
+        "A `~` at the beginning of a name needs a `/` after it. rclpy makes `/probea` of `~a`.",
     ),
     Difference(
         "program",
@@ -305,7 +305,7 @@ DIFFERENCES: Final = (
     Difference(
         "parameter",
         ("/**:\n  ros__parameters: {a.b: {c.d: {x: 1}, y: 2}}",),
-        "`y` is in `a.b`. Behind a name with dots ROS 2 loses its place: the parameter is `a.b.c.y`.",
+        "`y` is in `a.b`. After a name with dots ROS 2 continues in the wrong mapping: `a.b.c.y`.",
     ),
     Difference(
         "parameter",
@@ -356,7 +356,7 @@ DIFFERENCES: Final = (
     Difference(
         "program",
         ("times.clock_of_ros_time",),
-        "A `Clock` of ROS time is none of class `ROSClock`: nodes have these.",
+        "A `Clock` of ROS time is not a `ROSClock`; only nodes have one.",
     ),
     Difference(
         "program",

@@ -243,7 +243,14 @@ class Consumer:
             return shared.pop(), queued_batch.info()
 
     def require_no_callback(self, purpose: str) -> SharedBacklog:
-        """Return the backlog; raise TypeError if a callback takes from it."""
+        """Return the backlog.
+
+        Args:
+            purpose: What the caller wants to do, for the error: "take".
+
+        Raises:
+            TypeError: The subscription has a callback, which reads it.
+        """
         if self._shared is None:
             raise TypeError(f"This subscription has a callback; make one without to {purpose}")
         return self._shared

@@ -116,7 +116,7 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
 def _with_domain(environment: dict[str, str], scope: Scope) -> dict[str, str]:
     """Return the environment of a process; with --ros, a ROS_DOMAIN_ID that the description sets counts.
 
-    The launch gives all processes its own domain as CALLBOARD_DOMAIN, which goes before ROS_DOMAIN_ID.
+    The launch gives all processes its own domain as CALLBOARD_DOMAIN, which overrides ROS_DOMAIN_ID.
     """
     text = environment.get(ROS_DOMAIN)
     if text is None or text == scope.first_environment.get(ROS_DOMAIN):

@@ -28,7 +28,7 @@ def of_rules(texts):
     """Return the values that a node gets from `-p` arguments.
 
     Args:
-        texts: The text behind `:=` of each.
+        texts: The text after `:=` of each.
     """
     arguments = [argument for at, text in enumerate(texts) for argument in ("-p", f"p{at}:={text}")]
     found = _of_arguments(arguments)
@@ -39,7 +39,7 @@ def of_sources(sources):
     """Return the values that a node gets from files and `-p` arguments, in their order.
 
     Args:
-        sources: Of each, "file" and its text, or "rule" and the argument behind `-p`.
+        sources: Of each, "file" and its text, or "rule" and the argument of `-p`.
     """
     arguments = []
     with tempfile.TemporaryDirectory() as folder:
@@ -96,7 +96,7 @@ def of_param_set(texts):
     """Return the values that `ros2 param set` sends for these texts; or what is raised.
 
     Args:
-        texts: What stands on the command line.
+        texts: The values on the command line.
     """
     return [_answer(_set, text) for text in texts]
 

@@ -26,7 +26,7 @@ class DiagnosticStatus(Message, type_name="diagnostic_msgs/msg/DiagnosticStatus"
     name: str = ""
     """Name of the component, such as "lidar: temperature"; it identifies the status."""
     message: str = ""
-    """One line for people that sums up the state."""
+    """Human-readable summary of the state in one line."""
     hardware_id: str = ""
     """Name or serial number of the hardware that it is about; may be empty."""
     values: list[KeyValue] = msgspec.field(default_factory=list[KeyValue])

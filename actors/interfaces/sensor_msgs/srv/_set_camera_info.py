@@ -21,4 +21,4 @@ class SetCameraInfo(Service, type_name="sensor_msgs/srv/SetCameraInfo"):
         success: bool = False
         """True if the calibration was stored."""
         status_message: str = ""
-        """Explanation for people, such as why it failed."""
+        """Human-readable explanation, such as why it failed."""

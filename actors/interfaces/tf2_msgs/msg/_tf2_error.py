@@ -27,4 +27,4 @@ class TF2Error(Message, type_name="tf2_msgs/msg/TF2Error"):
     error: uint8 = 0
     """What went wrong: one of the constants."""
     error_string: str = ""
-    """Explanation for people; empty if there was no error."""
+    """Human-readable explanation; empty if there was no error."""
