@@ -197,7 +197,7 @@ class Totals:
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers by name; all are None if the broker withholds them."""
         found = asdict(self)
-        return {"broker": "", **dict.fromkeys([*found][1:])} if self.withheld else found
+        return {**dict.fromkeys(found), "broker": ""} if self.withheld else found
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

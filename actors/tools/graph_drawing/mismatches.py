@@ -55,7 +55,7 @@ class Mismatch(NamedTuple):
         """Return it as plain data; docs/reference/json.md describes it."""
         ends = ("publisher", "subscriber") if self.kind == "topic" else ("client", "server")
         return {
-            **dict(zip((self.kind, *ends), self[:3], strict=True)),
+            **dict(zip((self.kind, *ends), (self.name, self.source, self.target), strict=True)),
             "policy": self.policy or None,
             "types": list(self.types) or None,
             "text": self.text,
@@ -124,7 +124,7 @@ def _between(name: str, sources: _Ends, targets: _Ends, kind: str) -> list[Misma
 def _difference(offer: _End, request: _End) -> tuple[str, tuple[str, ...]]:
     """Return the policy or the two types that keep two endpoints apart; empty if they match."""
     # A raw subscription has no type and takes every one.
-    if request.type_name and request[:2] != offer[:2]:
+    if request.type_name and (request.type_name, request.type_hash) != (offer.type_name, offer.type_hash):
         return "", (offer.type_name, request.type_name)
     if offer.qos is None or request.qos is None or not (offer.qos.strict or request.qos.strict):
         return "", ()

@@ -205,7 +205,9 @@ def _apart(mismatches: Iterable[Mismatch], brokers: Mapping[str, str]) -> set[Ed
     """Return the edges between a topic or service and the nodes that it does not connect."""
     found: set[Edge] = set()
     for each in mismatches:
-        source, target = (Vertex(Kind.NODE, node, brokers.get(node, "")) for node in each[1:3])
+        source, target = (
+            Vertex(Kind.NODE, node, brokers.get(node, "")) for node in (each.source, each.target)
+        )
         hub = Vertex(Kind(each.kind), each.name)
         is_topic = hub.kind is Kind.TOPIC
         found.add(Edge(source, hub, Relation.PUBLISHES if is_topic else Relation.CALLS))
@@ -272,7 +274,7 @@ def _direct(links: Iterable[Edge], mismatches: Iterable[Mismatch]) -> list[Edge]
             out_of.setdefault(edge.source, set()).add(edge.target)
     if sum(len(sources) * len(out_of.get(hub, ())) for hub, sources in into.items()) > MAX_DIRECT_EDGES:
         raise DrawingTooLargeError(f"more than {MAX_DIRECT_EDGES} arrows from node to node are too many")
-    apart = {(each.kind, *each[:3]) for each in mismatches}
+    apart = {(each.kind, each.name, each.source, each.target) for each in mismatches}
     names: dict[tuple[Vertex, Vertex, Relation], list[str]] = {}
     for hub, sources in into.items():
         relation = Relation.PUBLISHES if hub.kind is Kind.TOPIC else Relation.CALLS
