@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, cast
 
 from actors.interfaces.yaml_writer import block_text
+from actors.parameters.file_parser import PARAMETERS_KEY
 from actors.parameters.listing import SEPARATOR
 from actors.parameters.types import ParameterType
 
@@ -15,13 +16,13 @@ if TYPE_CHECKING:
 
 
 def parameter_tree(parameters: Iterable[Parameter]) -> dict[str, object]:
-    """Return values by name, sorted, each level of a name in a map of its own; without those that have none.
+    """Return values by name, sorted: a mapping in which each level of a name is a mapping of its own.
 
     A name that continues the name of another parameter stays in one piece, and so does one with an empty
-    level, which no key of YAML can be.
+    level, because a parameter file cannot have an empty key.
 
     Args:
-        parameters: The parameters.
+        parameters: The parameters; those without a value are left out.
     """
     tree: dict[str, object] = {}
     # Sorted, so that `a` comes before `a.b`: it is then known that `a` is a value, and cannot be a map as
@@ -46,4 +47,4 @@ def parameter_file_text(node: str, parameters: Iterable[Parameter]) -> str:
         node: The node's full name.
         parameters: Its parameters.
     """
-    return block_text({node: {"ros__parameters": parameter_tree(parameters)}})
+    return block_text({node: {PARAMETERS_KEY: parameter_tree(parameters)}})

@@ -75,7 +75,7 @@ class Scope:
             saved_environments=[],
         )
 
-    def first(self) -> Scope:
+    def initial(self) -> Scope:
         """Return a scope in which nothing has been set, pushed or declared since the launch began."""
         return replace(
             self.inner(),

@@ -261,7 +261,7 @@ class _Planner:
         # evaluated outside. A group that is not scoped could not forget what is outside.
         inner = outside = scope.inner() if action.scoped else scope
         if action.scoped and not action.forwarding:
-            outside, inner = inner, scope.first()
+            outside, inner = inner, scope.initial()
             outside.environment = inner.environment
         for name, value in action.launch_configurations.items():
             inner.configurations[name] = resolve(value, outside)

@@ -80,7 +80,7 @@ def _save_or_restore(action: Setting, scope: Scope) -> None:
         case ResetLaunchConfigurations():
             # Evaluated first: the values may use the arguments that are forgotten.
             given = {name: resolve(value, scope) for name, value in action.launch_configurations.items()}
-            scope.restore(scope.first())
+            scope.restore(scope.initial())
             scope.configurations.update(given)
         case UnsetLaunchConfiguration():
             scope.configurations.pop(resolve(action.name, scope), None)

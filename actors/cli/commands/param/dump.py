@@ -30,12 +30,13 @@ async def _dump(options: Options, client: ParameterClient) -> int:
     from actors.cli.output import print_json, print_out
     from actors.cli.parameter_json import with_plain_values
     from actors.parameters.dumping import parameter_file_text, parameter_tree
+    from actors.parameters.file_parser import PARAMETERS_KEY
 
     names = (await client.list_parameters()).names
     found = await client.get_parameters(names)
     if options.json:
         tree = parameter_tree(with_plain_values(found))
-        print_json({client.remote_node_name: {"ros__parameters": tree}})
+        print_json({client.remote_node_name: {PARAMETERS_KEY: tree}})
     else:
         print_out(parameter_file_text(client.remote_node_name, found))
     return 0
