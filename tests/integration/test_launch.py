@@ -466,8 +466,8 @@ signal.signal(signal.SIGINT, note)
             os.close(window)
             # It ends by itself; it may notice the closed terminal or the closed pipe first.
             assert await process.wait() in {OK, BROKEN_PIPE}
-        assert asked.exists()
         await wait_until_dead(*pids)
+        assert asked.exists()
     finally:
         if process.returncode is None:
             process.kill()
