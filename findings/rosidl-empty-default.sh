@@ -14,7 +14,7 @@ python3.11 -m venv "$folder/env"
 "$folder/env/bin/pip" install --quiet --disable-pip-version-check \
     ros-rosidl-generator-py==0.24.2 ros-rosidl-adapter==4.9.5 ros-rosidl-parser==4.9.5
 cd "$folder"
-"$folder/env/bin/python" - <<'PYTHON'
+"$folder/env/bin/python" - <<'PYTHON' || { echo "It is no longer so." >&2; exit 1; }
 import ast
 import json
 import pathlib

@@ -17,7 +17,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3.11 -m venv "$folder/env"
 "$folder/env/bin/pip" install --quiet --disable-pip-version-check ros-rosidl-adapter==4.9.5 rosbags==0.11.9
-"$folder/env/bin/python" - <<'PYTHON'
+"$folder/env/bin/python" - <<'PYTHON' || { echo "It is no longer so." >&2; exit 1; }
 import sys
 
 from rosbags.typesys import get_types_from_msg

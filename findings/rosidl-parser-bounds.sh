@@ -15,7 +15,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3.11 -m venv "$folder/env"
 "$folder/env/bin/pip" install --quiet --disable-pip-version-check ros-rosidl-parser==4.9.5
-"$folder/env/bin/python" - <<'PYTHON'
+"$folder/env/bin/python" - <<'PYTHON' || { echo "It is no longer so." >&2; exit 1; }
 import sys
 
 from rosidl_parser.definition import Message
