@@ -173,7 +173,7 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
         argv: The command line, with or without the program's name.
 
     Raises:
-        UnknownRosArgumentError: An argument is none of ROS's.
+        UnknownRosArgumentError: ROS 2 has no such argument.
         InvalidRosArgumentError: A ROS argument lacks its value or has a wrong one, or a parameter file cannot
             be used.
     """

@@ -82,7 +82,7 @@ class Presences:
         self._own_node = own_node
         self._snapshot: GraphSnapshot | None = None
         self._seen: dict[int, Presence | None] = {}
-        """By the broker's id of the entry; None: the entry is none of these, or the launch's own."""
+        """By the broker's id of the entry; None for other entries, and for the launch's own."""
         self._counts: Counter[Presence] = Counter()
         """Number of entries: a topic is there while it has at least one publisher."""
 

@@ -49,7 +49,7 @@ def parameter_value(value: Any, scope: Scope) -> Any:
 
 
 def value_from_text(text: str) -> Any:
-    """Return the value that a text has in a launch file; a text that is not YAML is a string.
+    """Return the parameter value of a string in a launch file: the string itself if it is not YAML.
 
     Raises:
         LaunchError: It is a mapping, or a list that no parameter can have.
@@ -109,7 +109,7 @@ def _typed(parameter: ParameterValue, scope: Scope) -> Any:
 
 
 def _items(value: Any, scope: Scope) -> Sequence[Any]:
-    """Return the elements of a list, which a text has in YAML, as they are written there."""
+    """Return the elements of a YAML list as they are written in the text."""
     if not isinstance(value, str | Substitution):
         return cast("Sequence[Any]", value)
     text = resolve(value, scope)

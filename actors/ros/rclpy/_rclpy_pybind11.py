@@ -10,4 +10,4 @@ class RCLError(RuntimeError):
 
 
 class UnknownROSArgsError(RuntimeError):
-    """An argument after `--ros-args` is none of ROS's."""
+    """ROS 2 has no such argument after `--ros-args`."""
