@@ -132,7 +132,7 @@ fuzz: $(FUZZ_READY)
 	@for target in $(FUZZ_TARGETS); do \
 		$(BIN)/python -m tests.fuzz $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 || exit 1; done
 
-# Attack brokers with floods of full size, and measure innocent nodes next to them; ATTACKS selects some.
+# Attack brokers, pages and nodes with floods of full size, and measure innocent ones next to them; ATTACKS selects some.
 hostile: $(READY)
 	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(ATTACKS)
 

@@ -1,4 +1,4 @@
-"""Attacks of full size: `python -m tests.hostile.attacks NAME URL` goes on until it is killed."""
+"""Attacks of full size on a broker; their target is its URL."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import sys
 import threading
 from contextlib import closing, suppress
 from itertools import count
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from proto import limits
 from proto.wire import frames
 from proto.wire.codec import decode, encode
 from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
+from tests.hostile.innocents import TOPIC
+from tests.hostile.victims import Attack
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 F = TypeVar("F")
-TOPIC: Final = "/innocent"
-"""The topic of the innocents."""
 MIB: Final = 2**20
 LARGE: Final = bytes(200_000)
 
@@ -222,14 +222,6 @@ def error_texts(url: str) -> None:
         link.drain()
 
 
-class Attack(NamedTuple):
-    """One attack. `memory_mib`: what the broker may need for it beyond what it had."""
-
-    case: int
-    run: Callable[[str], None]
-    memory_mib: int = 300
-
-
 DECLARATIONS: Final = (make.subscription(1, "/churn", raw=True), frames.Undeclare(1))
 WRONG_TYPES: Final = (make.subscription(1, TOPIC), frames.Undeclare(1))
 
@@ -253,17 +245,3 @@ ATTACKS: Final = {
     "wrong-types": Attack(56, _flood(*WRONG_TYPES)),
 }
 """By name. 51 is a matter of the decoder alone, and 55 of nodes: they are not floods."""
-
-
-def main() -> None:
-    """Attack again and again."""
-    attack, url = ATTACKS[sys.argv[1]], sys.argv[2]
-    sys.stdout.write("attacking\n")
-    sys.stdout.flush()
-    while True:
-        with suppress(OSError, EOFError):
-            attack.run(url)
-
-
-if __name__ == "__main__":
-    main()

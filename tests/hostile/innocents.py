@@ -1,6 +1,7 @@
-"""Innocent nodes that measure what happens to them: `python -m tests.hostile.innocents URL`.
+"""Innocent nodes that measure what happens to them: `python -m tests.hostile.innocents URL [OTHER | calls]`.
 
-One node publishes at 1 kHz and makes 200 calls a second, another one receives and serves. They stop when
+One node publishes at 1 kHz and makes 200 calls a second, another one receives and serves, at another broker
+if there is a second URL. With `calls` there are only the calls, which somebody else serves. They stop when
 standard input ends, and print what they have measured as JSON.
 """
 
@@ -14,10 +15,11 @@ import time
 import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
-from tests.hostile.attacks import TOPIC
 
+TOPIC = "/innocent"
 RATE_HZ = 1000
 CALL_RATE_HZ = 200
+CALLS = "calls"
 DEPTH = 5000
 """Messages that a break of five seconds delays and does not drop."""
 
@@ -27,17 +29,24 @@ class Innocents:
 
     Args:
         url: The broker.
+        other: The broker of the node that receives and serves; `calls` if there is no such node.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, other: str) -> None:
         self.samples: dict[str, list[tuple[float, float]]] = {"message": [], "call": []}
         self.published = self.failed = 0
         self._active = actors.Node("active", url=url, use_global_arguments=False)
-        self._passive = actors.Node("passive", url=url, use_global_arguments=False)
+        self._passive = actors.Node(
+            "passive", url=url if other == CALLS else other, use_global_arguments=False
+        )
         self._publisher = self._active.create_publisher(Int64, TOPIC, DEPTH)
         self._client = self._active.create_client(AddTwoInts, "/add")
-        self._passive.create_subscription(Int64, TOPIC, self._receive, DEPTH)
-        self._passive.create_service(AddTwoInts, "/add", self._add)
+        self._publishes = other != CALLS
+        if self._publishes:
+            self._passive.create_subscription(Int64, TOPIC, self._receive, DEPTH)
+            self._passive.create_service(AddTwoInts, "/add", add)
+        else:
+            del self.samples["message"]
         self._calls: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
@@ -55,8 +64,9 @@ class Innocents:
             await asyncio.wait({asyncio.ensure_future(self._settle())}, timeout=10)
 
     def _tick(self, number: int) -> None:
-        self.published += 1
-        self._publisher.publish(Int64(data=time.monotonic_ns()))
+        if self._publishes:
+            self.published += 1
+            self._publisher.publish(Int64(data=time.monotonic_ns()))
         if number % (RATE_HZ // CALL_RATE_HZ) == 0:
             task = asyncio.create_task(self._call())
             self._calls.add(task)
@@ -75,20 +85,28 @@ class Innocents:
         sent = message.data / 1e9
         self.samples["message"].append((sent, time.monotonic() - sent))
 
-    def _add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
-        response.sum = request.a + request.b
-        return response
+    @property
+    def received(self) -> int:
+        """How many messages have arrived."""
+        return len(self.samples.get("message", ()))
 
     async def _settle(self) -> None:
-        while self._calls or len(self.samples["message"]) < self.published:
+        while self._calls or self.received < self.published:
             await asyncio.sleep(0.01)
+
+
+def add(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+    """Answer a call."""
+    response.sum = request.a + request.b
+    return response
 
 
 async def main() -> None:
     """Run, and print the samples."""
-    innocents = Innocents(sys.argv[1])
+    url, *other = sys.argv[1:]
+    innocents = Innocents(url, *(other or [url]))
     await innocents.run()
-    lost = innocents.published - len(innocents.samples["message"])
+    lost = innocents.published - innocents.received
     json.dump({"lost": lost, "failed": innocents.failed, "samples": innocents.samples}, sys.stdout)
 
 
