@@ -14,9 +14,6 @@ DEFAULT_PORT: Final = 7412
 MAX_LIVE_CONNECTIONS: Final = 64
 """WebSockets of browsers, streams of events and requests for images at the same time."""
 
-MAX_BODY_BYTES: Final = 4 * 1024 * 1024
-"""Largest body of a request."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WebOptions:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from aiohttp import web
 
-from actors.web.options import MAX_BODY_BYTES
+from actors.web import limits
 from actors.web.page_files import PageFiles
 from actors.web.routes import (
     calls,
@@ -24,6 +24,7 @@ from actors.web.routes import (
     parameters,
     session,
 )
+from actors.web.routes.request_body import check_headers, receive_body, refuse_body
 from actors.web.routes.responses import error_response, respond
 from actors.web.routes.state import STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
@@ -58,16 +59,15 @@ ROUTES: Final = (
 """The order matters: in `graph` the rest of a path is a name, so it comes after `echo`, `images` and so
 on."""
 
-KEEPALIVE_SEC: Final = 15.0
-"""Time for the first or next request to arrive with all its headers."""
 STOP_SEC: Final = 1.0
 """Time for handlers to end when the server stops."""
 HANDSHAKE_SEC: Final = 10.0
 """Time for the handshake of TLS."""
 MAX_CONNECTIONS: Final = 512
 """Connections of browsers, each of which may have several, and of programs."""
-BODY_SEC: Final = 10.0
-"""Time for the whole body of a request to arrive."""
+
+TAKE_BODIES: Final = frozenset(each.handler for each in ROUTES if each.body is not None)
+"""Handlers of requests that have a body. What others send is never read."""
 
 PROBES: Final = frozenset({"/healthz", "/readyz"})
 """Answered whatever the Host header is: orchestrators use changing addresses, and nothing here is secret."""
@@ -107,8 +107,12 @@ class WebServer:
         )
         self._app = web.Application(
             middlewares=[_guard],
-            client_max_size=MAX_BODY_BYTES,
-            handler_args={"keepalive_timeout": KEEPALIVE_SEC},
+            handler_args={
+                "keepalive_timeout": limits.KEEPALIVE_SEC,
+                "auto_decompress": False,
+                "read_bufsize": limits.READ_BYTES,
+                "lingering_time": 0,  # `_guard` lingers, without reading
+            },
         )
         self._app[STATE] = State(
             options=options,
@@ -196,8 +200,22 @@ class _Refusal(asyncio.Protocol):
 async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
     if request.path not in PROBES and (refusal := state_of(request).policy.refuses_origin(request.headers)):
-        return error_response(refusal.status, refusal.reason)
-    return await respond(partial(_admit, partial(_handle, handler)), request)
+        response: web.StreamResponse = error_response(refusal.status, refusal.reason)
+    else:
+        response = await respond(partial(_admit, partial(_handle, handler)), request)
+    if not request.content.is_eof():
+        await _answer_early(request, response)
+    return response
+
+
+async def _answer_early(request: web.Request, response: web.StreamResponse) -> None:
+    """Answer before the body has arrived, do not read it, and close the connection."""
+    response.force_close()
+    await response.prepare(request)
+    await response.write_eof()
+    if request.transport is not None:
+        request.transport.pause_reading()
+        await asyncio.sleep(limits.LINGER_SEC)
 
 
 async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
@@ -223,14 +241,14 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
 
 
 async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
-    """Handle a request when its body has arrived."""
-    try:
-        async with asyncio.timeout(BODY_SEC):
-            await request.read()
-    except TimeoutError:
-        return error_response(408, f"The body of the request did not arrive within {BODY_SEC:g} s")
-    except web.HTTPRequestEntityTooLarge:
-        return error_response(413, f"The body of the request has more than {MAX_BODY_BYTES} bytes")
+    """Handle a request when its body has arrived, if it may have one."""
+    check_headers(request)
+    if request.match_info.handler not in TAKE_BODIES:
+        refuse_body(request)
+    elif (request.method, request.path) in session.NEED_NO_TOKEN:
+        await receive_body(request, most=limits.MAX_SIGN_IN_BYTES, seconds=limits.SIGN_IN_SEC)
+    else:
+        await receive_body(request, most=limits.MAX_BODY_BYTES, seconds=limits.BODY_SEC)
     return await handler(request)
 
 

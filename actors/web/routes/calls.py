@@ -69,7 +69,7 @@ async def topic_form(request: web.Request) -> web.Response:
 
 async def call(request: web.Request) -> web.Response:
     """Call a service once; the call is cancelled if who asked leaves."""
-    body = await read_body(request, CallBody)
+    body = read_body(request, CallBody)
     calls = workspace_of(request).calls
     response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
     return json_response({"response": response})
@@ -77,7 +77,7 @@ async def call(request: web.Request) -> web.Response:
 
 async def publish(request: web.Request) -> web.Response:
     """Publish one message."""
-    body = await read_body(request, PublishBody)
+    body = read_body(request, PublishBody)
     matched = await workspace_of(request).calls.publish(name_in(request), body.message, body.type)
     return json_response({"subscriptions": matched})
 

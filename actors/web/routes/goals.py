@@ -61,7 +61,7 @@ async def goals(request: web.Request) -> web.Response:
 
 async def send_goal(request: web.Request) -> web.StreamResponse:
     """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
-    body = await read_body(request, GoalBody)
+    body = read_body(request, GoalBody)
     workspace = workspace_of(request)
     with state_of(request).live_connection():
         goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)

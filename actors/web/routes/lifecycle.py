@@ -41,7 +41,7 @@ async def read(request: web.Request) -> web.Response:
 async def change(request: web.Request) -> web.Response:
     """Request a transition, wait for its end, and return whether it succeeded, and the state."""
     node, name = workspace_of(request).observer.node, node_in(request)
-    body = await read_body(request, TransitionBody)
+    body = read_body(request, TransitionBody)
     available: list[dict[str, Any]] = (await lifecycle_of(node, name, NODE_ANSWER_SEC))["transitions"]
     chosen = next((each for each in available if body.transition in {each["label"], each["id"]}), None)
     if chosen is None:

@@ -75,7 +75,7 @@ async def read(request: web.Request) -> web.Response:
 async def change(request: web.Request) -> web.Response:
     """Set parameters one by one, or atomically; return for each, or for all, whether it was set."""
     name = node_in(request)
-    body = await read_body(request, ParametersBody)
+    body = read_body(request, ParametersBody)
     client = ParameterClient(workspace_of(request).observer.node, name)
     try:
         untyped = [each.name for each in body.parameters if each.type is None]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
+from actors.web.routes.request_body import expect_nothing
+
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
 
@@ -20,9 +22,9 @@ EVENTS: Final = "text/event-stream"
 TEXT: Final = "text/plain"
 IMAGE: Final = "image/*"
 
-READING: Final = ("401", "403", "421", "503")
+READING: Final = ("401", "403", "413", "415", "421", "503")
 ASKING: Final = (*READING, "504")
-CONTROL: Final = ("400", *READING, "408", "413", "502", "504")
+CONTROL: Final = ("400", *READING, "408", "502", "504")
 
 TYPE_QUERY: Final = {"type": "The type, needed if the graph has several"}
 
@@ -66,5 +68,5 @@ class Route:
     def definition(self) -> web.RouteDef:
         """Return it for aiohttp. Who may GET a path may ask for its HEAD."""
         if self.method == "GET":
-            return web.get(self.pattern, self.handler)
-        return web.route(self.method, self.pattern, self.handler)
+            return web.get(self.pattern, self.handler, expect_handler=expect_nothing)
+        return web.route(self.method, self.pattern, self.handler, expect_handler=expect_nothing)

@@ -49,7 +49,7 @@ async def session(request: web.Request) -> web.Response:
 async def sign_in(request: web.Request) -> web.Response:
     """Give a browser the cookie for reading: a WebSocket and an image have no Authorization header."""
     state = state_of(request)
-    token = (await read_body(request, SignInBody)).token
+    token = (read_body(request, SignInBody)).token
     if not state.policy.knows_token(token):
         if state.users is None:
             return error_response(401, "That is not the token of this server")
@@ -87,7 +87,7 @@ ROUTES: Final = (
         sign_in,
         summary="Exchange the token for a cookie that grants reading",
         body=SignInBody,
-        errors=("400", *READING, "408", "413"),
+        errors=("400", *READING, "408"),
         open=True,
     ),
     Route(
@@ -95,7 +95,7 @@ ROUTES: Final = (
         "/api/session",
         sign_out,
         summary="Take that cookie away",
-        errors=("403", "421"),
+        errors=("403", "413", "415", "421"),
         open=True,
     ),
 )

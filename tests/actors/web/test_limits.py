@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.web import log_reader, server, topic_feed
-from actors.web.options import MAX_BODY_BYTES
+from actors.web import limits, log_reader, server, topic_feed
 from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
 
@@ -17,8 +16,6 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from tests.actors.meeting import Meeting
-
-POST = b"POST /api/session HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
 
 
 async def exchange(site: Site, sent: bytes) -> bytes:
@@ -29,24 +26,6 @@ async def exchange(site: Site, sent: bytes) -> bytes:
         line = await reader.readline()
         writer.close()
         return line
-
-
-async def test_a_body_that_does_not_arrive_is_given_up(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It announces more than it sends, and others are served meanwhile."""
-    monkeypatch.setattr(server, "BODY_SEC", 0.05)
-    line = await exchange(site, POST + b"Content-Length: 100\r\n\r\n{")
-    assert line.split()[1] == b"408"
-    assert await site.json("/healthz") == {"status": "ok"}
-
-
-@pytest.mark.parametrize("chunked", [False, True])
-async def test_a_huge_body_is_refused(site: Site, *, chunked: bool) -> None:
-    """Whether its length is announced or not."""
-    size = MAX_BODY_BYTES + 1
-    header = b"Transfer-Encoding: chunked" if chunked else b"Content-Length: %d" % size
-    body = b"%x\r\n%s\r\n0\r\n\r\n" % (size, b" " * size) if chunked else b" " * size
-    line = await exchange(site, POST + header + b"\r\n\r\n" + body)
-    assert line.split()[1] == b"413"
 
 
 @pytest.mark.parametrize(
@@ -62,7 +41,7 @@ async def test_headers_that_do_not_arrive_are_given_up(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those of a first request, and of one that is behind another: the connection is closed."""
-    monkeypatch.setattr(server, "KEEPALIVE_SEC", 0.2)
+    monkeypatch.setattr(limits, "KEEPALIVE_SEC", 0.2)
     async with AsyncExitStack() as stack:
         site = await Site(stack, meeting).open()
         for before in (b"", b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):
