@@ -37,7 +37,7 @@ async def join_mesh(
     Raises:
         ConfigurationError: Zenoh is not installed, a file cannot be used, or an endpoint is malformed.
         ListenError: It cannot listen for other brokers.
-        UnprotectedError: Brokers of other machines could join without credentials.
+        UnprotectedError: Somebody who may not use the broker could join without credentials.
     """
     make = make_engine or _zenoh_engine(options, budget)
     # Random, because nobody assigns the numbers of brokers.

@@ -33,7 +33,7 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
 
     Raises:
         ConfigurationError: A file cannot be used, or an endpoint is malformed.
-        UnprotectedError: Brokers of other machines could join without credentials.
+        UnprotectedError: Somebody who may not use the broker could join without credentials.
     """
     config = _read(options.mesh_config)
     defaults = {
@@ -60,7 +60,7 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
         _set(config, "transport/auth/usrpwd/password", password)
         _set(config, "transport/auth/usrpwd/dictionary_file", str(options.mesh_auth))
     if not (options.insecure or _get(config, "transport/auth/usrpwd/user") is not None):
-        _check_protected(config)
+        _check_protected(config, _protection(options))
     return config
 
 
@@ -113,23 +113,39 @@ def _is_default(config: zenoh.Config, key: str) -> bool:
     return bool(_get(config, key) == _get(zenoh.Config(), key))
 
 
-def _check_protected(config: zenoh.Config) -> None:
-    """Check that nobody on another machine can join without a certificate."""
+def _protection(options: BrokerOptions) -> str:
+    """Return which option keeps users of this machine out of the broker; "" for none."""
+    protections = {"--auth": options.auth, "--tls-client-ca": options.tls_client_ca, "--unix": options.unix}
+    return next((name for name, value in protections.items() if value is not None), "")
+
+
+def _check_protected(config: zenoh.Config, protection: str) -> None:
+    """Check that nobody can join without a password or certificate who may not use the broker.
+
+    Args:
+        config: The configuration.
+        protection: What keeps users of this machine out; "" if they may use the broker, and so the mesh, too.
+    """
     certificates = bool(_get(config, "transport/link/tls/enable_mtls"))
     for endpoint in (*_endpoints(config, "listen"), *_endpoints(config, "connect")):
         protocol, host, _ = address_of(endpoint)
-        local = protocol in _LOCAL_PROTOCOLS or host == "localhost" or is_loopback(host)
-        if not (local or (certificates and protocol in _ENCRYPTED_PROTOCOLS)):
-            raise _unprotected(endpoint)
+        if certificates and protocol in _ENCRYPTED_PROTOCOLS:
+            continue
+        if not (protocol in _LOCAL_PROTOCOLS or host == "localhost" or is_loopback(host)):
+            raise _unprotected(endpoint, "anybody who reaches it could take part")
+        if protection:
+            raise _unprotected(
+                endpoint, f"every user of this machine could take part, whatever {protection} says"
+            )
     for kind in ("multicast", "gossip"):
         if _get(config, f"scouting/{kind}/enabled"):
-            raise _unprotected(f"what {kind} scouting finds")
+            raise _unprotected(f"what {kind} scouting finds", "anybody who reaches it could take part")
 
 
-def _unprotected(where: str) -> UnprotectedError:
+def _unprotected(where: str, danger: str) -> UnprotectedError:
     return UnprotectedError(
-        f"Refusing to join a mesh over {where}: anybody who reaches it could take part. Give all brokers one"
-        " --mesh-auth FILE (a line 'user:password'), or let everybody in with --insecure."
+        f"Refusing to join a mesh over {where}: {danger}. Give all brokers one --mesh-auth FILE (a line"
+        " 'user:password'), or certificates (mTLS in --mesh-config), or let everybody in with --insecure."
     )
 
 

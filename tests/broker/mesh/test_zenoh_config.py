@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,9 +16,6 @@ from broker import BrokerOptions, InvalidOptionError, UnprotectedError
 from broker.errors import ConfigurationError
 from broker.mesh.engine.zenoh_config import connect_endpoints, make_config
 from proto.extras import install_command
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def value(options: BrokerOptions, key: str) -> Any:
@@ -63,6 +62,43 @@ def test_others_must_have_a_password_beyond_loopback(endpoint: str, tmp_path: Pa
 def test_loopback_needs_no_password(endpoint: str) -> None:
     """Other machines cannot connect there."""
     make_config(BrokerOptions(mesh_listen=endpoint))
+
+
+@pytest.mark.parametrize(
+    ("protection", "option"),
+    [
+        ({"auth": Path("rules.toml")}, "--auth"),
+        ({"tls_client_ca": Path("ca"), "tls_cert": Path("cert"), "tls_key": Path("key")}, "--tls-client-ca"),
+        ({"unix": Path("socket")}, "--unix"),
+    ],
+)
+@pytest.mark.parametrize(
+    "endpoint", ["tcp/127.0.0.1:7447", "tcp/localhost:7447", "unixsock-stream//tmp/mesh"]
+)
+def test_a_broker_that_lets_in_no_stranger_needs_credentials_on_loopback_too(
+    protection: dict[str, Any], option: str, endpoint: str, tmp_path: Path
+) -> None:
+    """Case 63: another user of the machine could take part in the mesh beside the rules; two ways out."""
+    for options in (BrokerOptions(mesh_listen=endpoint), BrokerOptions(mesh=endpoint)):
+        make_config(options)
+        protected = replace(options, **protection)
+        with pytest.raises(UnprotectedError, match=rf"{option} says\. .*--mesh-auth FILE .* --insecure"):
+            make_config(protected)
+        make_config(replace(protected, insecure=True))
+        make_config(replace(protected, mesh_auth=auth_file(tmp_path, "a:b\n")))
+
+
+def test_certificates_of_clients_are_credentials_on_loopback(tmp_path: Path) -> None:
+    """Case 63: mutual TLS in a configuration of Zenoh, on an encrypted endpoint only."""
+    path = tmp_path / "zenoh.json5"
+    for protocol in ("tls", "tcp"):
+        path.write_text(
+            f"{{listen: {{endpoints: ['{protocol}/127.0.0.1:1']}},"
+            " transport: {link: {tls: {enable_mtls: true}}}}"
+        )
+        options = BrokerOptions(mesh_config=path, auth=tmp_path / "rules.toml")
+        with nullcontext() if protocol == "tls" else pytest.raises(UnprotectedError, match="--auth says"):
+            make_config(options)
 
 
 @pytest.mark.parametrize(
