@@ -109,7 +109,9 @@ class Dispatcher:
             self.latched,
             self.received,
         )
-        self.shared_memory = SharedMemory(enabled=options.shared_memory, descriptors=capacity.arenas)
+        self.shared_memory = SharedMemory(
+            enabled=options.shared_memory, descriptors=capacity.arenas, max_bytes=self.memory.max_bytes
+        )
         self.limit_counts = LimitCounts()
         self.max_reassembly_bytes = max(options.max_reassembly_bytes, options.max_message_bytes)
         self.draining = False

@@ -12,7 +12,7 @@ from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena
+from proto.aio.arena import ARENA_BYTES, Arena, ArenaError, host_identity, open_arena, owner_process
 from proto.aio.session_proof import connection_ends, session_proof
 from proto.errors import ErrorCode, ProtocolError
 from proto.queues.extents import PAGE_BYTES
@@ -33,7 +33,9 @@ MAX_ARENAS: Final = 256
 a message in them is held."""
 
 MAX_TOTAL_BYTES: Final = MAX_ARENAS * ARENA_BYTES
-"""Total size of the mapped arenas. It is limited because one held message keeps all memory of its arena."""
+"""Total size of the mapped arenas. It is limited because one held message keeps all memory of its arena, and
+because to read where nothing was written makes the kernel provide memory, too: what an arena takes at the
+moment says nothing."""
 
 if TYPE_CHECKING:
     import asyncio
@@ -48,17 +50,19 @@ class OpenArena:
     Args:
         arena: As the client announced it, with an id of the broker's.
         memory: All of it.
+        owner: The process that has it.
 
     Attributes:
-        arena, memory: As given.
+        arena, memory, owner: As given.
         ended: Whether its link has ended, so that nobody can open it any more.
         slots: How many slots are held.
         readers: The links that have been told of it, because a message for them was in it.
     """
 
-    def __init__(self, arena: frames.Arena, memory: memoryview) -> None:
+    def __init__(self, arena: frames.Arena, memory: memoryview, owner: int) -> None:
         self.arena = arena
         self.memory = memory
+        self.owner = owner
         self.ended = False
         self.slots = 0
         self.readers: dict[LinkMemory, None] = {}
@@ -70,6 +74,7 @@ class SharedMemory:
     Args:
         enabled: Whether messages may travel by reference.
         descriptors: How many descriptors arenas may take; `MAX_ARENAS` at most.
+        max_bytes: Total size that arenas may have; `MAX_TOTAL_BYTES` at most.
 
     Attributes:
         arenas: The arenas of all clients, by the broker's ids.
@@ -79,12 +84,13 @@ class SharedMemory:
         refused: Arenas that the broker or a client could not open.
     """
 
-    def __init__(self, *, enabled: bool, descriptors: int) -> None:
+    def __init__(self, *, enabled: bool, descriptors: int, max_bytes: int = MAX_TOTAL_BYTES) -> None:
         self.identity = host_identity() if enabled else None
         self.arenas: dict[int, OpenArena] = {}
         self.received = self.sent = self.copied = self.refused = 0
         self._numbers = count(1)
         self._max_arenas = min(MAX_ARENAS, descriptors)
+        self._max_bytes = max_bytes
         self._secret: Arena | None = None
         """An arena of the broker whose token clients must have read. Only processes of the broker's user can,
         so a client that knows it is on this host and may share memory. Made for the first client that needs
@@ -118,16 +124,22 @@ class SharedMemory:
         """Map a client's arena, and give it an id of the broker's.
 
         Raises:
-            ArenaError: It cannot be opened, another link has it, or there are too many.
+            ArenaError: It cannot be opened, another link has it, or there are too many: in all, or of its
+                process, which may have as much as it leaves to others.
         """
-        others = [each.arena for each in self.arenas.values()]
+        known = self.arenas.values()
         # An arena belongs to one link: it ends with that link, and its size counts once.
-        if any(other.token == arena.token for other in others):
+        if any(other.arena.token == arena.token for other in known):
             raise ArenaError("another link has this arena")
-        total = arena.size + sum(other.size for other in others)
-        if len(others) >= self._max_arenas or total > MAX_TOTAL_BYTES:
-            raise ArenaError(f"too many arenas: the broker has mapped {len(others)}")
-        opened = OpenArena(arena._replace(id=next(self._numbers)), open_arena(arena))
+        free = self._max_arenas - len(known)
+        free_bytes = min(self._max_bytes, MAX_TOTAL_BYTES) - sum(other.arena.size for other in known)
+        owner = owner_process(arena)
+        sizes = [other.arena.size for other in known if other.owner == owner]
+        if not free or arena.size > free_bytes or len(sizes) > free or sum(sizes) > free_bytes:
+            raise ArenaError(
+                f"too many arenas: the broker has mapped {len(known)}, {len(sizes)} of this process"
+            )
+        opened = OpenArena(arena._replace(id=next(self._numbers)), open_arena(arena), owner)
         self.arenas[opened.arena.id] = opened
         return opened
 

@@ -336,6 +336,20 @@ def _open(path: str) -> int:
     return os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
 
 
+def owner_process(arena: frames.Arena) -> int:
+    """Return the number of the process that has an arena; the announcement may name one of its threads.
+
+    Raises:
+        ArenaError: There is no such process.
+    """
+    try:
+        with open(f"/proc/{arena.process}/status", "rb") as file:  # noqa: PTH123 - nodes start without pathlib
+            content = file.read()
+    except OSError as error:
+        raise ArenaError(f"cannot open /proc/{arena.process}: {error.strerror}") from error
+    return int(content.partition(b"\nTgid:")[2].split(maxsplit=1)[0])
+
+
 def open_arena(arena: frames.Arena) -> memoryview:
     """Return the memory of another process's arena, or of this one's, to read.
 

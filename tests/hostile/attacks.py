@@ -11,6 +11,8 @@ from itertools import count
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from proto import limits
+from proto.aio.arena import read_token
+from proto.aio.session_proof import connection_ends, session_proof
 from proto.wire import frames
 from proto.wire.codec import decode, encode
 from proto.wire.url import parse_url
@@ -31,15 +33,24 @@ class Link:
 
     Args:
         url: The broker's.
+        host: Its host identity, to share memory with it.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, host: bytes | None = None) -> None:
         target = parse_url(url)
         self._socket = socket.create_connection((target.host, target.port))
         self._file = self._socket.makefile("rb")
         identity: frames.Options = {"instance": os.urandom(16), "token": os.urandom(16)}
+        if host is not None:
+            identity = {**identity, "host": host}
         self.send(frames.Hello(limits.PROTOCOL_VERSION, identity))
-        self.wait(frames.Welcome)
+        welcome = self.wait(frames.Welcome)
+        if host is not None:
+            names = "secret_process", "secret_descriptor", "session"
+            process, descriptor, session = (int(str(welcome.options[name])) for name in names)
+            ends = {"sockname": self._socket.getsockname(), "peername": self._socket.getpeername()}
+            secret = read_token(process, descriptor)
+            self.send(frames.Proof(session_proof(secret, session, connection_ends(ends.get, client=True))))
         self.send(frames.Node(0, f"/attacker_{os.urandom(4).hex()}"))
 
     def send(self, *sent: frames.Frame) -> None:

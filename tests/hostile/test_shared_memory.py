@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
-from typing import TYPE_CHECKING
+import threading
+from contextlib import AsyncExitStack
+from typing import TYPE_CHECKING, Final
 
 import pytest
 
@@ -24,6 +27,15 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
 
 HOST = host_identity()
+SPARSE_BYTES: Final = 2**24
+STRANGER: Final = """
+import sys
+from proto.aio.arena import Arena
+arena = Arena(4096)
+announced = arena.announcement
+print(announced.process, announced.descriptor, announced.token.hex(), flush=True)
+sys.stdin.read()
+"""
 
 
 @pytest.fixture
@@ -124,6 +136,59 @@ async def test_arenas_are_limited_in_bytes(broker: Broker, monkeypatch: pytest.M
     async with link(broker, "/three", host=HOST) as three:
         three.send(Sender(three, MAX_ARENA_BYTES + 4096).arena.announcement._replace(token=bytes(16)))
         assert "not supported" in (await three.next(frames.Mapped)).problem
+
+
+async def test_sparse_arenas_count_as_what_they_can_become() -> None:
+    """Case 87: together they are not larger than the broker's memory may be, however little is in them."""
+    options = BrokerOptions(port=0, max_broker_bytes=4 * SPARSE_BYTES)
+    async with AsyncExitStack() as stack:
+        broker = await stack.enter_async_context(Broker(options))
+        problems: list[str] = []
+        arenas: list[Arena] = []
+        for number in range(6):
+            client = await stack.enter_async_context(link(broker, f"/n{number}", host=HOST))
+            arenas.append(Arena(SPARSE_BYTES))
+            client.send(arenas[-1].announcement)
+            problems.append((await client.next(frames.Mapped)).problem)
+        assert problems[0] == ""
+        assert sum(not problem for problem in problems) <= 4
+        assert all("too many arenas" in problem for problem in problems if problem)
+
+
+@pytest.mark.parametrize("in_threads", [False, True])
+async def test_one_process_leaves_arenas_to_others(
+    monkeypatch: pytest.MonkeyPatch, *, in_threads: bool
+) -> None:
+    """Case 88: it has about half of them at most, also if it names its threads; others map theirs."""
+    monkeypatch.setattr(shared_memory, "MAX_ARENAS", 8)
+    done = threading.Event()
+    threads = [threading.Thread(target=done.wait) for _ in range(10)]
+    for thread in threads:
+        thread.start()
+    pipe = asyncio.subprocess.PIPE
+    stranger = await asyncio.create_subprocess_exec(sys.executable, "-c", STRANGER, stdin=pipe, stdout=pipe)
+    try:
+        async with AsyncExitStack() as stack:
+            broker = await stack.enter_async_context(Broker(BrokerOptions(port=0)))
+            problems: list[str] = []
+            arenas: list[Arena] = []
+            for number, thread in enumerate(threads):
+                client = await stack.enter_async_context(link(broker, f"/n{number}", host=HOST))
+                arenas.append(Arena(4096))
+                announced = arenas[-1].announcement
+                assert thread.native_id is not None
+                client.send(announced._replace(process=thread.native_id) if in_threads else announced)
+                problems.append((await client.next(frames.Mapped)).problem)
+            assert problems[:4] == [""] * 4
+            assert "of this process" in problems[5]
+            assert stranger.stdout is not None
+            process, descriptor, token = (await stranger.stdout.readline()).decode().split()
+            other = await stack.enter_async_context(link(broker, "/other", host=HOST))
+            other.send(frames.Arena(1, int(process), int(descriptor), 4096, bytes.fromhex(token)))
+            assert (await other.next(frames.Mapped)).problem == ""
+    finally:
+        done.set()
+        await stranger.communicate(b"")
 
 
 async def test_a_publisher_that_reads_nothing_loses_its_link(tmp_path: Path) -> None:
