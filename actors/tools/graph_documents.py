@@ -139,12 +139,12 @@ def action_nodes(snapshot: GraphSnapshot, kind: EntryKind, name: str) -> list[di
         kind: SERVICE or CLIENT.
         name: The action's full name.
     """
-    found: list[dict[str, Any]] = []
-    for each in dict.fromkeys(snapshot.nodes()):  # nodes that share a name are one here
-        types = dict(actions_among(snapshot.names_and_types(kind, node=each)))
-        if name in types:
-            found.append({"node": each, "types": types[name]})
-    return found
+    found: dict[str, set[str]] = {}  # nodes that share a name are one here
+    for entry in snapshot.of_kind(kind):
+        for action, types in actions_among([(entry.name, [entry.type_name])]):
+            if action == name:
+                found.setdefault(entry.node, set()).update(types)
+    return [{"node": node, "types": sorted(found[node] - {""})} for node in sorted(found)]
 
 
 def node(

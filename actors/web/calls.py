@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Mapping
 
     from actors.graph.snapshot import GraphSnapshot
-    from actors.node.node import Node
     from actors.tools.graph_types import GraphTypes
+    from actors.web.observer import Observer
 
 MAX_CALLS: Final = 64
 """Calls that wait for their replies at the same time."""
@@ -46,12 +46,12 @@ class Calls:
     """Calls services and publishes messages in the name of the web server.
 
     Args:
-        node: Calls and publishes.
+        observer: Has the node that calls and publishes, and the graph.
         types: The graph's classes.
     """
 
-    def __init__(self, node: Node, types: GraphTypes) -> None:
-        self._node = node
+    def __init__(self, observer: Observer, types: GraphTypes) -> None:
+        self._observer, self._node = observer, observer.node
         self._types = types
         self._waiting = 0
 
@@ -71,23 +71,24 @@ class Calls:
 
         Raises:
             RequestError: The values do not fit.
+            TooManyValuesError: The response has too many.
             CallFailed: There is no server, no reply in time, or the handler raised.
             UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
             BrokerUnreachable: There is no broker now.
         """
-        snapshot = await self._node.get_graph()
+        snapshot = await self._observer.newest_around(service)
         if not snapshot.count(EntryKind.SERVICE, service):
             raise ServiceUnavailable(f"Service '{service}' has no server now")
         srv_type: Any = await self._types.service(snapshot, service, wanted)
-        request = message_of(srv_type.Request, values)
+        work = self._observer.work
+        request = await work.run(message_of, srv_type.Request, values)
         with self._counted():
             client = self._node.create_client(srv_type, service)
             try:
                 if not await client.wait_for_service(MATCH_SEC):
                     raise ServiceUnavailable(f"Service '{service}' has no server of this type now")
-                return message_to_javascript(
-                    await client.call(request, DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec)
-                )
+                response = await client.call(request, DEFAULT_TIMEOUT if timeout_sec is None else timeout_sec)
+                return await work.run(message_to_javascript, response)
             finally:
                 client.destroy()
 
@@ -109,14 +110,14 @@ class Calls:
             PublisherRefused: The broker refuses the publisher.
             WaitTimeout: The message did not reach the broker in time.
         """
-        snapshot = await self._node.get_graph()
+        snapshot = await self._observer.newest_around(topic)
         msg_type = await self._types.message(snapshot, topic, wanted)
-        message = message_of(msg_type, values)
+        message = await self._observer.work.run(message_of, msg_type, values)
         with self._counted():
             publisher = self._node.create_publisher(msg_type, topic, _profile(snapshot, topic))
             try:
                 # The broker answers the publisher before that.
-                after = await self._node.get_graph()
+                after = await self._observer.newest()
                 publisher.publish(message)
                 await publisher.flush(FLUSH_SEC)
                 return publisher.get_subscription_count() - self._own_subscriptions(after, topic)

@@ -12,7 +12,6 @@ from actors.errors import GoalRejected, GoalUnknown, ServiceOverloaded, ServiceU
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.time.timeout import DEFAULT_TIMEOUT
 from actors.web.calls import MATCH_SEC, message_of
-from actors.web.javascript_values import message_to_javascript
 from proto.aio.tasks import cancel_and_wait
 from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
@@ -23,8 +22,8 @@ if TYPE_CHECKING:
     from actors.actions.client import ActionClient
     from actors.actions.client_goal import ClientGoalHandle, GoalResult
     from actors.interfaces.message import Message
-    from actors.node.node import Node
     from actors.tools.graph_types import GraphTypes
+    from actors.web.observer import Observer
 
 MAX_GOALS: Final = 64
 """Goals that are followed at the same time."""
@@ -80,9 +79,9 @@ class FollowedGoal:
         self._feedback.append(message.feedback)
         self.news.set()
 
-    def pop_feedback(self) -> list[dict[str, Any]]:
+    def pop_feedback(self) -> list[Message]:
         """Return the feedback that has come since the last call."""
-        taken = [message_to_javascript(each) for each in self._feedback]
+        taken = [*self._feedback]
         self._feedback.clear()
         return taken
 
@@ -102,12 +101,12 @@ class Goals:
     """The goals that the web server has sent and that have not ended.
 
     Args:
-        node: Sends them.
+        observer: Has the node that sends them, and the graph.
         types: The graph's classes.
     """
 
-    def __init__(self, node: Node, types: GraphTypes) -> None:
-        self._node = node
+    def __init__(self, observer: Observer, types: GraphTypes) -> None:
+        self._observer, self._node = observer, observer.node
         self._types = types
         self._goals: dict[str, tuple[FollowedGoal, asyncio.Task[None]]] = {}
         """By id, the oldest first."""
@@ -131,11 +130,11 @@ class Goals:
             UnknownInterfaceError, InvalidMessageError: See `GraphTypes`.
             BrokerUnreachable: There is no broker now.
         """
-        snapshot = await self._node.get_graph()
+        snapshot = await self._observer.newest_around(action)
         if not snapshot.count(EntryKind.SERVICE, ActionNames.of(action).send_goal):
             raise ServiceUnavailable(f"Action '{action}' has no server now")
         action_type: Any = await self._types.action(snapshot, action, wanted)
-        message = message_of(action_type.Goal, values)
+        message = await self._observer.work.run(message_of, action_type.Goal, values)
         self._make_room()
         goal = FollowedGoal(action)
         client: ActionClient[Any, Any, Any] = self._node.create_action_client(action_type, action)

@@ -24,6 +24,9 @@ MAX_BYTES: Final = 32 * 1024 * 1024
 MAX_PIXELS: Final = 32 * 1024 * 1024
 """A browser needs four bytes for each, however small the file is."""
 
+MAX_SIDE: Final = 65_535
+"""Pixels of a row, and rows: JPEG has no more, and each row of a PNG file is a piece of work."""
+
 JPEG: Final = "image/jpeg"
 PNG: Final = "image/png"
 
@@ -118,6 +121,8 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
 def _require_size(width: int, height: int) -> None:
     if width < 1 or height < 1:
         raise ImageError(f"The image is empty: {width} x {height}")
+    if max(width, height) > MAX_SIDE:
+        raise ImageError(f"The image is {width} x {height}; sides of at most {MAX_SIDE} pixels are shown")
     if width * height > MAX_PIXELS:
         raise ImageError(f"The image is {width} x {height}; at most {MAX_PIXELS} pixels are shown")
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
+    from actors.web.worker import Worker
 
 IMAGE_TYPES: Final = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
 
@@ -54,7 +55,7 @@ class TopicImages:
 
     Args:
         reader: Returns a reader that keeps the newest message, and calls a function when there is one.
-        converting: Held while an image is converted.
+        converting, conversions: Held while an image is converted.
         unused: Called when nobody has asked for `LINGER_SEC`.
 
     Raises:
@@ -65,12 +66,13 @@ class TopicImages:
         self,
         reader: Callable[[Callable[[], None]], TopicReader],
         converting: asyncio.Lock,
+        conversions: asyncio.Semaphore,
         unused: Callable[[], object],
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._news = asyncio.Event()
         self._reader = reader(self._news.set)
-        self._converting = converting
+        self._converting, self._conversions = converting, conversions
         self._unused = unused
         self._newest: Image | None = None
         self._next: asyncio.Task[None] | None = None
@@ -106,7 +108,7 @@ class TopicImages:
                 await self._news.wait()
         except TimeoutError:
             return
-        async with self._converting:
+        async with self._converting, self._conversions:
             self._news.clear()
             (received,) = self._reader.pop()
             found = await self._converted(received)
@@ -117,12 +119,14 @@ class TopicImages:
         if len(received.data) > MAX_BYTES + OTHER_FIELDS_BYTES:
             return ImageError(f"The message has {len(received.data)} bytes; images to {MAX_BYTES} are shown")
         try:
-            message = self._reader.decode(received.data)
-            return await asyncio.to_thread(image_file_of, message)
+            return await asyncio.to_thread(self._image_file_of, received.data)
         except InvalidMessageError as error:
             return ImageError(str(error))
         except ImageError as error:
             return error
+
+    def _image_file_of(self, data: bytes) -> ImageFile:
+        return image_file_of(self._reader.decode(data, MAX_BYTES + OTHER_FIELDS_BYTES))
 
     def _restart_timer(self) -> None:
         self._timer.cancel()
@@ -141,10 +145,11 @@ class Images:
 
     Args:
         feeds: Read topics.
+        worker: Limits the images that all users convert at the same time.
     """
 
-    def __init__(self, feeds: TopicFeeds) -> None:
-        self._feeds = feeds
+    def __init__(self, feeds: TopicFeeds, worker: Worker) -> None:
+        self._feeds, self._worker = feeds, worker
         self._topics: dict[str, TopicImages] = {}
         self._converting = asyncio.Lock()
         """Held while an image is converted: all topics of a user together keep one thread busy at most."""
@@ -166,7 +171,9 @@ class Images:
         found = self._topics.get(topic)
         if found is None:
             read = partial(self._feeds.read, topic, 1)
-            found = TopicImages(read, self._converting, partial(self._topics.pop, topic))
+            found = TopicImages(
+                read, self._converting, self._worker.conversions, partial(self._topics.pop, topic)
+            )
             self._topics[topic] = found
         return await found.newest(after)
 

@@ -6,14 +6,22 @@ import math
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.convert import message_to_ordereddict
+from actors.interfaces.message import Message
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.interfaces.message import Message
-
 MAX_EXACT: Final = 2**53
 """The greatest integer up to which JavaScript's numbers are exact."""
+
+
+MAX_VALUES: Final = 1_000_000
+"""Numbers, texts and nested messages of a message: it takes a second, and 100 MB, to make JSON of so many."""
+
+
+class TooManyValuesError(CallboardError):
+    """A message has more than `MAX_VALUES` values. Show it with a command such as `callboard topic echo`."""
 
 
 def message_to_javascript(message: Message | Mapping[str, Any], truncate_length: int | None = None) -> Any:
@@ -27,7 +35,9 @@ def message_to_javascript(message: Message | Mapping[str, Any], truncate_length:
 
     Raises:
         InvalidMessageError: It is nested too deeply.
+        TooManyValuesError: It has more than `MAX_VALUES`.
     """
+    _require_few(message, truncate_length or MAX_VALUES)
     return to_javascript(message_to_ordereddict(message, truncate_length=truncate_length))
 
 
@@ -47,3 +57,27 @@ def to_javascript(value: Any) -> Any:
     if isinstance(value, int) and not -MAX_EXACT <= value <= MAX_EXACT:
         return str(value)
     return value
+
+
+def _require_few(message: Message | Mapping[str, Any], shown: int) -> None:
+    """Raise TooManyValuesError if a message has too many values.
+
+    Args:
+        message: The message.
+        shown: Items that are shown of each sequence.
+    """
+    waiting: list[Any] = [message]
+    left = MAX_VALUES
+    while waiting and len(waiting) <= left:
+        value = waiting.pop()
+        if isinstance(value, Message):
+            waiting += [getattr(value, name) for name in value.__struct_fields__]
+        elif isinstance(value, dict):
+            waiting += cast("dict[str, Any]", value).values()
+        elif isinstance(value, list):
+            waiting += cast("list[Any]", value)[:shown]
+        else:
+            is_array = not isinstance(value, str) and hasattr(value, "__len__")
+            left -= min(len(value), shown) if is_array else 1
+    if left < len(waiting):
+        raise TooManyValuesError(f"The message has more than {MAX_VALUES} values, which no page shows")

@@ -18,6 +18,7 @@ from actors.node.parameter_services import EVENTS_TOPIC
 from actors.parameter_client.client import ParameterClient
 from actors.tools import node_documents
 from actors.web.javascript_values import to_javascript
+from actors.web.observer import CHANGE_PERIOD_SEC
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from proto.aio.tasks import keep_running
@@ -25,11 +26,12 @@ from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Iterable, Sequence
 
     from actors.node.node import Node
+    from actors.parameters.types import Parameter, ParameterDescriptor
     from actors.web.observer import Observer
-    from actors.web.topic_feed import TopicFeeds, TopicReader
+    from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
 POLL_PERIOD_SEC: Final = 2.0
 """Seconds between two requests for diagnostics."""
@@ -90,18 +92,20 @@ async def lifecycle_of(node: Node, name: str, timeout_sec: float) -> dict[str, A
     }
 
 
-async def parameters_of(node: Node, name: str, timeout_sec: float) -> tuple[list[dict[str, Any]], int]:
-    """Return the parameters of a node, `MAX_PARAMETERS` at most, and how many more it has.
+async def parameters_of(
+    observer: Observer, name: str, timeout_sec: float
+) -> tuple[list[dict[str, Any]], int]:
+    """Return the parameters of a node for JavaScript, `MAX_PARAMETERS` at most, and how many more it has.
 
     Args:
-        node: The node that asks.
+        observer: Has the node that asks.
         name: The full name of the other node.
         timeout_sec: Time limit of each request.
 
     Raises:
         CallFailed: There is no reply.
     """
-    client = ParameterClient(node, name)
+    client = ParameterClient(observer.node, name)
     try:
         every = sorted((await client.list_parameters((), 0, timeout_sec)).names)
         names = every[:MAX_PARAMETERS]
@@ -109,11 +113,17 @@ async def parameters_of(node: Node, name: str, timeout_sec: float) -> tuple[list
         values = await client.get_parameters(names, timeout_sec)
     finally:
         client.destroy()
-    found = [
-        {**node_documents.descriptor(descriptor), **node_documents.parameter(value)}
+    found = await observer.work.run(_parameter_documents, descriptors, values)
+    return found, len(every) - len(names)
+
+
+def _parameter_documents(
+    descriptors: Sequence[ParameterDescriptor], values: Sequence[Parameter]
+) -> list[dict[str, Any]]:
+    return [
+        to_javascript({**node_documents.descriptor(descriptor), **node_documents.parameter(value)})
         for descriptor, value in zip(descriptors, values, strict=True)
     ]
-    return found, len(every) - len(names)
 
 
 class NodeWatch:
@@ -177,7 +187,7 @@ class NodeWatch:
 
     def _update_services(self) -> None:
         """Update which parts the node serves; all of them are stale if that has changed."""
-        snapshot = self._observer.snapshot
+        snapshot = self._observer.around(self._name)
         nodes = snapshot.of_kind(EntryKind.NODE)
         entries = frozenset(each.key for each in nodes if each.node == self._name)
         services = dict(snapshot.names_and_types(EntryKind.SERVICE, node=self._name))
@@ -203,7 +213,7 @@ class NodeWatch:
             polled = {DIAGNOSTICS}
             if not self._follow_transitions():
                 polled.add(LIFECYCLE)
-            if not self._follow_events():
+            if not await self._follow_events():
                 polled.add(PARAMETERS)
             # Swapped before the requests, so that a change during them is asked for in the next round.
             stale, self._stale = self._stale, set()
@@ -211,6 +221,7 @@ class NodeWatch:
             if stale:
                 for listener in tuple(self._listeners):
                     listener()
+            await asyncio.sleep(CHANGE_PERIOD_SEC)  # a node may change as often as it likes
             try:
                 async with asyncio.timeout(POLL_PERIOD_SEC):
                     await self._news.wait()
@@ -246,27 +257,31 @@ class NodeWatch:
             response = await client.call(GetDiagnostics.Request(), NODE_ANSWER_SEC)
         finally:
             client.destroy()
-        return node_documents.diagnostics(self._name, response)
+        return await self._observer.work.run(node_documents.diagnostics, self._name, response)
 
     async def _parameters(self) -> dict[str, Any]:
-        found, omitted = await parameters_of(self._observer.node, self._name, NODE_ANSWER_SEC)
-        return {"by_name": {each["name"]: to_javascript(each) for each in found}, "omitted": omitted}
+        found, omitted = await parameters_of(self._observer, self._name, NODE_ANSWER_SEC)
+        return {"by_name": {each["name"]: each for each in found}, "omitted": omitted}
 
-    def _follow_events(self) -> bool:
+    async def _follow_events(self) -> bool:
         """Mark the parameters as stale if they have changed; return whether the node reports changes."""
         events = self._events
         try:
-            changed = any(_is_of(self._name, events, each.data) for each in events.pop())
+            received = events.pop()
         except SubscriptionRefusedError:
             return False
-        if changed or events.skipped:
-            events.skipped = 0
+        skipped, events.skipped = events.skipped, 0
+        if skipped or (received and await self._observer.work.run(_any_is_of, self._name, events, received)):
             self._stale.add(PARAMETERS)
         return True
 
 
+def _any_is_of(name: str, reader: TopicReader, received: Iterable[Received]) -> bool:
+    """Whether one of some messages of `/parameter_events` is about a node."""
+    return any(_is_of(name, reader, each.data) for each in received)
+
+
 def _is_of(name: str, reader: TopicReader, data: bytes) -> bool:
-    """Whether a message of `/parameter_events` is about a node."""
     try:
         event = reader.decode(data)
     except InvalidMessageError:

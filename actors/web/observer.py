@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections import defaultdict
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Self
 
@@ -13,6 +14,7 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.tools.broker_names import BrokerNames
 from actors.tools.hidden_node import hidden_name, make_hidden_node
 from actors.tools.overview import Overview, Sample, Samples
+from actors.web.worker import Worker
 from proto.aio.tasks import RESTART_PAUSE_SEC, cancel_and_wait, keep_running
 
 if TYPE_CHECKING:
@@ -21,6 +23,10 @@ if TYPE_CHECKING:
 
     from actors.graph.broker_report import BrokerReport
     from actors.graph.changes import GraphWatch
+    from proto.wire.frames import GraphEntry
+
+ACTION_PART: Final = "/_action/"
+"""In the names of an action's services and topics."""
 
 NAME: Final = hidden_name("callboard_web")
 """The name that all nodes of this process share."""
@@ -37,6 +43,16 @@ MAX_SAMPLE_GAP_SEC: Final = 10.0
 CHANGE_PERIOD_SEC: Final = 0.1
 """The shortest time between two reports of graph changes: a launch causes hundreds of changes."""
 
+MAX_CHANGE_SHARE: Final = 20
+"""After a change that keeps the event loop busy, the next one waits this many times as long: the graph is
+reported less often if it is large, or if much of what is shown depends on it."""
+
+FRESH_SEC: Final = 0.1
+"""A sample that is younger is as good as another one, which costs as much as there are topics and links."""
+
+GRAPH_SEC: Final = 2.0
+"""Time for the broker to report the graph; whoever asks before gets an empty one."""
+
 CONNECT_SEC: Final = 2.0
 STOP_SEC: Final = 1.0
 
@@ -48,9 +64,10 @@ class Observer:
         url: The broker's URLs.
         domain: The domain id.
         token: A user's, to see the graph with that user's rights; None for the environment's.
+        worker: The thread that all observers of the server share; None for one of its own.
 
     Entering raises NotAuthorized if the broker refuses the token, and BrokerUnreachable if no broker answers
-    within `CONNECT_SEC`.
+    within `CONNECT_SEC`. It waits up to `GRAPH_SEC` for the graph.
 
     Raises:
         As `Node`.
@@ -59,14 +76,21 @@ class Observer:
         url: As given.
         domain: As given.
         target: Both in one text, to be displayed.
+        worker: As given.
+        work: The share of it that this user has.
         node: The node, for other queries and for controls.
         snapshot: The graph as it was last, without the nodes of this process.
         report: The broker's counters; None before the first sample.
         overview: The graph at work; None before the first sample.
     """
 
-    def __init__(self, url: str, domain: int, *, token: str | None = None) -> None:
+    def __init__(
+        self, url: str, domain: int, *, token: str | None = None, worker: Worker | None = None
+    ) -> None:
         self.url, self.domain = url, domain
+        self.worker = worker or Worker()
+        self._owns_worker = worker is None
+        self.work = self.worker.share()
         self.target = f"{url} domain {domain}"
         self.node = make_hidden_node(
             NAME,
@@ -82,6 +106,14 @@ class Observer:
         self.overview: Overview | None = None
         self._samples = Samples(least_sec=MIN_RATE_SEC)
         self._sampled_sec = -math.inf
+        self._sampling: asyncio.Task[Overview] | None = None
+        self._query: asyncio.Task[GraphSnapshot] | None = None
+        """The query that has not been sent yet."""
+        self._querying = asyncio.Lock()
+        self._parts: tuple[GraphSnapshot, dict[str, dict[int, GraphEntry]]] | None = None
+        """Parts of a snapshot by names; see `around`."""
+        self._reported = asyncio.Event()
+        """Set when the broker has reported the graph, or refuses to."""
         self._graph_listeners: set[Callable[[], None]] = set()
         self._sample_listeners: set[Callable[[], None]] = set()
         self._tasks: list[asyncio.Task[None]] = []
@@ -94,6 +126,9 @@ class Observer:
         loop = asyncio.get_running_loop()
         for name, work in (("The watch of the graph", self._watch), ("The sampling", self._sample_regularly)):
             self._tasks.append(loop.create_task(keep_running(name, work)))
+        with suppress(TimeoutError):
+            async with asyncio.timeout(GRAPH_SEC):
+                await self._reported.wait()
         return self
 
     async def __aexit__(
@@ -106,6 +141,8 @@ class Observer:
         for task in self._tasks:
             await cancel_and_wait(task)
         await self.node.__aexit__(kind, error, traceback)
+        if self._owns_worker:
+            self.worker.close()
 
     @property
     def connected(self) -> bool:
@@ -157,16 +194,60 @@ class Observer:
 
         return end
 
-    async def sample(self) -> Overview:
-        """Take a sample now.
+    def around(self, name: str) -> GraphSnapshot:
+        """Return the part of the graph that has a name: what a look at one thing need not search for.
+
+        Args:
+            name: The full name of a topic, service, action or node. The endpoints of a node and the services
+                and topics of an action are included.
+        """
+        snapshot, parts = self._parts or (None, {})
+        if snapshot is not self.snapshot:
+            self._parts = snapshot, parts = self.snapshot, _parts_of(self.snapshot)
+        return GraphSnapshot(parts.get(name, {}))
+
+    async def newest_around(self, name: str) -> GraphSnapshot:
+        """Return the same part; of the graph that the broker has now, if the last one has no such name.
 
         Raises:
             BrokerUnreachable: There is no broker now.
         """
-        report = await self.node.get_broker_stats()
-        self.report, self._sampled_sec = report, time.monotonic()
-        self.overview = self._samples.add(Sample(self.snapshot, report))
-        return self.overview
+        part = self.around(name)
+        return part if part.entries else await self.newest()
+
+    async def newest(self) -> GraphSnapshot:
+        """Return the graph that the broker has now. Those who ask while another query is answered share one.
+
+        Raises:
+            BrokerUnreachable: There is no broker now.
+        """
+        if self._query is None:
+            self._query = asyncio.get_running_loop().create_task(self._ask())
+        return await asyncio.shield(self._query)
+
+    async def _ask(self) -> GraphSnapshot:
+        async with self._querying:
+            self._query = None  # its answer may be too old for those who ask from now on
+            return await self.node.get_graph()
+
+    async def sample(self) -> Overview:
+        """Take a sample, or return one that is younger than `FRESH_SEC`.
+
+        Raises:
+            BrokerUnreachable: There is no broker now.
+        """
+        if self.overview is not None and time.monotonic() - self._sampled_sec < FRESH_SEC:
+            return self.overview
+        if self._sampling is None or self._sampling.done():
+            self._sampling = asyncio.get_running_loop().create_task(self._take_sample())
+        # Shielded: others wait for it, too.
+        return await asyncio.shield(self._sampling)
+
+    async def _take_sample(self) -> Overview:
+        report, samples = await self.node.get_broker_stats(), self._samples
+        seen = await self.work.run(samples.add, Sample(self.snapshot, report))
+        self.report, self._sampled_sec, self.overview = report, time.monotonic(), seen
+        return seen
 
     async def _watch(self) -> None:
         watch = self.node.watch_graph()
@@ -175,24 +256,26 @@ class Observer:
                 try:
                     return await self._follow(watch)
                 except BrokerUnreachable:  # the broker refuses it, which the node has logged
+                    self._reported.set()
                     await asyncio.sleep(RESTART_PAUSE_SEC)
         finally:
             watch.destroy()
 
     async def _follow(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
+            began = time.monotonic()
             self.snapshot = self._without_own(watch.snapshot)
+            self._reported.set()
             for listener in tuple(self._graph_listeners):
                 listener()
+            spent = time.monotonic() - began
             # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
-            await asyncio.sleep(CHANGE_PERIOD_SEC)
+            await asyncio.sleep(max(CHANGE_PERIOD_SEC, MAX_CHANGE_SHARE * spent))
 
     def _without_own(self, snapshot: GraphSnapshot) -> GraphSnapshot:
         # The page would show itself, once for each user.
         own = self.node.get_fully_qualified_name()
-        entries = {
-            key: entry for key, entry in snapshot.entries.items() if own not in {entry.node, entry.name}
-        }
+        entries = {key: entry for key, entry in snapshot.entries.items() if entry.node != own}
         return GraphSnapshot(entries, dict(snapshot.suspended))
 
     async def _sample_regularly(self) -> None:
@@ -203,3 +286,16 @@ class Observer:
             for listener in tuple(self._sample_listeners):
                 listener()
             await asyncio.sleep(SAMPLE_PERIOD_SEC)
+
+
+def _parts_of(snapshot: GraphSnapshot) -> dict[str, dict[int, GraphEntry]]:
+    """Return the entries that each node, topic, service and action has, by name."""
+    parts: defaultdict[str, dict[int, GraphEntry]] = defaultdict(dict)
+    for key, entry in snapshot.entries.items():
+        parts[entry.node][key] = entry
+        if entry.name:
+            parts[entry.name][key] = entry
+            action, found, _ = entry.name.partition(ACTION_PART)
+            if found:
+                parts[action][key] = entry
+    return dict(parts)

@@ -6,6 +6,7 @@ from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.interfaces.errors import InvalidMessageError
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
 from actors.web.subscription_answer import SubscriptionAnswer
@@ -27,7 +28,8 @@ MAX_TOPICS: Final = 256
 """Topics that are read at the same time."""
 
 MAX_BYTES: Final = 16 * 1024 * 1024
-"""Limit on the messages that wait for a reader, and on latched ones for later readers; the newest is kept."""
+"""Limit on the messages that wait for a reader, and on latched ones for later readers; the newest is kept.
+Also of a message whose fields are shown."""
 
 
 class TooManyTopicsError(CallboardError):
@@ -131,12 +133,18 @@ class TopicReader:
         """
         await self._feed.answer.accepted()
 
-    def decode(self, data: bytes) -> Any:
-        """Return a message as an instance of its class, or as a dict.
+    def decode(self, data: bytes, most: int = MAX_BYTES) -> Any:
+        """Return a message as an instance of its class, or as a dict. A thread may call it.
+
+        Args:
+            data: Its bytes.
+            most: How many there may be.
 
         Raises:
-            InvalidMessageError: The bytes are not a message of the type.
+            InvalidMessageError: The bytes are not a message of the type, or too many.
         """
+        if len(data) > most:
+            raise InvalidMessageError(f"The message has {len(data)} bytes; those of up to {most} are shown")
         return self._feed.decode(data)
 
     def close(self) -> None:
@@ -166,7 +174,7 @@ class TopicFeed:
         """The types of the publishers of each node; None until they are needed after a change of the
         graph."""
         self._end_watch = observer.on_graph(self._update_subscription)
-        self._subscribe(profile_of(observer.snapshot, topic, depth=DEPTH))
+        self._subscribe(profile_of(observer.around(topic), topic, depth=DEPTH))
         self.answer = SubscriptionAnswer(observer.node, lambda: self._subscription, self._wake)
 
     def _wake(self) -> None:
@@ -203,15 +211,16 @@ class TopicFeed:
 
     def decode(self, data: bytes) -> Any:
         """Decode a message; see `TopicReader.decode`."""
-        if self._decode is None:
-            self._decode = decoder_of(self._observer.snapshot, self._topic)
-        return self._decode(data)
+        decode = self._decode  # which the event loop may set to None
+        if decode is None:
+            decode = self._decode = decoder_of(self._observer.around(self._topic), self._topic)
+        return decode(data)
 
     def may_publish(self, node: str, kind: str) -> bool:
         """Return whether a node has a publisher of a type, or is new: messages do not name their type."""
         if self._types is None:
             self._types = {}
-            for entry in self._observer.snapshot.of_kind(EntryKind.PUBLISHER):
+            for entry in self._observer.around(self._topic).of_kind(EntryKind.PUBLISHER):
                 if entry.name == self._topic:
                     self._types.setdefault(entry.node, set()).add(entry.type_name)
         return kind in self._types.get(node, {kind})
@@ -219,7 +228,7 @@ class TopicFeed:
     def _update_subscription(self) -> None:
         """Adapt type and QoS to the publishers: a new one may have latched messages for us, or be strict."""
         self._decode = self._types = None
-        snapshot = self._observer.snapshot
+        snapshot = self._observer.around(self._topic)
         profile = profile_of(snapshot, self._topic, depth=DEPTH)
         if profile != self._profile and snapshot.count(EntryKind.PUBLISHER, self._topic):
             self._observer.node.destroy_subscription(self._subscription)

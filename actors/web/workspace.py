@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from actors.tools.graph_types import GraphTypes
 from actors.web.calls import Calls
+from actors.web.documents import Documents
 from actors.web.goals import Goals
 from actors.web.images import Images
 from actors.web.live.panels import Panels
@@ -25,6 +26,8 @@ class Workspace:
 
     Attributes:
         observer: The same.
+        work: The user's share of the thread for long work.
+        documents: Those of the whole graph.
         feeds: The topics that are read.
         images: The newest images of topics.
         panels: Makes the panels of pages.
@@ -37,12 +40,14 @@ class Workspace:
 
     def __init__(self, observer: Observer) -> None:
         self.observer = observer
+        self.work = observer.work
+        self.documents = Documents(observer.work)
         self.feeds = TopicFeeds(observer)
-        self.images = Images(self.feeds)
+        self.images = Images(self.feeds, observer.worker)
         self.panels = Panels(observer, self.feeds)
         self.types = GraphTypes(observer.node)
-        self.calls = Calls(observer.node, self.types)
-        self.goals = Goals(observer.node, self.types)
+        self.calls = Calls(observer, self.types)
+        self.goals = Goals(observer, self.types)
         self.metrics = Metrics()
         self.round_trips = RoundTrips(observer.node, self.metrics.round_trips)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
@@ -15,8 +16,9 @@ from actors.web.subscription_answer import SubscriptionRefusedError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.web.live.panel import Body
     from actors.web.observer import Observer
-    from actors.web.topic_feed import TopicFeeds, TopicReader
+    from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
 MAX_TOPICS: Final = 64
 """Each is subscribed to."""
@@ -50,6 +52,8 @@ class DelayPanel(DocumentPanel):
     ) -> None:
         self._since_ns = time.time_ns()
         self._delays: dict[str, float] = {}
+        self._newest: dict[str, Received] = {}
+        """Messages that have not been looked at."""
         self._readers: dict[str, TopicReader] = {}
         try:
             for topic in dict.fromkeys(parameters.topics):
@@ -59,21 +63,24 @@ class DelayPanel(DocumentPanel):
             raise
         super().__init__(wake, observer.on_sample)
 
+    def pop(self) -> Body:
+        """Take the newest message of each topic; return as documented."""
+        for topic, reader in self._readers.items():
+            with suppress(SubscriptionRefusedError):
+                if taken := reader.pop():
+                    self._newest[topic] = taken[-1]
+        return super().pop()
+
     def document(self) -> dict[str, Any]:
         """Return `delays`: seconds by topic, by the stamp in the header if there is one, else since sent."""
-        for topic, reader in self._readers.items():
-            if (delay := self._delay(reader)) is not None:
-                self._delays[topic] = delay
+        while self._newest:
+            topic, received = self._newest.popitem()
+            if received.info.source_timestamp >= self._since_ns:
+                self._delays[topic] = self._delay(self._readers[topic], received)
         return {"delays": dict(self._delays)}
 
-    def _delay(self, reader: TopicReader) -> float | None:
-        try:
-            taken = reader.pop()
-        except SubscriptionRefusedError:
-            return None
-        if not taken or taken[-1].info.source_timestamp < self._since_ns:
-            return None
-        data, info = taken[-1]
+    def _delay(self, reader: TopicReader, received: Received) -> float:
+        data, info = received
         try:
             stamp = stamp_of(reader.decode(data))
         except InvalidMessageError:

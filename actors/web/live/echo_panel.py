@@ -8,11 +8,12 @@ import msgspec
 
 from actors.interfaces.errors import InvalidMessageError
 from actors.tools.stamps import stamp_of
-from actors.web.javascript_values import message_to_javascript
+from actors.web.javascript_values import TooManyValuesError, message_to_javascript
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.web.live.panel import Body
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
 MESSAGES_PER_UPDATE: Final = 20
@@ -49,14 +50,14 @@ class EchoPanel:
     def __init__(self, feeds: TopicFeeds, parameters: EchoParameters, wake: Callable[[], None]) -> None:
         self._reader: TopicReader = feeds.read(parameters.topic, MESSAGES_PER_UPDATE, wake, parameters.type)
 
-    def pop(self) -> dict[str, Any] | None:
+    def pop(self) -> Body | None:
         """Return `messages`, and how many were `skipped` before them."""
         reader = self._reader
         taken = reader.pop()
         if not taken:
             return None
         skipped, reader.skipped = reader.skipped, 0
-        return {"messages": [message_document(each, reader) for each in taken], "skipped": skipped}
+        return lambda: {"messages": [message_document(each, reader) for each in taken], "skipped": skipped}
 
     def close(self) -> None:
         """Read no more."""
@@ -78,7 +79,7 @@ def message_document(received: Received, reader: TopicReader) -> dict[str, Any]:
     try:
         message = reader.decode(received.data)
         found["message"] = message_to_javascript(message, SHOWN_LENGTH)
-    except InvalidMessageError as error:
+    except (InvalidMessageError, TooManyValuesError) as error:
         found["error"] = str(error)
     else:
         if stamp := stamp_of(message):

@@ -35,4 +35,4 @@ class EntryPanel(DocumentPanel):
     def document(self) -> dict[str, Any]:
         """Return the document; nothing if there is no such service or action."""
         observer = self._observer
-        return self._find(observer.snapshot, self._name, observer.broker_names()) or {}
+        return self._find(observer.around(self._name), self._name, observer.broker_names()) or {}

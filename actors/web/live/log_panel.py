@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.web.javascript_values import to_javascript
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.web.live.panel import Body
     from actors.web.log_reader import LogFilter, LogReaders
 
 
@@ -27,14 +28,14 @@ class LogPanel:
     def __init__(self, logs: LogReaders, chosen: LogFilter, wake: Callable[[], None]) -> None:
         self._reader = logs.read(chosen, wake)
 
-    def pop(self) -> dict[str, Any] | None:
+    def pop(self) -> Body | None:
         """Return `lines`, as `callboard log --json` prints them, and how many were `skipped`."""
         reader = self._reader
         lines = reader.pop()
         if not lines:
             return None
         skipped, reader.skipped = reader.skipped, 0
-        return {"lines": to_javascript(lines), "skipped": skipped}
+        return lambda: {"lines": to_javascript(lines), "skipped": skipped}
 
     def close(self) -> None:
         """Read no more."""

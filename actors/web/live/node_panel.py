@@ -42,7 +42,7 @@ class NodePanel(DocumentPanel):
         `diagnostics`, `lifecycle`, `parameters`, and why one of them could not be had in `errors`.
         """
         observer, name = self._observer, self._name
-        snapshot = observer.snapshot
+        snapshot = observer.around(name)
         names = observer.broker_names()
         endpoints = {
             str(info.endpoint_id): {

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from actors.web.merge_patch import merge_patch
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.web.merge_patch import Document
+
+Body: TypeAlias = Callable[[], dict[str, Any] | None]
+"""Returns the body of a message to the page, or None for no message."""
 
 
 class PanelError(Exception):
@@ -23,8 +25,13 @@ class Panel(Protocol):
     queued for a slow browser, which gets the newest state.
     """
 
-    def pop(self) -> dict[str, Any] | None:
-        """Return the body of the next message to the page; None if nothing is new."""
+    def pop(self) -> Body | None:
+        """Take what is new; None if nothing is.
+
+        Returns:
+            A function that returns the body of the next message to the page, or None for no message. A thread
+            calls it, so it must not touch what the event loop changes.
+        """
         ...
 
     def close(self) -> None:
@@ -51,11 +58,14 @@ class DocumentPanel:
         wake()
 
     def document(self) -> Document:
-        """Return the document as it is now; JSON's types only."""
+        """Return the document as it is now; JSON's types only. A thread calls it."""
         raise NotImplementedError
 
-    def pop(self) -> dict[str, Any] | None:
+    def pop(self) -> Body:
         """Return `patch`: a JSON Merge Patch of what the page has; at first of an empty document."""
+        return self._patch
+
+    def _patch(self) -> dict[str, Any] | None:
         document = self.document()
         patch = merge_patch(self._sent, document)
         self._sent = document

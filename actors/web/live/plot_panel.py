@@ -13,6 +13,7 @@ from actors.tools.field_paths import InvalidFieldError, require_path, value_at
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.web.live.panel import Body
     from actors.web.topic_feed import Received, TopicFeeds, TopicReader
 
 POINTS_PER_UPDATE: Final = 1000
@@ -52,7 +53,7 @@ class PlotPanel:
             require_path(path)
         self._reader: TopicReader = feeds.read(parameters.topic, POINTS_PER_UPDATE, wake)
 
-    def pop(self) -> dict[str, Any] | None:
+    def pop(self) -> Body | None:
         """Return `points`, each a list of its time in seconds and the values, and how many were `skipped`.
 
         A value is null if a message has no such field, or no finite number there.
@@ -62,7 +63,7 @@ class PlotPanel:
         if not taken:
             return None
         skipped, reader.skipped = reader.skipped, 0
-        return {"points": [self._point(each) for each in taken], "skipped": skipped}
+        return lambda: {"points": [self._point(each) for each in taken], "skipped": skipped}
 
     def _point(self, received: Received) -> list[float | None]:
         time_sec = received.info.source_timestamp / 1e9

@@ -8,20 +8,22 @@ cannot be opened or has failed.
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 from aiohttp import WSMsgType
 
+from actors.web.json_encoding import encode_json
 from actors.web.live.panel import PanelError
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Awaitable, Callable, Mapping
 
     from aiohttp.web import WebSocketResponse
 
-    from actors.web.live.panel import Panel
+    from actors.web.live.panel import Body, Panel
 
 UPDATE_PERIOD_SEC: Final = 0.05
 """Seconds between two updates of a browser or a stream: twenty a second look continuous."""
@@ -39,14 +41,16 @@ class LiveSession:
     Args:
         socket: The prepared WebSocket.
         make_panel: Returns the panel of a name, its parameters and the function that wakes the session.
+        run: Calls a function in a thread, and returns what it returns.
     """
 
     def __init__(
         self,
         socket: WebSocketResponse,
         make_panel: Callable[[str, Mapping[str, Any], Callable[[], None]], Panel],
+        run: Callable[[Callable[[], str]], Awaitable[str]],
     ) -> None:
-        self._socket = socket
+        self._socket, self._run = socket, run
         self._make_panel = make_panel
         self._panels: dict[int, Panel] = {}
         self._dirty: dict[int, None] = {}
@@ -110,28 +114,36 @@ class LiveSession:
         self._news.set()
 
     async def _send_regularly(self) -> None:
+        """Send what is new, and wait while the browser is slow: what changes meanwhile is combined."""
         while True:
             await self._news.wait()
             self._news.clear()
             errors, self._errors = self._errors, {}
             dirty, self._dirty = self._dirty, {}
             for number, text in errors.items():
-                await self._send({"id": number, "error": text})
+                await self._socket.send_str(_encoded_error(number, text))
             for number in dirty:
-                if (body := self._pop(number)) is not None:
-                    await self._send({"id": number, **body})
+                if text := await self._news_of(number):
+                    await self._socket.send_str(text)
             await asyncio.sleep(UPDATE_PERIOD_SEC)
 
-    def _pop(self, number: int) -> dict[str, Any] | None:
+    async def _news_of(self, number: int) -> str:
+        """Return the next message of a panel; empty if it has none."""
         panel = self._panels.get(number)
         if panel is None:
-            return None
+            return ""
         try:
-            return panel.pop()
+            body = panel.pop()
+            return "" if body is None else await self._run(partial(_encoded, number, body))
         except CallboardError as error:  # such as a graph too large to be drawn
             self._close(number)
-            return {"error": str(error)}
+            return _encoded_error(number, str(error))
 
-    async def _send(self, document: dict[str, Any]) -> None:
-        """Send, and wait while the browser is slow: what changes meanwhile is combined."""
-        await self._socket.send_str(msgspec.json.encode(document).decode())
+
+def _encoded(number: int, body: Body) -> str:
+    found = body()
+    return "" if found is None else encode_json({"id": number, **found}).decode()
+
+
+def _encoded_error(number: int, text: str) -> str:
+    return msgspec.json.encode({"id": number, "error": text}).decode()

@@ -31,7 +31,7 @@ class TopicPanel(DocumentPanel):
     def document(self) -> dict[str, Any]:
         """Return the topic, and `rates` as in the overview; nothing if there is no such topic."""
         observer = self._observer
-        found = graph_documents.topic(observer.snapshot, self._topic, observer.broker_names())
+        found = graph_documents.topic(observer.around(self._topic), self._topic, observer.broker_names())
         if found is None:
             return {}
         rows = () if observer.overview is None else observer.overview.topics

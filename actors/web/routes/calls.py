@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
@@ -9,14 +10,18 @@ import msgspec
 from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
 from actors.web.forms import form_of
+from actors.web.json_encoding import encode_json
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
-from actors.web.routes.responses import NotFoundError, json_response
+from actors.web.routes.responses import NotFoundError, encoded_response, json_response
 from actors.web.routes.route import ASKING, CONTROL, TYPE_QUERY, Route
 from actors.web.routes.state import workspace_of
 
 if TYPE_CHECKING:
     from aiohttp import web
+
+    from actors.interfaces.message import Message
+    from actors.web.workspace import Workspace
 
 MAX_CALL_TIMEOUT_SEC: Final = 3600.0
 """The longest timeout that a request may give for a call or a goal."""
@@ -53,18 +58,35 @@ class PublishBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 async def service_form(request: web.Request) -> web.Response:
     """Return the form for a service's requests."""
     workspace, name = workspace_of(request), name_in(request)
-    snapshot = workspace.observer.snapshot
-    if documents.service(snapshot, name) is None:
+    part = workspace.observer.around(name)
+    if documents.service(part, name) is None:
         raise NotFoundError(f"There is no service {name!r}")
-    found: Any = await workspace.types.service(snapshot, name, request.query.get("type", ""))
-    return json_response({"type": type_name(found), "form": form_of(found.Request)})
+    found: Any = await workspace.types.service(part, name, request.query.get("type", ""))
+    return await form_response(workspace, found, found.Request)
 
 
 async def topic_form(request: web.Request) -> web.Response:
     """Return the form for a topic's messages."""
     workspace, name = workspace_of(request), name_in(request)
-    found = await workspace.types.message(workspace.observer.snapshot, name, request.query.get("type", ""))
-    return json_response({"type": type_name(found), "form": form_of(found)})
+    part = workspace.observer.around(name)
+    found = await workspace.types.message(part, name, request.query.get("type", ""))
+    return await form_response(workspace, found, found)
+
+
+async def form_response(workspace: Workspace, interface: type[Any], sent: type[Message]) -> web.Response:
+    """Return the form for what is sent to a topic, service or action.
+
+    Args:
+        workspace: The user's.
+        interface: The type of the topic, service or action.
+        sent: The type of what is sent.
+    """
+    made = partial(_encoded_form, type_name(interface), sent)
+    return encoded_response(await workspace.work.run(made))
+
+
+def _encoded_form(name: str, sent: type[Message]) -> bytes:
+    return encode_json({"type": name, "form": form_of(sent)})
 
 
 async def call(request: web.Request) -> web.Response:
@@ -72,7 +94,8 @@ async def call(request: web.Request) -> web.Response:
     body = read_body(request, CallBody)
     calls = workspace_of(request).calls
     response = await calls.call(name_in(request), body.request, body.type, body.timeout_sec)
-    return json_response({"response": response})
+    encoded = await workspace_of(request).work.run(encode_json, {"response": response})
+    return encoded_response(encoded)
 
 
 async def publish(request: web.Request) -> web.Response:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Final
 
+from actors.web.json_encoding import encode_json
 from actors.web.live.echo_panel import MESSAGES_PER_UPDATE, message_document
 from actors.web.live.session import UPDATE_PERIOD_SEC
 from actors.web.routes.event_stream import EventStream
@@ -14,6 +15,8 @@ from actors.web.routes.state import state_of, workspace_of
 
 if TYPE_CHECKING:
     from aiohttp import web
+
+    from actors.web.topic_feed import Received, TopicReader
 
 
 async def echo(request: web.Request) -> web.StreamResponse:
@@ -29,13 +32,17 @@ async def echo(request: web.Request) -> web.StreamResponse:
             while True:
                 await stream.wait(news)
                 for received in reader.pop():
-                    await stream.send(message_document(received, reader))
+                    await stream.send_json(await workspace.work.run(_encoded, received, reader))
                 if reader.skipped:
                     skipped, reader.skipped = reader.skipped, 0
                     await stream.send({"skipped": skipped}, "skipped")
                 await asyncio.sleep(UPDATE_PERIOD_SEC)
         finally:
             reader.close()
+
+
+def _encoded(received: Received, reader: TopicReader) -> bytes:
+    return encode_json(message_document(received, reader))
 
 
 ROUTES: Final = (

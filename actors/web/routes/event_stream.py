@@ -41,7 +41,15 @@ class EventStream:
             document: Its data, as JSON.
             event: Its kind.
         """
-        data = msgspec.json.encode(document)
+        await self.send_json(msgspec.json.encode(document), event)
+
+    async def send_json(self, data: bytes, event: str = "message") -> None:
+        """Send one event whose data has been encoded: long documents are encoded in a thread.
+
+        Args:
+            data: JSON without line ends.
+            event: Its kind.
+        """
         await self.response.write(b"event: %s\ndata: %s\n\n" % (event.encode(), data))
 
     async def wait(self, news: asyncio.Event) -> None:

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from actors.interfaces.message import type_name
 from actors.tools import graph_documents as documents
-from actors.web.forms import form_of
 from actors.web.javascript_values import message_to_javascript
+from actors.web.json_encoding import encode_json
 from actors.web.live.session import UPDATE_PERIOD_SEC
-from actors.web.routes.calls import CallTimeoutSec  # noqa: TC001 - msgspec reads annotations
+from actors.web.routes.calls import CallTimeoutSec, form_response
 from actors.web.routes.event_stream import EventStream
 from actors.web.routes.graph import name_in
 from actors.web.routes.request_body import read_body
@@ -23,7 +22,10 @@ from actors.web.routes.state import state_of, workspace_of
 if TYPE_CHECKING:
     from aiohttp import web
 
+    from actors.actions.client_goal import GoalResult
+    from actors.interfaces.message import Message
     from actors.web.goals import FollowedGoal
+    from actors.web.worker import WorkShare
 
 
 class GoalBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -45,11 +47,11 @@ class GoalBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 async def action_form(request: web.Request) -> web.Response:
     """Return the form for an action's goals."""
     workspace, name = workspace_of(request), name_in(request)
-    snapshot = workspace.observer.snapshot
-    if documents.action(snapshot, name) is None:
+    part = workspace.observer.around(name)
+    if documents.action(part, name) is None:
         raise NotFoundError(f"There is no action {name!r}")
-    found: Any = await workspace.types.action(snapshot, name, request.query.get("type", ""))
-    return json_response({"type": type_name(found), "form": form_of(found.Goal)})
+    found: Any = await workspace.types.action(part, name, request.query.get("type", ""))
+    return await form_response(workspace, found, found.Goal)
 
 
 async def goals(request: web.Request) -> web.Response:
@@ -69,7 +71,7 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
             await goal.accepted()
             stream = await EventStream.begin(request)
             await stream.send({"goal_id": goal.goal_id}, "accepted")
-            await _send_progress(stream, goal)
+            await _send_progress(stream, goal, workspace.work)
         finally:
             goal.read = False
             if body.cancel_on_close and not goal.ended:
@@ -77,7 +79,7 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
     return stream.response
 
 
-async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
+async def _send_progress(stream: EventStream, goal: FollowedGoal, work: WorkShare) -> None:
     """Send feedback, of which a slow reader gets the newest, and the end."""
     ended = False
     while not ended:
@@ -87,14 +89,21 @@ async def _send_progress(stream: EventStream, goal: FollowedGoal) -> None:
         if skipped:
             await stream.send({"skipped": skipped}, "skipped")
         for each in goal.pop_feedback():
-            await stream.send({"feedback": each}, "feedback")
+            await stream.send_json(await work.run(_encoded_feedback, each), "feedback")
         if not ended:
             await asyncio.sleep(UPDATE_PERIOD_SEC)
     if goal.outcome is None:
         await stream.send({"error": str(goal.error)}, "error")
     else:
-        result = message_to_javascript(goal.outcome.result)
-        await stream.send({"status": goal.outcome.status.name, "result": result}, "result")
+        await stream.send_json(await work.run(_encoded_result, goal.outcome), "result")
+
+
+def _encoded_feedback(message: Message) -> bytes:
+    return encode_json({"feedback": message_to_javascript(message)})
+
+
+def _encoded_result(outcome: GoalResult[Any]) -> bytes:
+    return encode_json({"status": outcome.status.name, "result": message_to_javascript(outcome.result)})
 
 
 async def cancel(request: web.Request) -> web.Response:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 from actors.tools import graph_documents as documents
 from actors.tools.graph_drawing.model import document_of, model_of
-from actors.web.routes.responses import NotFoundError, json_response
+from actors.web.json_encoding import encode_json
+from actors.web.routes.responses import NotFoundError, encoded_response
 from actors.web.routes.route import ASKING, READING, Route
 from actors.web.routes.state import workspace_of
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from aiohttp import web
+
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.web.observer import Observer
 
 
 def name_in(request: web.Request) -> str:
@@ -25,44 +29,68 @@ def name_in(request: web.Request) -> str:
 
 async def graph(request: web.Request) -> web.Response:
     """Return the graph as it is drawn."""
-    observer = workspace_of(request).observer
-    return json_response(document_of(model_of(observer.snapshot, brokers=observer.brokers_of_nodes())))
+    return await _whole(
+        request,
+        "graph",
+        lambda observer, snapshot: document_of(model_of(snapshot, brokers=observer.brokers_of_nodes())),
+    )
 
 
 async def overview(request: web.Request) -> web.Response:
     """Return topics, nodes and services with their rates, as of the last two samples."""
-    observer = workspace_of(request).observer
-    return json_response((await observer.sample()).as_dict())
+    workspace = workspace_of(request)
+    seen = await workspace.observer.sample()
+    return encoded_response(await workspace.documents.encoded("overview", (seen,), seen.as_dict))
 
 
 async def topics(request: web.Request) -> web.Response:
     """Return the topics with their types."""
-    return json_response(documents.topics(workspace_of(request).observer.snapshot))
+    return await _whole(request, "topics", lambda _, snapshot: documents.topics(snapshot))
 
 
 async def services(request: web.Request) -> web.Response:
     """Return the services with their types."""
-    return json_response(documents.services(workspace_of(request).observer.snapshot))
+    return await _whole(request, "services", lambda _, snapshot: documents.services(snapshot))
 
 
 async def actions(request: web.Request) -> web.Response:
     """Return the actions with their types."""
-    return json_response(documents.actions(workspace_of(request).observer.snapshot))
+    return await _whole(request, "actions", lambda _, snapshot: documents.actions(snapshot))
 
 
 async def nodes(request: web.Request) -> web.Response:
     """Return the nodes."""
-    observer = workspace_of(request).observer
-    return json_response(documents.nodes(observer.snapshot, observer.broker_names()))
+    return await _whole(
+        request, "nodes", lambda observer, snapshot: documents.nodes(snapshot, observer.broker_names())
+    )
+
+
+async def _whole(
+    request: web.Request, name: str, make: Callable[[Observer, GraphSnapshot], object]
+) -> web.Response:
+    """Return a document of the whole graph, which is made once for each state of it."""
+    workspace = workspace_of(request)
+    observer = workspace.observer
+    snapshot = observer.snapshot
+    made = await workspace.documents.encoded(
+        name, (snapshot, observer.report), lambda: make(observer, snapshot)
+    )
+    return encoded_response(made)
 
 
 def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web.Request], Any]:
     async def handler(request: web.Request) -> web.Response:
-        observer, name = workspace_of(request).observer, name_in(request)
-        found = find(observer.snapshot, name, observer.broker_names())
-        if found is None:
-            raise NotFoundError(f"There is no {noun} {name!r}")
-        return json_response(found)
+        workspace, name = workspace_of(request), name_in(request)
+        observer = workspace.observer
+        part = observer.around(name)
+
+        def made() -> bytes:
+            found = find(part, name, observer.broker_names())
+            if found is None:
+                raise NotFoundError(f"There is no {noun} {name!r}")
+            return encode_json(found)
+
+        return encoded_response(await workspace.work.run(made))
 
     handler.__doc__ = f"Return one {noun}."
     return handler

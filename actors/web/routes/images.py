@@ -27,7 +27,7 @@ async def image(request: web.Request) -> web.Response:
     """Return the newest image of a topic, once there is another one than that of the number `after`."""
     workspace, name = workspace_of(request), name_in(request)
     after = msgspec.convert(request.query.get("after", "0"), int, strict=False)
-    found = documents.topic(workspace.observer.snapshot, name)
+    found = documents.topic(workspace.observer.around(name), name)
     if found is None:
         raise NotFoundError(f"There is no topic {name!r}")
     if IMAGE_TYPES.isdisjoint(found["types"]):

@@ -22,7 +22,8 @@ async def live(request: web.Request) -> web.WebSocketResponse:
         await socket.prepare(request)
         state.sockets.add(socket)
         try:
-            await LiveSession(socket, workspace_of(request).panels.make).run()
+            workspace = workspace_of(request)
+            await LiveSession(socket, workspace.panels.make, workspace.work.run).run()
         finally:
             state.sockets.discard(socket)
             await socket.close()

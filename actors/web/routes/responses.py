@@ -17,11 +17,14 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web.javascript_values import TooManyValuesError
+from actors.web.json_encoding import encode_json
 from actors.web.log_reader import TooManyLogReadersError
 from actors.web.routes.event_stream import STREAM, EventStream
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from actors.web.users import NoUsersError, TooManyUsersError
+from actors.web.worker import TooMuchWorkError
 from proto.errors import CallboardError
 
 if TYPE_CHECKING:
@@ -35,12 +38,14 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (TooManyUsersError, 503),
     (TooManyTopicsError, 503),
     (TooManyLogReadersError, 503),
+    (TooMuchWorkError, 503),
     (NoUsersError, 503),
     (ServiceUnavailable, 503),
     (ServiceTimeout, 504),
     (WaitTimeout, 504),
     (GoalRejected, 409),
     (RemoteError, 502),
+    (TooManyValuesError, 502),
     (msgspec.ValidationError, 400),
     (msgspec.DecodeError, 400),
     (CallboardError, 400),
@@ -59,7 +64,16 @@ def json_response(document: object, status: int = 200) -> web.Response:
         document: Maps, lists, texts and numbers.
         status: The HTTP status.
     """
-    body = msgspec.json.encode(document)
+    return encoded_response(encode_json(document), status)
+
+
+def encoded_response(body: bytes, status: int = 200) -> web.Response:
+    """Return a document that has been encoded as a JSON response.
+
+    Args:
+        body: The document.
+        status: The HTTP status.
+    """
     return web.Response(body=body, status=status, content_type="application/json")
 
 

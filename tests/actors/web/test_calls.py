@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,27 +15,15 @@ from actors.interfaces.message import definition
 from actors.interfaces.runtime_types import runtime_service
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.web import goals as goals_module
-from actors.web.options import WebOptions
 from tests.actors.meeting import DEADLINE_SEC, latched
-from tests.actors.web.site import Site
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
-
     import aiohttp
 
     from tests.actors.meeting import Meeting
+    from tests.actors.web.site import Site
 
 Handle = actors.ServerGoalHandle[Any, Any, Any]
-
-
-@pytest.fixture
-async def control(meeting: Meeting) -> AsyncIterator[Site]:
-    """A web server that allows control, and a client with its token."""
-    async with AsyncExitStack() as stack:
-        site = await Site(stack, meeting, WebOptions(port=0, allow_control=True, token="secret")).open()
-        site.client.headers["Authorization"] = "Bearer secret"
-        yield site
 
 
 async def _adder(meeting: Meeting) -> actors.Node:

@@ -43,9 +43,9 @@ class Panel:
         self.closed = False
         wake()
 
-    def pop(self) -> dict[str, Any]:
+    def pop(self) -> Callable[[], dict[str, Any]]:
         """Return it."""
-        return {"news": 1}
+        return lambda: {"news": 1}
 
     def close(self) -> None:
         """Remember it."""
@@ -58,8 +58,11 @@ class Pages:
     def __init__(self) -> None:
         self.socket = Socket()
         self.panels: list[Panel] = []
-        session = LiveSession(cast("WebSocketResponse", self.socket), self._make)
+        session = LiveSession(cast("WebSocketResponse", self.socket), self._make, self._run)
         self.running = asyncio.create_task(session.run())
+
+    async def _run(self, work: Callable[[], str]) -> str:
+        return work()
 
     def _make(self, _name: str, _parameters: Mapping[str, Any], wake: Callable[[], None]) -> Panel:
         self.panels.append(Panel(wake))
