@@ -141,6 +141,10 @@ def _structure(decoder: msgspec.msgpack.Decoder[_T], payload: bytes) -> _T:
         return decoder.decode(payload)
     except msgspec.MsgspecError as error:
         raise _malformed(str(error)) from None
+    except UnicodeDecodeError:  # msgspec raises it, and RecursionError, beside its own errors
+        raise _malformed("a string is not UTF-8") from None
+    except RecursionError:
+        raise _malformed("it is nested too deeply") from None
 
 
 def _unpack(shape: Struct, attachment: bytes) -> tuple[int, ...]:

@@ -12,7 +12,9 @@ from pathlib import Path
 
 from tests.fuzz.test_corpus import CORPUS, TARGETS
 
-PACKAGES = ("proto", "broker")
+PACKAGES = ("proto", "broker", "actors")
+TIMEOUT_SEC = 60
+"""For one input. It finds endless work; tests have no such limit, because they would measure the machine."""
 BUILD = Path(__file__).parents[2] / "build" / "fuzz"
 
 
@@ -31,7 +33,18 @@ def main() -> None:
     words = CORPUS / f"{target}.dict"
     if words.exists():
         options.append(f"-dict={words}")
-    atheris.Setup([sys.argv[0], str(found), str(corpus), prefix, "-rss_limit_mb=2048", *options], check)
+    atheris.Setup(
+        [
+            sys.argv[0],
+            str(found),
+            str(corpus),
+            prefix,
+            "-rss_limit_mb=2048",
+            f"-timeout={TIMEOUT_SEC}",
+            *options,
+        ],
+        check,
+    )
     atheris.Fuzz()
 
 

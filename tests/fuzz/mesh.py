@@ -1,4 +1,8 @@
-"""The mesh: other brokers that send any messages raise nothing, and leave the router's tables consistent."""
+"""The mesh: other brokers that send any messages raise nothing, and leave the router's tables consistent.
+
+An input that begins with the byte 255 also has samples as Zenoh hands them over: payloads and attachments of
+any bytes, most of them encoded messages in which some bytes have been changed.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +10,13 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.mesh import wire
-from broker.mesh.messages import Change, Direct, Heartbeat, Snapshot
+from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
+from proto import limits
 from proto.errors import ProtocolError
 from proto.wire import frames
 from proto.wire.codec import decode, encode
 from proto.wire.frames import SPECS
+from proto.wire.mesh_keys import broker_of_key
 from tests.broker import frame_makers as make
 from tests.broker.mesh.network import MeshBroker
 from tests.fuzz.router import VALUES, check_tables, number
@@ -26,6 +32,7 @@ if TYPE_CHECKING:
     from broker.mesh.mesh import Mesh
 
 MAX_STEPS: Final = 200
+HERE: Final = 1
 BROKERS: Final = (2, 3)
 DECLARATIONS: Final = (frames.Node, frames.Publisher, frames.Subscription, frames.Service, frames.Client)
 GOOD: Final = (
@@ -56,7 +63,8 @@ KINDS: Final = {spec.frame: spec.kinds for spec in SPECS.values()}
 
 def check(data: bytes) -> None:
     """Let other brokers, and a node of this one, do what the bytes say."""
-    source = Source(data)
+    samples = data.startswith(b"\xff")
+    source = Source(data[1:] if samples else data)
     broker = MeshBroker(1, max_endpoints=8)
     node = broker.join("/a")
     broker.send(node, make.subscription(1, "/a"), make.service(2, "/a"), make.client(3, "/a"))
@@ -65,7 +73,10 @@ def check(data: bytes) -> None:
     for _ in range(MAX_STEPS):
         if source.ended:
             break
-        step(broker, node, source)
+        if samples and source.below(2):
+            _receive(broker.mesh, BROKERS[source.below(len(BROKERS))], source)
+        else:
+            step(broker, node, source)
         check_tables(broker)
     for other in BROKERS:
         broker.mesh.remove_broker(other)
@@ -139,6 +150,62 @@ def _send(mesh: Mesh, other: int, source: Source) -> None:
         if not source.below(8):
             epoch, received = _epoch(source), number(source)
         mesh.receive(other, Direct(1, epoch, received + 1, source.below(8), _direct(source, other)))
+
+
+def _receive(mesh: Mesh, other: int, source: Source) -> None:
+    """Receive a sample as the engine does: what cannot be decoded rejects its sender."""
+    kind = source.below(6)
+    payload, attachment = _encoded(mesh, other, kind, source)
+    try:
+        if kind == 0:
+            mesh.receive(other, DECODER.change(payload, attachment))
+        elif kind == 1:
+            mesh.receive(other, DECODER.direct(HERE, payload, attachment))
+        elif kind == 2:
+            frame = DECODER.published(payload)
+            mesh.receive(broker_of_key(frame.publisher), frame, "/a")
+        elif kind == 3:
+            mesh.accept_heartbeat(other, wire.decode_heartbeat(payload))
+        elif kind == 4:
+            mesh.accept_snapshot(other, DECODER.snapshot(payload))
+        else:
+            wire.encode_snapshot(mesh.snapshot(*wire.decode_ask(payload)))
+    except ProtocolError as error:
+        assert len(str(error)) <= limits.MAX_ERROR_TEXT  # noqa: PT017 - this is no test
+        mesh.reject(other, str(error))
+
+
+def _encoded(mesh: Mesh, other: int, kind: int, source: Source) -> tuple[bytes, bytes]:
+    """Return the payload and the attachment of a sample."""
+    session = mesh.sessions.get(other)
+    epoch, received = (session.epoch, session.received) if session is not None else (0, 0)
+    attachment = b""
+    if not source.below(4):
+        payload, attachment = source.take(source.below(128)), source.take(source.below(32))
+    elif kind == 0:
+        version = imports_of(mesh).version(other) + 1
+        payload, attachment = wire.encode_change(Change(version, _declaration(source)))
+    elif kind == 1:
+        direct = Direct(1, epoch, received + 1, source.below(8), _direct(source, other))
+        payload, attachment = wire.encode_direct(direct)
+    elif kind == 2:
+        payload = bytes(make.batch(_key(source, other), number(source), 1 + source.below(3)).raw)
+    elif kind == 3:
+        held = {source.below(4): Held(number(source), (number(source),)) for _ in range(source.below(3))}
+        payload = wire.encode_heartbeat(Heartbeat(number(source), {1: (epoch, number(source))}, held))
+    elif kind == 4:
+        payload = wire.encode_snapshot(Snapshot(epoch, number(source), GOOD, "b", "1"))
+    else:
+        payload = wire.encode_ask(other, epoch)
+    return _change(payload, source), _change(attachment, source)
+
+
+def _change(data: bytes, source: Source) -> bytes:
+    """Return bytes with up to three of them changed, and sometimes without their end."""
+    changed = bytearray(data)
+    for _ in range(source.below(4) if changed else 0):
+        changed[int.from_bytes(source.take(2), "big") % len(changed)] = source.below(256)
+    return bytes(changed if source.below(8) else changed[: source.below(len(changed) + 1)])
 
 
 def _epoch(source: Source) -> int:

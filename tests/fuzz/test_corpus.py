@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 CORPUS = Path(__file__).parent / "corpus"
-TARGETS = ("codec", "session", "router", "rules", "mesh")
+TARGETS = ("codec", "session", "router", "rules", "mesh", "launch", "parameters")
 
 
 @pytest.mark.parametrize("target", TARGETS)

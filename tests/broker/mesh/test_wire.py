@@ -47,12 +47,14 @@ def test_messages_are_decoded_as_they_were() -> None:
         (lambda payload: DECODER.direct(1, payload, b""), encode(NODE)),
         (DECODER.snapshot, wire.encode_heartbeat(Heartbeat(1, {}))),
         (DECODER.snapshot, wire.encode_snapshot(Snapshot(0, 0, (frames.Ping(1),)))),
+        (DECODER.snapshot, wire.encode_snapshot(Snapshot(0, 0, (), "nnnn")).replace(b"nnnn", b"\xff" * 4)),
+        (DECODER.snapshot, b"\x81\xa1x" + b"\x91" * 5000 + b"\xc0"),
         (wire.decode_ask, bytes(15)),
     ],
-    ids=["topic", "change", "version", "numbers", "snapshot", "declaration", "request"],
+    ids=["topic", "change", "version", "numbers", "snapshot", "declaration", "text", "nested", "request"],
 )
 def test_messages_of_another_kind_are_refused(decode: Callable[[bytes], object], payload: bytes) -> None:
-    """A frame that does not belong there, or an attachment of another size."""
+    """A frame that does not belong there, an attachment of another size, invalid UTF-8, a deep field."""
     with pytest.raises(ProtocolError):
         decode(payload)
 
