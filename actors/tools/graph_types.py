@@ -20,7 +20,7 @@ from actors.interfaces.runtime_types import runtime_action, runtime_message, run
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
     from actors.graph.snapshot import GraphSnapshot
     from actors.node.node import Node
@@ -37,10 +37,11 @@ class GraphTypes:
 
     Args:
         node: Asks the broker for definitions.
+        run: Calls a function that takes long, with its arguments; None for at once, on the event loop.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, run: Callable[..., Awaitable[type[Any]]] | None = None) -> None:
+        self._node, self._run = node, run
         self._made: dict[tuple[str, ...], type[Any] | InvalidMessageError] = {}
         """By the hashes of their definitions; an error where none can be made, so that it is tried once."""
 
@@ -116,7 +117,7 @@ class GraphTypes:
                     f"{MAX_MADE} types that are not installed here have been used already"
                 )
             try:
-                self._made[hashes] = make(*definitions)
+                self._made[hashes] = await self._run(make, *definitions) if self._run else make(*definitions)
             except InvalidMessageError as error:
                 self._made[hashes] = error
         made = self._made[hashes]

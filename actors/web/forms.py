@@ -22,13 +22,21 @@ from actors.interfaces.comments import comments_of
 from actors.interfaces.fields import BINARY, constants_of, fields_of, nested_classes
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import type_name
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from actors.interfaces.fields import Field, FieldType
     from actors.interfaces.message import Message
 
+MAX_DEFAULTS: Final = 10_000
+"""Values of all defaults of a form, which a page shows in a field each."""
+
 _TEXTS: Final = frozenset({"string", "wstring"})
 _NUMBERS: Final = frozenset({"float32", "float64"})
+
+
+class FormTooLargeError(CallboardError):
+    """A type has more values than a form has fields. Use a command such as `callboard topic pub`."""
 
 
 def form_of(cls: type[Message]) -> dict[str, Any]:
@@ -36,12 +44,18 @@ def form_of(cls: type[Message]) -> dict[str, Any]:
 
     Args:
         cls: The message class; for a service its request, for an action its goal.
+
+    Raises:
+        FormTooLargeError: Its defaults have more than `MAX_DEFAULTS` values.
     """
-    types = sorted(nested_classes(cls), key=type_name)
-    return {"type": type_name(cls), "types": {type_name(each): _fields(cast("Any", each)) for each in types}}
+    types, defaults = sorted(nested_classes(cls), key=type_name), _Defaults()
+    return {
+        "type": type_name(cls),
+        "types": {type_name(each): _fields(cast("Any", each), defaults) for each in types},
+    }
 
 
-def _fields(cls: type[Message]) -> list[dict[str, Any]]:
+def _fields(cls: type[Message], defaults: _Defaults) -> list[dict[str, Any]]:
     fields = fields_of(cls)
     choices = _choices(cls, fields)
     comments = comments_of(cls).fields
@@ -51,7 +65,7 @@ def _fields(cls: type[Message]) -> list[dict[str, Any]]:
         if field.name in choices:
             found["choices"] = choices[field.name]
         if _has_default(cls, field):
-            if (default := _default(cls, field)) is not None:
+            if (default := defaults.of(cls, field)) is not None:
                 found["default"] = default
         else:
             found["required"] = True
@@ -114,25 +128,40 @@ def _has_default(cls: type[Message], field: Field) -> bool:
     return -number <= len(defaults) and defaults[number] is not msgspec.NODEFAULT
 
 
-def _default(cls: type[Message], field: Field) -> Any:
-    """Return a field's default as JSON; None if it is as the field's type alone says."""
-    defaults: tuple[Any, ...] = cls.__struct_defaults__
-    number = _position(cls, field)
-    factory = getattr(defaults[number], "factory", None)
-    value = defaults[number] if factory is None else factory()
-    nested: Any = field.type.message
-    if nested is not None and not field.type.is_array and (factory is nested or value == nested()):
-        return None
-    return _json(field.type, value) if not field.type.is_array or len(value) else None
+class _Defaults:
+    """Makes JSON of the defaults of a form, and counts their values."""
 
+    def __init__(self) -> None:
+        self._left = MAX_DEFAULTS
 
-def _json(kind: FieldType, value: Any) -> Any:
-    """Return a field's value as JSON."""
-    if kind.is_array:
-        return [_json(replace(kind, is_array=False), each) for each in value]
-    if kind.message is None:
-        return _plain(kind.base, value)
-    return {each.name: _json(each.type, getattr(value, each.name)) for each in fields_of(kind.message)}
+    def of(self, cls: type[Message], field: Field) -> Any:
+        """Return a field's default as JSON; None if it is as the field's type alone says."""
+        defaults: tuple[Any, ...] = cls.__struct_defaults__
+        number = _position(cls, field)
+        factory = getattr(defaults[number], "factory", None)
+        value = defaults[number] if factory is None else factory()
+        nested: Any = field.type.message
+        if nested is not None and not field.type.is_array and (factory is nested or value == nested()):
+            return None
+        return self._json(field.type, value) if not field.type.is_array or len(value) else None
+
+    def _json(self, kind: FieldType, value: Any) -> Any:
+        """Return a field's value as JSON."""
+        if kind.is_array:
+            self._count(len(value))
+            one = replace(kind, is_array=False)
+            return [self._json(one, each) for each in value]
+        if kind.message is None:
+            return _plain(kind.base, value)
+        fields = fields_of(kind.message)
+        self._count(len(fields))
+        return {each.name: self._json(each.type, getattr(value, each.name)) for each in fields}
+
+    def _count(self, values: int) -> None:
+        self._left -= values
+        if self._left < 0:
+            text = f"The type's defaults have more than {MAX_DEFAULTS} values, which are too many for a form"
+            raise FormTooLargeError(text)
 
 
 def _plain(base: str, value: Any) -> Any:

@@ -45,7 +45,7 @@ class Workspace:
         self.feeds = TopicFeeds(observer)
         self.images = Images(self.feeds, observer.worker)
         self.panels = Panels(observer, self.feeds)
-        self.types = GraphTypes(observer.node)
+        self.types = GraphTypes(observer.node, self.work.run)
         self.calls = Calls(observer, self.types)
         self.goals = Goals(observer, self.types)
         self.metrics = Metrics()

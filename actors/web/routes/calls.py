@@ -111,7 +111,7 @@ ROUTES: Final = (
         "/api/services/{name:.+}/form",
         service_form,
         summary="The fields of a service's requests",
-        errors=("400", "404", *ASKING),
+        errors=("400", "404", "422", *ASKING),
         query=TYPE_QUERY,
     ),
     Route(
@@ -119,7 +119,7 @@ ROUTES: Final = (
         "/api/topics/{name:.+}/form",
         topic_form,
         summary="The fields of a topic's messages",
-        errors=("400", *ASKING),
+        errors=("400", "422", *ASKING),
         query=TYPE_QUERY,
     ),
     Route(

@@ -123,7 +123,7 @@ ROUTES: Final = (
         "/api/actions/{name:.+}/form",
         action_form,
         summary="The fields of an action's goals",
-        errors=("400", "404", *ASKING),
+        errors=("400", "404", "422", *ASKING),
         query=TYPE_QUERY,
     ),
     Route(

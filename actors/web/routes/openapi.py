@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 from aiohttp import web
 
-from actors.web.routes.responses import json_response
+from actors.web.routes.responses import encoded_response
 from actors.web.routes.route import JSON, Route
+from actors.web.routes.state import workspace_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -28,7 +30,7 @@ ERRORS: Final = {
     "413": "The body is too large, or the request must not have one",
     "415": "The body is compressed",
     "421": "The server does not go by the name in the Host header",
-    "422": "The newest message has no image that can be shown",
+    "422": "The newest message has no image that can be shown, or the type is too large for a form",
     "502": "The node that was asked has failed",
     "503": "There is no broker or no server now, or a limit is reached",
     "504": "The node that was asked has not answered in time",
@@ -94,7 +96,8 @@ def _described(route: Route, bodies: Mapping[type[msgspec.Struct], Mapping[str, 
 async def describe(request: web.Request) -> web.Response:
     """Return the API as an OpenAPI description."""
     routes = request.app[ALL_ROUTES]
-    return json_response(openapi(routes))
+    documents = workspace_of(request).documents
+    return encoded_response(await documents.encoded("openapi", (routes,), partial(openapi, routes)))
 
 
 ROUTES: Final = (

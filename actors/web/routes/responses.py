@@ -17,6 +17,7 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web.forms import FormTooLargeError
 from actors.web.javascript_values import TooManyValuesError
 from actors.web.json_encoding import encode_json
 from actors.web.log_reader import TooManyLogReadersError
@@ -46,6 +47,7 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (GoalRejected, 409),
     (RemoteError, 502),
     (TooManyValuesError, 502),
+    (FormTooLargeError, 422),
     (msgspec.ValidationError, 400),
     (msgspec.DecodeError, 400),
     (CallboardError, 400),

@@ -12,7 +12,8 @@ from actors.interfaces.convert import message_from_fields
 from actors.interfaces.geometry_msgs.msg import Pose, Quaternion
 from actors.interfaces.message import Message
 from actors.interfaces.registry import find_interface
-from actors.web.forms import form_of
+from actors.interfaces.runtime_types import runtime_message
+from actors.web.forms import MAX_DEFAULTS, FormTooLargeError, form_of
 from tests.interfaces.imported import TYPES
 
 
@@ -83,3 +84,38 @@ def test_a_type_that_contains_itself_ends() -> None:
     assert limit["default"] == "inf"
     assert pose["default"]["orientation"]["w"] == 0.5
     assert children["message"] == form["type"]
+
+
+def test_a_form_has_a_limit() -> None:
+    """Case 78: the defaults of a type that a peer has invented, in a sequence or in nested messages."""
+    long, short = (
+        msg("many/msg/Many", field("x", NESTED_ARRAY, length, "many/msg/One")) for length in (5001, 2000)
+    )
+    one = msg("many/msg/One", field("y", INT32), field("z", INT32))
+    numbers = msg("many/msg/Numbers", field("x", INT32_ARRAY, MAX_DEFAULTS + 1))
+    for top, *others in ((numbers,), (long, one)):
+        with pytest.raises(FormTooLargeError, match="too many for a form"):
+            form_of(runtime_message(described(top, *others)))
+    form = form_of(runtime_message(described(short, one)))
+    (found,) = form["types"]["many/msg/Many"]
+    assert found["default"] == [{"y": 0, "z": 0}] * 2000
+
+
+INT32, INT32_ARRAY, NESTED_ARRAY = 6, 6 + 48, 1 + 48
+"""Of type_description_interfaces/msg/FieldType: fixed arrays are 48 above their element."""
+
+
+def field(name: str, kind: int, length: int = 0, nested: str = "") -> dict[str, Any]:
+    """Return a field of a definition."""
+    types = {"type_id": kind, "capacity": length, "string_capacity": 0, "nested_type_name": nested}
+    return {"name": name, "type": types}
+
+
+def msg(name: str, *fields: dict[str, Any]) -> dict[str, Any]:
+    """Return a type of a definition."""
+    return {"type_name": name, "fields": fields}
+
+
+def described(top: dict[str, Any], *others: dict[str, Any]) -> bytes:
+    """Return a definition."""
+    return json.dumps({"type_description": top, "referenced_type_descriptions": others}).encode()
