@@ -39,7 +39,7 @@ def labels_by_name() -> dict[str, dict[str, set[str]]]:
         mesh=MeshStats(),
     )
     found: dict[str, dict[str, set[str]]] = {}
-    text = Metrics().text(report, GraphSnapshot()).decode()
+    text = Metrics().text(report, GraphSnapshot(), 0.0).decode()
     for family in text_string_to_metric_families(text):
         for sample in family.samples:
             labels = found.setdefault(sample.name, {})
@@ -150,6 +150,6 @@ def test_promtool_accepts_the_metrics() -> None:
     if tool is None:
         pytest.skip("needs promtool (Debian: apt install prometheus)")
     report = BrokerReport(totals=BrokerStats(), topics={}, links={})
-    text = Metrics().text(report, GraphSnapshot())
+    text = Metrics().text(report, GraphSnapshot(), 0.0)
     done = subprocess.run([tool, "check", "metrics"], input=text, capture_output=True, check=False)
     assert (done.returncode, done.stderr, done.stdout) == (0, b"", b"")

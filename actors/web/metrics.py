@@ -7,6 +7,7 @@ from the nodes that declare them, so that only the busiest ones get a label of t
 from __future__ import annotations
 
 from collections import Counter
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from prometheus_client import CollectorRegistry, Histogram, generate_latest
@@ -30,6 +31,15 @@ if TYPE_CHECKING:
 MAX_TOPICS: Final = 100
 """Topics with a label of their own. Prometheus keeps a series for each label forever, and peers choose the
 names."""
+
+NEW_LABELS: Final = 2 * MAX_TOPICS
+"""Until one more topic may get its first label: nodes that invent topics must not fill Prometheus."""
+
+NEW_LABEL_SEC: Final = 60.0
+"""Seconds until one more topic may get its first label: nodes that invent topics cannot fill Prometheus."""
+
+MAX_KNOWN: Final = 10_000
+"""Names that have had a label and may get it again at any time; a week of new ones."""
 
 OTHER: Final = "(other)"
 """The label of all further topics together; no topic's name, which begins with a slash."""
@@ -134,14 +144,15 @@ class Metrics:
             registry=self._registry,
         )
 
-    def text(self, report: BrokerReport | None, snapshot: GraphSnapshot) -> bytes:
+    def text(self, report: BrokerReport | None, snapshot: GraphSnapshot, now_sec: float) -> bytes:
         """Return the metrics in Prometheus' text format.
 
         Args:
             report: The broker's counters now; None if it does not answer.
             snapshot: The graph.
+            now_sec: Of a monotonic clock.
         """
-        self._collector.update(report, snapshot)
+        self._collector.update(report, snapshot, now_sec)
         return generate_latest(self._registry)
 
 
@@ -155,17 +166,17 @@ class _BrokerCollector(Collector):
         self._lost = 0
         self._topics = TopicCounts()
 
-    def update(self, report: BrokerReport | None, snapshot: GraphSnapshot) -> None:
+    def update(self, report: BrokerReport | None, snapshot: GraphSnapshot, now_sec: float) -> None:
         """Replace the report and the snapshot of the graph that `collect` describes."""
         self._report, self._snapshot = report, snapshot
         if report is None:
             return
         if report.totals.broker != self._broker:  # another broker counts from 0
             self._broker, self._lost = report.totals.broker, 0
-            self._topics = TopicCounts()
+            self._topics.restart()
         # It may fall, when a message arrives that was counted as lost; a counter must not.
         self._lost = max(self._lost, report.totals.lost_on_break)
-        self._topics.update(report.topics)
+        self._topics.update(report.topics, now_sec)
 
     def describe(self) -> list[Metric]:
         """Return nothing: the registry needs names only to find collectors that share one."""
@@ -216,35 +227,69 @@ class TopicCounts:
     All topics without a label of their own share one counter. It adds up by how much they grow, because a
     counter must not fall when a topic ends or gets a label of its own.
 
+    The busiest topics have labels. A name that has never had one gets it if there have been few such names: a
+    new label is a new series for each metric, which Prometheus keeps.
+
     Args:
         limit: Topics with a label of their own.
     """
 
     def __init__(self, limit: int = MAX_TOPICS) -> None:
         self._limit = limit
+        self._new_labels, self._counted_sec = float(NEW_LABELS), 0.0
+        self._known: dict[str, None] = {}
+        """Names that have had a label, in the order in which they were busy last."""
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew, for another broker."""
         self._earlier: Mapping[str, TopicStats] = {}
         self._named: list[TopicStats] = []
         self._others: Counter[str] = Counter()
         self._other_queued = 0
+        self._refused = 0
 
-    def update(self, topics: Mapping[str, TopicStats]) -> None:
+    def update(self, topics: Mapping[str, TopicStats], now_sec: float) -> None:
         """Replace the numbers of all topics.
 
         Args:
             topics: By name.
+            now_sec: Of a monotonic clock.
         """
+        passed, self._counted_sec = max(0.0, now_sec - self._counted_sec), now_sec
+        self._new_labels = min(float(NEW_LABELS), self._new_labels + passed / NEW_LABEL_SEC)
         ranked = sorted(topics.values(), key=lambda topic: (-topic.messages, topic.name))
-        self._named, others = ranked[: self._limit], ranked[self._limit :]
+        admitted = {topic.name for topic in ranked[: self._limit] if self._admit(topic.name)}
+        self._refused = min(len(ranked), self._limit) - len(admitted)
+        # Places of topics without a label are for those that had one: no place is empty because of newcomers.
+        kept = (topic.name for topic in ranked[self._limit :] if topic.name in self._known)
+        admitted |= {*islice(kept, self._refused)}
+        self._named = [topic for topic in ranked if topic.name in admitted]
+        others = [topic for topic in ranked if topic.name not in admitted]
         for topic in others:
             self._others.update(increase(TOPIC_TOTALS, self._earlier.get(topic.name), topic))
         self._other_queued = sum(topic.queued for topic in others)
         self._earlier = topics
+
+    def _admit(self, name: str) -> bool:
+        """Return whether a busy topic gets a label."""
+        if name not in self._known:
+            if self._new_labels < 1:
+                return False
+            self._new_labels -= 1
+        self._known.pop(name, None)
+        self._known[name] = None
+        if len(self._known) > MAX_KNOWN:
+            del self._known[next(iter(self._known))]
+        return True
 
     def metrics(self) -> Iterator[Metric]:
         """Return the metrics."""
         for name, (field, text) in TOPIC_COUNTERS.items():
             counts = {topic.name: getattr(topic, field) for topic in self._named}
             yield _counter_by(name, text, "topic", {**counts, OTHER: self._others[field]})
+        text = "Busy topics without a label of their own, because too many names were new"
+        yield GaugeMetricFamily("callboard_topics_without_label", text, value=self._refused)
         queued = {topic.name: topic.queued for topic in self._named}
         text = "Copies of a topic's messages that wait to be sent"
         yield _gauge_by(

@@ -106,6 +106,9 @@ class Observer:
         self.overview: Overview | None = None
         self._samples = Samples(least_sec=MIN_RATE_SEC)
         self._sampled_sec = -math.inf
+        self._asked: asyncio.Task[BrokerReport] | None = None
+        """The last query for the broker's counters."""
+        self._asked_sec = -math.inf
         self._sampling: asyncio.Task[Overview] | None = None
         self._query: asyncio.Task[GraphSnapshot] | None = None
         """The query that has not been sent yet."""
@@ -243,8 +246,20 @@ class Observer:
         # Shielded: others wait for it, too.
         return await asyncio.shield(self._sampling)
 
+    async def broker_report(self) -> BrokerReport:
+        """Return the broker's counters, which may be those that somebody has asked for within `FRESH_SEC`.
+
+        Raises:
+            BrokerUnreachable: There is no broker now.
+        """
+        asked, now = self._asked, time.monotonic()
+        if asked is None or (asked.done() and now - self._asked_sec > FRESH_SEC):
+            asked = self._asked = asyncio.get_running_loop().create_task(self.node.get_broker_stats())
+            self._asked_sec = now
+        return await asyncio.shield(asked)
+
     async def _take_sample(self) -> Overview:
-        report, samples = await self.node.get_broker_stats(), self._samples
+        report, samples = await self.broker_report(), self._samples
         seen = await self.work.run(samples.add, Sample(self.snapshot, report))
         self.report, self._sampled_sec, self.overview = report, time.monotonic(), seen
         return seen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from typing import Final
 
 from aiohttp import web
@@ -21,10 +22,11 @@ async def metrics(request: web.Request) -> web.Response:
     workspace.round_trips.begin()
     try:
         async with asyncio.timeout(BROKER_ANSWER_SEC):
-            report = await workspace.observer.node.get_broker_stats()
+            report = await workspace.observer.broker_report()
     except (BrokerUnreachable, TimeoutError):
         report = None
-    text = workspace.metrics.text(report, workspace.observer.snapshot)
+    snapshot = workspace.observer.snapshot
+    text = await workspace.work.run(workspace.metrics.text, report, snapshot, time.monotonic())
     return web.Response(body=text, headers={"Content-Type": CONTENT_TYPE_LATEST, "Cache-Control": "no-store"})
 
 

@@ -10,7 +10,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from actors.interfaces.std_msgs.msg import String
-from actors.web.metrics import MAX_TOPICS, OTHER, TopicCounts
+from actors.web.metrics import MAX_TOPICS, NEW_LABEL_SEC, NEW_LABELS, OTHER, TopicCounts
 from actors.web.options import WebOptions
 from proto.wire.stats import TopicStats
 from tests.actors.meeting import DEADLINE_SEC, matched
@@ -100,7 +100,7 @@ def by_topic(counts: TopicCounts, metric: str = "callboard_topic_messages") -> d
 
 def take(counts: TopicCounts, **messages: int) -> dict[str, float]:
     """Take these numbers of messages by topic, and return what is shown."""
-    counts.update({name: topic(name, number) for name, number in messages.items()})
+    counts.update({name: topic(name, number) for name, number in messages.items()}, 0.0)
     return by_topic(counts)
 
 
@@ -124,8 +124,23 @@ def test_a_topic_that_begins_again_counts_from_zero() -> None:
 def test_a_thousand_topics_are_a_bounded_number_of_series(metric: str) -> None:
     """Whoever declares topics cannot fill the memory of a Prometheus server."""
     counts = TopicCounts()
-    counts.update({f"/t{number}": topic(f"/t{number}", number) for number in range(1000)})
+    counts.update({f"/t{number}": topic(f"/t{number}", number) for number in range(1000)}, 0.0)
     assert len(by_topic(counts, metric)) == MAX_TOPICS + 1
+
+
+def test_topics_that_are_new_again_and_again_make_few_series() -> None:
+    """Case 79: a hundred new busy topics before each scrape; those that are known keep their labels."""
+    counts, labels = TopicCounts(), set[str]()
+    ours = {f"/ours{number}": topic(f"/ours{number}", 10) for number in range(20)}
+    counts.update(ours, 0.0)
+    for scrape in range(50):
+        others = [f"/new{scrape}_{number}" for number in range(MAX_TOPICS)]
+        counts.update(ours | {name: topic(name, 1000) for name in others}, 15.0 * scrape)
+        labels |= by_topic(counts).keys()
+        assert scrape < 5 or ours.keys() <= by_topic(counts).keys()
+    minutes = 50 * 15 / NEW_LABEL_SEC
+    assert len(labels) <= NEW_LABELS + minutes + len(ours) + 1
+    assert by_topic(counts)[OTHER] > 40 * MAX_TOPICS * 1000
 
 
 async def test_probes_may_use_any_name(site: Site) -> None:
