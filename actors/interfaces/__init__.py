@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from actors.interfaces.codec import Codec, codec_for, decode_untyped
-    from actors.interfaces.errors import InterfaceSyntaxError, InvalidMessageError, UnknownInterfaceError
+    from actors.interfaces.errors import (
+        InterfaceSyntaxError,
+        InvalidMessageError,
+        MessageBudgetError,
+        UnknownInterfaceError,
+    )
     from actors.interfaces.generator import generate
     from actors.interfaces.message import Action, Message, Service, type_hash, type_name
     from actors.interfaces.registry import find_interface, interface_source
@@ -18,6 +23,7 @@ __all__ = [
     "InterfaceSyntaxError",
     "InvalidMessageError",
     "Message",
+    "MessageBudgetError",
     "Service",
     "UnknownInterfaceError",
     "codec_for",
@@ -39,6 +45,7 @@ if not TYPE_CHECKING:
             "Codec": "codec",
             "InterfaceSyntaxError": "errors",
             "InvalidMessageError": "errors",
+            "MessageBudgetError": "errors",
             "Message": "message",
             "Service": "message",
             "UnknownInterfaceError": "errors",

@@ -4,7 +4,7 @@ A message travels as a msgpack map of field name to value. msgspec does not chec
 a codec decodes its own result with the typed decoder, and a wrong value raises where the message is sent.
 This check does not copy large binary fields and arrays.
 
-Unknown fields are ignored when decoding; missing fields have their defaults.
+Unknown fields are ignored when decoding; missing fields have their defaults, within `decode_budget.py`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 import msgspec
 
 from actors.interfaces.arrays import ARRAY_BY_CODE, ARRAY_BY_ELEMENT, BIG_ENDIAN, NumericArray, pack
-from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.decode_budget import UNCHECKED_BYTES, Allowance, budget_of, check_untyped
+from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.explain import explain_decoding, explain_encoding
 from actors.interfaces.fields import BINARY, SequenceWire, fields_of, wired
 from actors.interfaces.literals import INTEGER_RANGE
@@ -25,9 +26,11 @@ from actors.interfaces.message import Message, is_message_type, type_name
 from actors.interfaces.values import bytes_of
 
 if TYPE_CHECKING:
-    from typing_extensions import Buffer
+    from typing import TypeAlias
 
     from actors.interfaces.fields import FieldType
+
+    Encoded: TypeAlias = bytes | bytearray | memoryview
 
 T = TypeVar("T", bound=Message)
 
@@ -162,6 +165,7 @@ class Codec(Generic[T]):
         msg_type: The message class.
         converts: Whether arrays of another element type than the field's are converted if no number is lost,
             and bools in fields of integers. Programs for ROS 2 expect it; in others it is an error.
+        budget: What a received message may take.
     """
 
     def __init__(self, msg_type: type[T]) -> None:
@@ -191,6 +195,8 @@ class Codec(Generic[T]):
                 decoder(msg_type, verify=True),
             ),
         )
+        self.budget = budget_of(cast("Any", msg_type))
+        self._unchecked = self.budget.unchecked
         # Bound methods as attributes save a lookup per message.
         self._encode = encoder.encode
         self._encode_into = encoder.encode_into
@@ -252,29 +258,45 @@ class Codec(Generic[T]):
             data = bytearray(offset) + self._encode_lists(message, error)
         return data
 
-    def decode(self, data: Buffer) -> T:
+    def decode(self, data: Encoded, allowance: Allowance | None = None) -> T:
         """Return the message in `data`.
 
         Args:
             data: One message as msgpack; `uint8[]` fields are views that keep it alive.
+            allowance: What messages of one reader may leave out together; None for this one alone.
 
         Raises:
             InvalidMessageError: `data` is not one message of this type.
+            MessageBudgetError: It leaves out fields, and would take far more memory than its bytes.
         """
+        if allowance is None:
+            if len(data) > self._unchecked:
+                self.budget.check(data, Allowance())
+        elif not self.budget.admits(len(data), 1, allowance):
+            self.budget.check(data, allowance)
         try:
             return cast("T", self._decode(data))
         except _DECODING_ERRORS as error:
             raise InvalidMessageError(explain_decoding(self.msg_type, error)) from error
 
-    def decode_batch(self, data: Buffer) -> list[T]:
+    def decode_batch(
+        self, data: Encoded, count: int | None = None, allowance: Allowance | None = None
+    ) -> list[T]:
         """Return the messages in `data`.
 
         Args:
             data: A msgpack array of messages.
+            count: How many it has; None if unknown.
+            allowance: What messages of one reader may leave out together; None for these alone.
 
         Raises:
             InvalidMessageError: One of them is not a message of this type; `decode` finds out which.
+            MessageBudgetError: One leaves out fields, and may take too much; `decode` finds out which.
         """
+        budget, size = self.budget, len(data)
+        admitted = budget.admits(size, size if count is None else count, allowance or Allowance())
+        if not admitted and not budget.is_proportionate(data, batch=True):
+            raise MessageBudgetError(f"{type_name(self.msg_type)}: a message leaves out fields")
         try:
             return cast("list[T]", self._decode_batch(data))
         except _DECODING_ERRORS as error:
@@ -307,7 +329,7 @@ def codec_for(msg_type: type[T]) -> Codec[T]:
 _untyped = msgspec.msgpack.Decoder(ext_hook=_extension_hook)
 
 
-def decode_untyped(data: Buffer) -> dict[str, Any]:
+def decode_untyped(data: Encoded) -> dict[str, Any]:
     """Return a message of unknown type as a dict of its fields; numeric sequences are arrays.
 
     Args:
@@ -315,7 +337,10 @@ def decode_untyped(data: Buffer) -> dict[str, Any]:
 
     Raises:
         InvalidMessageError: `data` is not a msgpack map with string keys.
+        MessageBudgetError: It has so many empty or small parts that it would take far more than its bytes.
     """
+    if len(data) > UNCHECKED_BYTES:
+        check_untyped(data)
     try:
         value = _untyped.decode(data)
     except _DECODING_ERRORS as error:

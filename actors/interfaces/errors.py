@@ -2,6 +2,7 @@
 
     CallboardError (proto.errors)
     ├── InvalidMessageError (ValueError)   a value does not fit its field, or bytes are not such a message
+    │   └── MessageBudgetError             bytes that leave out fields would take too much memory
     ├── InterfaceSyntaxError (ValueError)  a .msg, .srv or .action file breaks a rule; says file and line
     └── UnknownInterfaceError (LookupError) no message, service or action of that name can be imported
 
@@ -15,6 +16,13 @@ from proto.errors import CallboardError
 
 class InvalidMessageError(CallboardError, ValueError):
     """A message does not fit its type: the text names the type, the field's path and the expected value."""
+
+
+class MessageBudgetError(InvalidMessageError):
+    """A received message leaves out fields, and with their defaults would take far more than its bytes.
+
+    Nothing of it was built. The sender should write every field of a large message.
+    """
 
 
 class InterfaceSyntaxError(CallboardError, ValueError):

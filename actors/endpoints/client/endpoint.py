@@ -23,6 +23,7 @@ from actors.errors import (
     ServiceUnavailable,
 )
 from actors.interfaces.codec import codec_for
+from actors.interfaces.decode_budget import Allowance
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from proto import limits
@@ -206,6 +207,7 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def replied(self, entries: tuple[ReplyEntry, ...]) -> None:
         """End calls with their replies. Late replies are counted and ignored."""
+        allowance = Allowance() if len(entries) > 1 else None  # one for all of the frame
         for entry in entries:
             future = self.pending.pop(entry.call, None)
             if future is None:
@@ -220,7 +222,7 @@ class ClientEndpoint(IntrospectedEndpoint):
                 continue
             self._deadlines.remove(entry.call)
             try:
-                reply = self._replies.decode(entry.body)
+                reply = self._replies.decode(entry.body, allowance)
             except InvalidMessageError as error:
                 self._fail(future, RemoteError(type(error).__name__, peer_text(str(error)), self.srv_name))
                 continue

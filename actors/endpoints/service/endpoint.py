@@ -14,7 +14,8 @@ from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
 from actors.interfaces.codec import codec_for
-from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.decode_budget import shared_allowance
+from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import Message, declared_type, definition, type_name
 from proto.wire import frames
 from proto.wire.codec import encode
@@ -143,8 +144,14 @@ class ServiceEndpoint(DeclaredService):
         """Run the handler for a request; return a callback task if it returned something to await."""
         call = entry.call
         try:
-            request = self._requests.decode(entry.body)
+            # Handlers that are suspended keep their requests.
+            allowance = shared_allowance(self._suspended) if self._suspended else None
+            request = self._requests.decode(entry.body, allowance)
         except InvalidMessageError as error:
+            if isinstance(error, MessageBudgetError):
+                self.context.log.warning(
+                    f"Refused a request for '{self.srv_name}': {error}", throttle_duration_sec=1.0
+                )
             self.replies.send_error(call, Status.INVALID_REQUEST, error)
             return None
         self.calls += 1

@@ -1,19 +1,33 @@
-"""Decodes batches: all messages in one call, or one by one if some are invalid."""
+"""Decodes batches: all messages in one call, or one by one if some are invalid.
+
+What messages may leave out (`interfaces/decode_budget.py`) is limited for all that wait together, and in
+time: otherwise a full queue would hold the allowance of one message a thousand times, and the messages of one
+loop turn could use it as often.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import time
+from typing import TYPE_CHECKING, Any, Final
 
+from actors.interfaces.decode_budget import LEAST_SPARE_BYTES, MAX_STEPS, SPARE_BYTES, Allowance
 from actors.interfaces.errors import InvalidMessageError
 from proto.queues.batches import split_messages
 from proto.untrusted_text import peer_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from actors.interfaces.codec import Codec
     from actors.logging.logger import Logger
     from proto.wire.frames import Batch, Replay
+
+
+RENEWAL_SEC: Final = 0.05
+"""Time between two renewals of an allowance, which takes half of it to be used up."""
+
+INVALID_STEPS: Final = 10
+"""Steps of the allowance for a message that is dropped: its error takes longer than decoding it."""
 
 
 class Decoder:
@@ -23,42 +37,80 @@ class Decoder:
         codec: The message class's; None returns each message as bytes.
         topic: The topic's name, for the log.
         log: The node's.
+        clock: Returns seconds.
 
     Attributes:
-        failed: Messages dropped because they were not valid.
+        failed: Messages dropped because they were not valid, or would have taken too much memory.
     """
 
-    __slots__ = ("_codec", "_log", "_topic", "failed")
+    __slots__ = ("_allowance", "_clock", "_codec", "_log", "_renewed", "_topic", "failed")
 
-    def __init__(self, codec: Codec[Any] | None, topic: str, log: Logger) -> None:
+    def __init__(
+        self,
+        codec: Codec[Any] | None,
+        topic: str,
+        log: Logger,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.failed = 0
         self._codec = codec
         self._topic = topic
         self._log = log
+        self._allowance = Allowance()
+        self._clock = clock
+        self._renewed = 0.0
 
-    def decode(self, batch: Batch | Replay) -> tuple[list[Any], Sequence[int]]:
-        """Return the valid messages of a batch, and their numbers."""
+    def decode(self, batch: Batch | Replay, *, idle: bool = True) -> tuple[list[Any], Sequence[int]]:
+        """Return the valid messages of a batch, and their numbers.
+
+        Args:
+            batch: The batch.
+            idle: Whether no message decoded before still waits.
+        """
         numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
         codec = self._codec
         if codec is None:
             return [bytes(message) for message in split_messages(batch)], numbers
+        allowance = self._allowance
+        if allowance.memory < SPARE_BYTES or allowance.steps < MAX_STEPS:
+            self._renew(allowance, idle=idle)
         try:
-            return codec.decode_batch(batch.payload), numbers
+            return codec.decode_batch(batch.payload, batch.length, allowance), numbers
         except InvalidMessageError:
             return self._decode_each(codec, batch)
+
+    def _renew(self, allowance: Allowance, *, idle: bool) -> None:
+        now = self._clock()
+        if now < self._renewed + RENEWAL_SEC:
+            return
+        self._renewed = now
+        allowance.steps = MAX_STEPS
+        # While messages wait, they hold what they have used.
+        if idle:
+            allowance.memory = SPARE_BYTES
 
     def _decode_each(self, codec: Codec[Any], batch: Batch | Replay) -> tuple[list[Any], Sequence[int]]:
         """Keep the valid messages of a batch."""
         valid: list[Any] = []
         numbers: list[int] = []
+        allowance = self._allowance
+        # A busy consumer, too, gets messages that are small even with all defaults: the depth limits these.
+        small = min(batch.length * codec.budget.default_bytes, SPARE_BYTES)
+        allowance.memory = max(allowance.memory, LEAST_SPARE_BYTES, small)
         for number, message in enumerate(split_messages(batch), batch.first_sequence):
+            if allowance.steps <= 0:
+                self._drop(batch.first_sequence + batch.length - number, "too many invalid ones before it")
+                break
             try:
-                valid.append(codec.decode(message))
+                valid.append(codec.decode(message, allowance))
                 numbers.append(number)
             except InvalidMessageError as error:
-                self.failed += 1
-                self._log.warning(
-                    f"Dropped an invalid message on '{self._topic}': {peer_text(str(error))}",
-                    throttle_duration_sec=1.0,
-                )
+                allowance.steps -= INVALID_STEPS
+                self._drop(1, peer_text(str(error)))
         return valid, numbers
+
+    def _drop(self, count: int, reason: str) -> None:
+        self.failed += count
+        self._log.warning(
+            f"Dropped an invalid message on '{self._topic}': {reason}", throttle_duration_sec=1.0
+        )

@@ -169,13 +169,13 @@ class SubscriptionEndpoint(Endpoint):
         end = batch.first_sequence + stop
         # Dropped before they are decoded, which costs more than all the rest. An idle consumer takes the
         # batch as it arrives, so nothing of it is beyond the depth.
-        depth = consumer.depth
-        if depth is not None and stop - start > depth and not consumer.idle:
+        depth, idle = consumer.depth, consumer.idle
+        if depth is not None and stop - start > depth and not idle:
             consumer.drop(stop - start - depth)
             start = stop - depth
         if start:
             batch = slice_batch(_as_batch(batch), start, stop)
-        decoded, numbers = self.decoder.decode(batch)
+        decoded, numbers = self.decoder.decode(batch, idle=idle)
         if not decoded:
             return False
         queued_batch = QueuedBatch(attachment, batch, decoded, numbers, time.time_ns())
