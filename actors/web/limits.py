@@ -25,3 +25,32 @@ discards what the client has not read yet, so the client gets this time to read 
 
 KEEPALIVE_SEC: Final = 15.0
 """Seconds for the headers of the first request, and of the next one, to arrive."""
+
+FIRST_BYTE_SEC: Final = 10.0
+"""Seconds for the first byte of a connection to arrive, which with HTTPS comes after the handshake."""
+
+UNREAD_SEC: Final = 60.0
+"""Seconds that something may wait until the client reads it; then the connection is closed. On a slow link
+they are enough for the largest that the server sends in one piece, an image."""
+
+MAX_CONNECTIONS: Final = 512
+"""Open connections. A silent one costs a few KiB, one with HTTPS 15 KiB, one with requests 50 KiB."""
+
+MAX_HOLDER_CONNECTIONS: Final = 128
+"""Those of one user, or of one address without a user: of several browsers, or of a proxy. A browser has at
+most six, and one for each WebSocket."""
+
+RESERVED_CONNECTIONS: Final = 32
+"""Connections beyond these limits on which only probes are answered; more than arrive at the same moment."""
+
+MAX_STREAMS: Final = 256
+"""WebSockets of browsers, streams of events and requests for images at the same time."""
+
+MAX_HOLDER_STREAMS: Final = 32
+"""Those of one user, or of one address without a user: of tens of tabs."""
+
+MAX_HELD_BYTES: Final = 64 * 1024 * 1024
+"""Bodies of requests that are received or handled at the same time."""
+
+MAX_HOLDER_HELD_BYTES: Final = 8 * 1024 * 1024
+"""Those of one user, or of one address without a user: two of the largest, or thousands of usual ones."""

@@ -11,9 +11,6 @@ if TYPE_CHECKING:
 DEFAULT_HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 7412
 
-MAX_LIVE_CONNECTIONS: Final = 64
-"""WebSockets of browsers, streams of events and requests for images at the same time."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WebOptions:

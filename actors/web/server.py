@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Final, Self
 from aiohttp import web
 
 from actors.web import limits
+from actors.web.listener import WebListener
 from actors.web.page_files import PageFiles
+from actors.web.refusals import Refusal
 from actors.web.routes import (
     calls,
     echo,
@@ -26,7 +28,7 @@ from actors.web.routes import (
 )
 from actors.web.routes.request_body import check_headers, receive_body, refuse_body
 from actors.web.routes.responses import error_response, respond
-from actors.web.routes.state import STATE, WORKSPACE, State, state_of
+from actors.web.routes.state import CONNECTION, STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
 from actors.web.workspace import Workspace
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
     from types import TracebackType
 
+    from actors.web.connection import WebConnection
     from actors.web.observer import Observer
     from actors.web.options import WebOptions
 
@@ -61,10 +64,8 @@ on."""
 
 STOP_SEC: Final = 1.0
 """Time for handlers to end when the server stops."""
-HANDSHAKE_SEC: Final = 10.0
-"""Time for the handshake of TLS."""
-MAX_CONNECTIONS: Final = 512
-"""Connections of browsers, each of which may have several, and of programs."""
+
+TOO_MANY_CONNECTIONS: Final = "The server has as many connections as it takes, or as it takes of you"
 
 TAKE_BODIES: Final = frozenset(each.handler for each in ROUTES if each.body is not None)
 """Handlers of requests that have a body. What others send is never read."""
@@ -114,7 +115,9 @@ class WebServer:
                 "lingering_time": 0,  # `_guard` lingers, without reading
             },
         )
+        self._listener = WebListener()
         self._app[STATE] = State(
+            listener=self._listener,
             options=options,
             policy=policy,
             own=Workspace(observer),
@@ -150,27 +153,16 @@ class WebServer:
         if options.users:
             require_users(self._app[STATE].own.observer)
         await self._runner.setup()
-        loop = asyncio.get_running_loop()
+        server = self._runner.server
+        assert server is not None
         try:
-            self._listener = await loop.create_server(
-                self._accept,
-                options.host,
-                options.port,
-                ssl=options.tls,
-                ssl_handshake_timeout=None if options.tls is None else HANDSHAKE_SEC,
-            )
+            await self._listener.listen(options.host, options.port, server, options.tls)
         except (OSError, UnicodeError) as error:  # the latter from a name that cannot be one
             await self._runner.cleanup()
             reason = getattr(error, "strerror", None) or str(error)
             raise WebListenError(f"Cannot listen on {options.host}:{options.port}: {reason}") from None
-        self.port = self._listener.sockets[0].getsockname()[1]
+        self.port = self._listener.port
         return self
-
-    def _accept(self) -> asyncio.Protocol:
-        server = self._runner.server
-        assert server is not None
-        # Counted here, because aiohttp has no limit of its own.
-        return server() if len(server.connections) < MAX_CONNECTIONS else _Refusal()
 
     async def __aexit__(
         self,
@@ -179,42 +171,44 @@ class WebServer:
         traceback: TracebackType | None,
     ) -> None:
         """Disconnect all browsers."""
-        self._listener.close()
+        self._listener.stop_listening()
         await self._runner.cleanup()
-
-
-class _Refusal(asyncio.Protocol):
-    """Answers a connection that is one too many."""
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Send the reason, and close."""
-        assert isinstance(transport, asyncio.Transport)
-        head = (
-            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: application/json\r\nConnection: close\r\n\r\n"
-        )
-        transport.write(f'{head}{{"error":"{MAX_CONNECTIONS} connections are open already"}}'.encode())
-        transport.close()
+        self._listener.close()
 
 
 @web.middleware
 async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Refuse pages of other sites and unknown tokens; answer errors as JSON."""
-    if request.path not in PROBES and (refusal := state_of(request).policy.refuses_origin(request.headers)):
-        response: web.StreamResponse = error_response(refusal.status, refusal.reason)
-    else:
-        response = await respond(partial(_admit, partial(_handle, handler)), request)
-    if not request.content.is_eof():
-        await _answer_early(request, response)
+    state = state_of(request)
+    connection = request[CONNECTION] = state.listener.connection_of(request)
+    with connection.handling():
+        response = await _answer(request, handler, state)
+        if state.listener.in_reserve(connection):
+            response.force_close()
+        if not request.content.is_eof():
+            await _answer_early(request, response, connection)
     return response
 
 
-async def _answer_early(request: web.Request, response: web.StreamResponse) -> None:
+async def _answer(request: web.Request, handler: Handler, state: State) -> web.StreamResponse:
+    if request.path not in PROBES:
+        if state.listener.in_reserve(request[CONNECTION]):
+            state.listener.count(Refusal.CONNECTIONS, request[CONNECTION].source)
+            return error_response(503, TOO_MANY_CONNECTIONS)
+        if refusal := state.policy.refuses_origin(request.headers):
+            return error_response(refusal.status, refusal.reason)
+    return await respond(partial(_admit, partial(_handle, handler)), request)
+
+
+async def _answer_early(
+    request: web.Request, response: web.StreamResponse, connection: WebConnection
+) -> None:
     """Answer before the body has arrived, do not read it, and close the connection."""
-    response.force_close()
-    await response.prepare(request)
-    await response.write_eof()
-    if request.transport is not None:
-        request.transport.pause_reading()
+    with connection.receiving():
+        response.force_close()
+        await response.prepare(request)
+        await response.write_eof()
+        connection.stop_reading()
         await asyncio.sleep(limits.LINGER_SEC)
 
 
@@ -234,8 +228,14 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     if refusal := refuses(known=known or is_users):
         return error_response(refusal.status, refusal.reason)
     if state.users is None or not is_users:
+        if known:
+            state.listener.prove(request[CONNECTION], None)
         return await handler(request)
     async with state.users.workspace(token) as workspace:
+        if not state.listener.prove(request[CONNECTION], workspace.observer.node.user):
+            response = error_response(503, TOO_MANY_CONNECTIONS)
+            response.force_close()
+            return response
         request[WORKSPACE] = workspace
         return await handler(request)
 
@@ -243,13 +243,20 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
 async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
     """Handle a request when its body has arrived, if it may have one."""
     check_headers(request)
+    connection = request[CONNECTION]
     if request.match_info.handler not in TAKE_BODIES:
         refuse_body(request)
-    elif (request.method, request.path) in session.NEED_NO_TOKEN:
-        await receive_body(request, most=limits.MAX_SIGN_IN_BYTES, seconds=limits.SIGN_IN_SEC)
-    else:
-        await receive_body(request, most=limits.MAX_BODY_BYTES, seconds=limits.BODY_SEC)
-    return await handler(request)
+        return await handler(request)
+    if (request.method, request.path) in session.NEED_NO_TOKEN:  # the limits of connections suffice
+        with connection.receiving():
+            await receive_body(request, most=limits.MAX_SIGN_IN_BYTES, seconds=limits.SIGN_IN_SEC)
+        return await handler(request)
+    most = limits.MAX_BODY_BYTES
+    size = request.content_length
+    with state_of(request).body(request, most if size is None else min(size, most)):
+        with connection.receiving():
+            await receive_body(request, most=most, seconds=limits.BODY_SEC)
+        return await handler(request)
 
 
 async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:

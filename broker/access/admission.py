@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, OrderedDict
-from ipaddress import IPv6Address
 from typing import TYPE_CHECKING, Final
 
 from broker.access.errors import Unauthorized
+from proto.wire.addresses import owned_by_one
 
 if TYPE_CHECKING:
     from broker.access.origin import Origin
@@ -30,14 +30,8 @@ PLAIN_TOKEN: Final = (
 
 
 def source_of(origin: Origin) -> Address | None:
-    """Return the address or network that limits apply to; None for this machine.
-
-    The owner of one IPv6 address usually has all 2^64 of its /64 network, so the network counts.
-    """
-    if origin.local:
-        return None
-    address = origin.address
-    return IPv6Address(int(address) >> 64 << 64) if isinstance(address, IPv6Address) else address
+    """Return the address or network that limits apply to; None for this machine."""
+    return None if origin.local or origin.address is None else owned_by_one(origin.address)
 
 
 class Admission:

@@ -397,6 +397,8 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         """Return what the socket's transport knows; "ssl_object" is None until the handshake is over."""
         if name == "ssl_object":
             return self._cipher.tls if self._established else default
+        if name == "sslcontext":
+            return self._cipher.tls.context
         if name == "tls_bytes":
             return self._cipher.held_bytes
         return default if self._raw is None else self._raw.get_extra_info(name, default)

@@ -21,6 +21,14 @@ def parse_address(text: str) -> Address:
     return mapped or address
 
 
+def owned_by_one(address: Address) -> Address:
+    """Return the address or network that limits on one peer apply to.
+
+    The owner of one IPv6 address usually has all 2^64 of its /64 network, so the network counts.
+    """
+    return IPv6Address(int(address) >> 64 << 64) if isinstance(address, IPv6Address) else address
+
+
 def is_loopback(text: str) -> bool:
     """Return whether a string is an address of the loopback device; False for names."""
     try:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 async def echo(request: web.Request) -> web.StreamResponse:
     """Send the messages of a topic until the reader leaves; a slow one gets the newest."""
     workspace, news = workspace_of(request), asyncio.Event()
-    with state_of(request).live_connection():
+    with state_of(request).live_connection(request):
         reader = workspace.feeds.read(
             name_in(request), MESSAGES_PER_UPDATE, news.set, request.query.get("type", "")
         )

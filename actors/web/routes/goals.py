@@ -65,7 +65,7 @@ async def send_goal(request: web.Request) -> web.StreamResponse:
     """Send a goal, and what becomes of it as events: accepted, feedback, skipped, and result or error."""
     body = read_body(request, GoalBody)
     workspace = workspace_of(request)
-    with state_of(request).live_connection():
+    with state_of(request).live_connection(request):
         goal = await workspace.goals.send(name_in(request), body.goal, body.type, body.timeout_sec)
         try:
             await goal.accepted()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Final
 
 import msgspec
@@ -19,9 +18,6 @@ from actors.web.routes.state import state_of, workspace_of
 if TYPE_CHECKING:
     from actors.web.images import Image
 
-SEND_SEC: Final = 60.0
-"""Time for a client to read an image. Then the connection is closed, because the bytes wait in memory."""
-
 
 async def image(request: web.Request) -> web.Response:
     """Return the newest image of a topic, once there is another one than that of the number `after`."""
@@ -32,16 +28,11 @@ async def image(request: web.Request) -> web.Response:
         raise NotFoundError(f"There is no topic {name!r}")
     if IMAGE_TYPES.isdisjoint(found["types"]):
         return error_response(400, f"{name!r} has no images; those are {' or '.join(sorted(IMAGE_TYPES))}")
-    with state_of(request).live_connection():
+    with state_of(request).live_connection(request):
         newest = await workspace.images.newest(name, after)
         response = web.Response(status=204) if newest is None else _response(newest)
-        try:
-            async with asyncio.timeout(SEND_SEC):
-                await response.prepare(request)
-                await response.write_eof()
-        except TimeoutError:
-            if request.transport is not None:
-                request.transport.abort()
+        await response.prepare(request)
+        await response.write_eof()  # here, so that it counts until the client has read it
     return response
 
 

@@ -17,7 +17,7 @@ HEARTBEAT_SEC: Final = 20.0
 async def live(request: web.Request) -> web.WebSocketResponse:
     """Serve a page until it is closed."""
     state = state_of(request)
-    with state.live_connection():
+    with state.live_connection(request):
         socket = web.WebSocketResponse(heartbeat=HEARTBEAT_SEC, max_msg_size=MAX_REQUEST_BYTES, compress=True)
         await socket.prepare(request)
         state.sockets.add(socket)

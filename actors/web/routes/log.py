@@ -21,7 +21,7 @@ async def log(request: web.Request) -> web.StreamResponse:
     """Send the lines that are kept and new ones until the reader leaves; of `level`, `node` and `text`."""
     workspace, news = workspace_of(request), asyncio.Event()
     chosen = msgspec.convert(dict(request.query), LogFilter)
-    with state_of(request).live_connection():
+    with state_of(request).live_connection(request):
         reader = workspace.panels.logs.read(chosen, news.set)
         try:
             await reader.accepted()

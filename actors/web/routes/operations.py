@@ -13,11 +13,11 @@ from actors.errors import BrokerUnreachable
 from actors.web.probes import BROKER_ANSWER_SEC, broker_answers
 from actors.web.routes.responses import json_response
 from actors.web.routes.route import TEXT, Route
-from actors.web.routes.state import workspace_of
+from actors.web.routes.state import state_of, workspace_of
 
 
 async def metrics(request: web.Request) -> web.Response:
-    """Return the broker's numbers in Prometheus' text format; `callboard_up` is 0 if it does not answer."""
+    """Return numbers for Prometheus; `callboard_up` is 0 if the broker does not answer."""
     workspace = workspace_of(request)
     workspace.round_trips.begin()
     try:
@@ -27,6 +27,7 @@ async def metrics(request: web.Request) -> web.Response:
         report = None
     snapshot = workspace.observer.snapshot
     text = await workspace.work.run(workspace.metrics.text, report, snapshot, time.monotonic())
+    text += state_of(request).listener.refusals.text()
     return web.Response(body=text, headers={"Content-Type": CONTENT_TYPE_LATEST, "Cache-Control": "no-store"})
 
 

@@ -22,6 +22,7 @@ from actors.web.javascript_values import TooManyValuesError
 from actors.web.json_encoding import encode_json
 from actors.web.log_reader import TooManyLogReadersError
 from actors.web.routes.event_stream import STREAM, EventStream
+from actors.web.shares import ShareUsedUpError
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from actors.web.users import NoUsersError, TooManyUsersError
@@ -36,6 +37,7 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (PublisherRefused, 403),
     (SubscriptionRefusedError, 403),
     (BrokerUnreachable, 503),
+    (ShareUsedUpError, 503),
     (TooManyUsersError, 503),
     (TooManyTopicsError, 503),
     (TooManyLogReadersError, 503),

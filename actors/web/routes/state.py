@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
-from actors.web.options import MAX_LIVE_CONNECTIONS
+from actors.web import limits
+from actors.web.connection import WebConnection
+from actors.web.refusals import Refusal
+from actors.web.shares import Shares
 from actors.web.workspace import Workspace
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from contextlib import AbstractContextManager
 
+    from actors.web.listener import WebListener
     from actors.web.options import WebOptions
     from actors.web.security import AccessPolicy
     from actors.web.users import Users
@@ -28,7 +32,7 @@ class State:
         policy: Who may ask for what.
         own: The workspace of the server itself.
         users: Those of the broker; None if they cannot sign in here.
-        live_connections: How many browsers and streams are connected now.
+        listener: Has all connections.
         sockets: The WebSockets of browsers, which the server closes when it stops.
     """
 
@@ -36,28 +40,38 @@ class State:
     policy: AccessPolicy
     own: Workspace
     users: Users | None
-    live_connections: int = 0
+    listener: WebListener
     sockets: set[web.WebSocketResponse[bool]] = field(default_factory=set[web.WebSocketResponse[bool]])
+    _streams: Shares = field(init=False)
+    _bodies: Shares = field(init=False)
 
-    @contextmanager
-    def live_connection(self) -> Generator[None]:
+    def __post_init__(self) -> None:
+        """Make the shares."""
+        count = self.listener.refusals.count
+        self._streams = Shares("browsers and streams", partial(count, Refusal.STREAMS))
+        self._bodies = Shares("bytes in bodies of requests", partial(count, Refusal.BODIES))
+
+    def live_connection(self, request: web.Request) -> AbstractContextManager[None]:
         """Count a browser or stream as long as it is connected.
 
         Raises:
-            web.HTTPServiceUnavailable: `MAX_LIVE_CONNECTIONS` are connected already.
+            ShareUsedUpError: `MAX_HOLDER_STREAMS` of one holder, or `MAX_STREAMS`, are connected already.
         """
-        if self.live_connections >= MAX_LIVE_CONNECTIONS:
-            raise web.HTTPServiceUnavailable(
-                text=f"{MAX_LIVE_CONNECTIONS} browsers and streams are connected already"
-            )
-        self.live_connections += 1
-        try:
-            yield
-        finally:
-            self.live_connections -= 1
+        holder = request[CONNECTION].holder
+        return self._streams.use(holder, 1, share=limits.MAX_HOLDER_STREAMS, total=limits.MAX_STREAMS)
+
+    def body(self, request: web.Request, size: int) -> AbstractContextManager[None]:
+        """Count the body of a request as long as it is needed.
+
+        Raises:
+            ShareUsedUpError: `MAX_HOLDER_HELD_BYTES` of one holder, or `MAX_HELD_BYTES`, are held already.
+        """
+        holder = request[CONNECTION].holder
+        return self._bodies.use(holder, size, share=limits.MAX_HOLDER_HELD_BYTES, total=limits.MAX_HELD_BYTES)
 
 
 STATE: Final = web.AppKey("STATE", State)
+CONNECTION: Final = web.RequestKey("CONNECTION", WebConnection)
 WORKSPACE: Final = web.RequestKey("WORKSPACE", Workspace)
 
 

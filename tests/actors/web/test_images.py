@@ -12,9 +12,7 @@ import pytest
 import actors
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from actors.interfaces.std_msgs.msg import String
-from actors.web import images
-from actors.web.routes import images as image_routes
-from actors.web.routes import state as route_state
+from actors.web import images, limits
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.image_data import JPEG, read_png
 
@@ -156,8 +154,8 @@ async def test_who_does_not_read_an_image_is_disconnected(
     camera: Camera, site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would keep its bytes in memory."""
-    monkeypatch.setattr(image_routes, "SEND_SEC", 0.1)
-    monkeypatch.setattr(route_state, "MAX_LIVE_CONNECTIONS", 1)
+    monkeypatch.setattr(limits, "UNREAD_SEC", 0.1)
+    monkeypatch.setattr(limits, "MAX_STREAMS", 1)
     side = 4096  # what the kernel keeps for a connection is less
     data = Random(1).randbytes(side * side)
     publisher = await camera.publisher(keep=1)

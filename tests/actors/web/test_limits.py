@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.web import limits, log_reader, server, topic_feed
+from actors.web import limits, log_reader, topic_feed
 from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
 
@@ -63,12 +63,3 @@ async def test_a_reader_too_many_may_come_back(
     """The status says that the request is right, and the server has no place for it now."""
     monkeypatch.setattr(module, limit, 0)
     assert "already" in (await site.json(path, 503))["error"]
-
-
-async def test_a_connection_too_many_is_told_so(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those that are open are served."""
-    assert await site.json("/healthz") == {"status": "ok"}
-    monkeypatch.setattr(server, "MAX_CONNECTIONS", 1)
-    line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-    assert line.split()[1] == b"503"
-    assert await site.json("/healthz") == {"status": "ok"}

@@ -1,0 +1,87 @@
+"""What the web server refuses or ends because of a limit: counted for `/metrics`, and logged."""
+
+from __future__ import annotations
+
+import logging
+import time
+from enum import Enum
+from typing import TYPE_CHECKING, Final
+
+from prometheus_client import CollectorRegistry, Counter, Gauge, generate_latest
+
+from proto.limited_log import LimitedLog
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+logger: Final = logging.getLogger("callboard.web")
+
+
+class Refusal(Enum):
+    """A limit: the label in `callboard_web_refusals_total`, and the words in the log."""
+
+    CONNECTIONS = "connections", "more connections than may be open"
+    ROOM = "made_room", "a connection was closed to make room for another one"
+    SILENT = "silent", "a connection sent nothing in time"
+    TLS = "tls", "TLS failed"
+    UNREAD = "unread", "a client did not read in time"
+    STREAMS = "streams", "more browsers and streams than may be open"
+    BODIES = "bodies", "more bodies of requests than are kept"
+    SIGN_INS = "sign_ins", "more attempts to sign in than are made at a time"
+
+    @property
+    def label(self) -> str:
+        """Its name in the metrics."""
+        return self.value[0]
+
+    @property
+    def words(self) -> str:
+        """The sentence of the log."""
+        return self.value[1]
+
+
+class Refusals:
+    """Counts and logs them for one server.
+
+    Args:
+        connections: Returns how many connections are open.
+    """
+
+    def __init__(self, connections: Callable[[], float]) -> None:
+        self._log = LimitedLog(_log_omitted, time.monotonic)
+        self._registry = CollectorRegistry()
+        Gauge(
+            "callboard_web_connections",
+            "Open connections of the web server, from the moment that they are accepted",
+            registry=self._registry,
+        ).set_function(connections)
+        counter = Counter(
+            "callboard_web_refusals",
+            "What the web server has refused or ended because of a limit, by reason",
+            labelnames=("reason",),
+            registry=self._registry,
+        )
+        self._counters = {each: counter.labels(each.label) for each in Refusal}
+
+    def count(self, refusal: Refusal, source: object) -> None:
+        """Count one.
+
+        Args:
+            refusal: Which.
+            source: The user or address.
+        """
+        self._counters[refusal].inc()
+        if self._log.admits(refusal.words):
+            logger.warning("%s: %s", source, refusal.words)
+
+    def text(self) -> bytes:
+        """Return the counts in Prometheus' text format."""
+        return generate_latest(self._registry)
+
+    def close(self) -> None:
+        """Log how many lines were left out."""
+        self._log.report_omitted(at_once=True)
+
+
+def _log_omitted(omitted: int, reason: str) -> None:
+    logger.warning("… and %d more like this: %s", omitted, reason)
