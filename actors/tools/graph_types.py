@@ -40,7 +40,7 @@ class GraphTypes:
         run: Calls a function that takes long, with its arguments; None for at once, on the event loop.
     """
 
-    def __init__(self, node: Node, run: Callable[..., Awaitable[type[Any]]] | None = None) -> None:
+    def __init__(self, node: Node, run: Callable[..., Awaitable[Any]] | None = None) -> None:
         self._node, self._run = node, run
         self._made: dict[tuple[str, ...], type[Any] | InvalidMessageError] = {}
         """By the hashes of their definitions; an error where none can be made, so that it is tried once."""

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Final, Self
 from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
 from actors.tools.broker_names import BrokerNames
-from actors.tools.hidden_node import hidden_name, make_hidden_node
+from actors.tools.hidden_node import make_hidden_node
 from actors.tools.overview import Overview, Sample, Samples
+from actors.web.node_names import NODE_NAMES
 from actors.web.worker import Worker
 from proto.aio.tasks import RESTART_PAUSE_SEC, cancel_and_wait, keep_running
 
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 
 ACTION_PART: Final = "/_action/"
 """In the names of an action's services and topics."""
-
-NAME: Final = hidden_name("callboard_web")
-"""The name that all nodes of this process share."""
 
 SAMPLE_PERIOD_SEC: Final = 1.0
 """Seconds between two samples of the broker's counters, while a browser or program reads them."""
@@ -92,12 +90,13 @@ class Observer:
         self._owns_worker = worker is None
         self.work = self.worker.share()
         self.target = f"{url} domain {domain}"
+        self._name = NODE_NAMES.acquire()
         self.node = make_hidden_node(
-            NAME,
+            self._name,
             url=url,
             domain=domain,
             token=token,
-            shared_name=True,
+            shared_name=True,  # it goes on if somebody takes its name while there is no connection
             connect_timeout_sec=CONNECT_SEC,
             stop_timeout_sec=STOP_SEC,
         )
@@ -125,7 +124,11 @@ class Observer:
 
     async def __aenter__(self) -> Self:
         """Connect the node and begin to watch."""
-        await self.node.__aenter__()
+        try:
+            await self.node.__aenter__()
+        except BaseException:
+            NODE_NAMES.release(self._name)
+            raise
         loop = asyncio.get_running_loop()
         for name, work in (("The watch of the graph", self._watch), ("The sampling", self._sample_regularly)):
             self._tasks.append(loop.create_task(keep_running(name, work)))
@@ -144,6 +147,7 @@ class Observer:
         for task in self._tasks:
             await cancel_and_wait(task)
         await self.node.__aexit__(kind, error, traceback)
+        NODE_NAMES.release(self._name)
         if self._owns_worker:
             self.worker.close()
 
@@ -279,19 +283,13 @@ class Observer:
     async def _follow(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
             began = time.monotonic()
-            self.snapshot = self._without_own(watch.snapshot)
+            self.snapshot = NODE_NAMES.without_own(watch.snapshot)
             self._reported.set()
             for listener in tuple(self._graph_listeners):
                 listener()
             spent = time.monotonic() - began
             # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
             await asyncio.sleep(max(CHANGE_PERIOD_SEC, MAX_CHANGE_SHARE * spent))
-
-    def _without_own(self, snapshot: GraphSnapshot) -> GraphSnapshot:
-        # The page would show itself, once for each user.
-        own = self.node.get_fully_qualified_name()
-        entries = {key: entry for key, entry in snapshot.entries.items() if entry.node != own}
-        return GraphSnapshot(entries, dict(snapshot.suspended))
 
     async def _sample_regularly(self) -> None:
         while True:

@@ -327,3 +327,24 @@ async def test_who_may_not_administer_the_broker_sees_no_zeros(site: GuardedSite
     assert totals.pop("broker") == ""
     assert len(totals) > 10
     assert set(totals.values()) == {None}
+
+
+async def test_the_first_request_of_a_user_waits_for_the_graph(site: GuardedSite) -> None:
+    """Case 81: its workspace is opened by the request, and closed when nobody has used it for a while."""
+    found = await site.answer(ZOE, "/api/nodes")
+    assert [each["name"] for each in found] == ["/zoe/driver"]
+
+
+async def test_a_node_that_takes_the_name_of_the_pages_node_is_seen(
+    site: GuardedSite, guarded: Meeting
+) -> None:
+    """Case 80: with its topics, by all who may see them; the page's own nodes are not."""
+    await names(site, ZOE)
+    own = site.observer.node.get_name()
+    assert own not in str(await site.answer(SERVER, "/api/graph"))
+    guest = await guarded.node(own, shared_name=True)
+    guest.create_publisher(String, "/secret")
+    await until(lambda: f"/{own}" in site.observer.snapshot.nodes())
+    found = await site.answer(SERVER, "/api/topics/secret")
+    assert [each["node"] for each in found["publishers"]] == [f"/{own}"]
+    assert (await site.answer(SERVER, f"/api/nodes/{own}"))["publishers"][0]["name"] == "/secret"
