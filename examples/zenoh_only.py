@@ -44,6 +44,7 @@ class Participant:
 
     def __init__(self, session: zenoh.Session) -> None:
         self.session = session
+        self.source = zenoh.SourceInfo(session.id, 0)
         self.epochs: dict[int, int] = {}
         self.sent: dict[int, int] = {}
         mine = f"{PREFIX}/brokers/{ID}"
@@ -64,6 +65,7 @@ class Participant:
         broker, epoch = struct.unpack(">QQ", query.payload.to_bytes()) if query.payload else (0, 0)
         self.begin(broker, epoch)
         snapshot = {"epoch": epoch, "version": 3, "declarations": DECLARATIONS, "name": "zenoh_only"}
+        snapshot["sourced"] = True  # all samples name their source
         query.reply(query.key_expr, msgpack.packb(snapshot))
 
     def on_batch(self, sample: zenoh.Sample) -> None:
@@ -91,6 +93,7 @@ class Participant:
                 f"{PREFIX}/brokers/{broker:08x}/frames/{ID}",
                 frame(REPLY, client, replies),
                 attachment=struct.pack(">QQQ", epoch, self.sent[broker], 0),
+                source_info=self.source,
             )
 
 
@@ -98,6 +101,7 @@ def main() -> None:
     """Take part until Ctrl-C."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
+    config.insert_json5("id", f'"{NUMBER:x}"')  # brokers take answers from this session only
     config.insert_json5("connect/endpoints", json.dumps(sys.argv[1:] or ["tcp/127.0.0.1:7447"]))
     with zenoh.open(config) as session, suppress(KeyboardInterrupt):
         participant = Participant(session)

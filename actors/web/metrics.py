@@ -113,7 +113,7 @@ REMAINDERS: Final = {
 """One more reason of a counter in REASONS: its name, and the two fields whose difference it is."""
 
 MESH_PROBLEMS: Final = (
-    "dropped", "overruns", "failed", "malformed", "ignored", "refused", "resets", "overflows"
+    "dropped", "overruns", "failed", "malformed", "ignored", "refused", "resets", "limited", "overflows"
 )  # fmt: skip
 """Fields of MeshStats, whose names are the reasons."""
 

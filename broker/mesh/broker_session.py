@@ -8,11 +8,13 @@ that sees a greater one than its own begins it, too, so that both agree. Heartbe
 
 from __future__ import annotations
 
+from collections import OrderedDict, deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.messages import Direct, Heartbeat
 from proto.wire import frames
+from proto.wire.fragments import ByteTotal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -22,7 +24,19 @@ if TYPE_CHECKING:
     from proto.wire.frames import Frame
 
 MAX_BROKERS: Final = 1000
-"""Other brokers. Further ones are ignored."""
+"""Other brokers that have answered. Further ones are ignored."""
+
+MAX_UNANSWERED: Final = 1000
+"""Brokers that have announced themselves and not answered yet. Beyond it the one that has failed to answer
+longest is given up until its next heartbeat, so that those who announce many keep nobody out."""
+
+QUICK_ASKS: Final = 5
+"""Requests in a row that a broker may leave unanswered before it is asked less often.
+
+Zenoh may not know a route yet to one that has just joined."""
+
+MAX_PAUSE: Final = 32
+"""Heartbeats after which a broker that has left many requests unanswered is asked again, at most."""
 
 MAX_EPOCHS: Final = 10_000
 """Brokers, gone ones included, whose last epoch is remembered."""
@@ -41,7 +55,14 @@ MAX_WAITING: Final = 10_000
 """Messages that wait for a broker's snapshot. The others are lost, which their numbers show."""
 
 MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
-"""The size of their contents, beyond which the last one may be."""
+"""Their memory, beyond which the last one may be."""
+
+MAX_TOTAL_BYTES: Final = 32 * 1024 * 1024
+"""The same of all brokers together, with snapshots that wait. Beyond it the broker for which most waits loses
+its messages, and its number of them shows it."""
+
+OVERHEAD_BYTES: Final = 500
+"""Memory of a message that waits, besides its content."""
 
 
 @dataclass(slots=True)
@@ -50,26 +71,40 @@ class BrokerSession:
 
     Attributes:
         epoch: The current epoch.
+        total: What waits of all brokers.
         sent, received: Direct messages in this epoch.
         ready: Whether the broker's endpoints are known.
+        answered: Whether a snapshot of it has come: whether it counts as a broker.
         asked: Whether its snapshot has been requested and not received.
+        failures: How many requests in a row it has left unanswered.
+        pause: Heartbeats until it is asked again; 0 for none.
+        nudged: Whether its own heartbeat has led to a request since this broker's last one.
+        sourced: Whether its samples name their source.
         snapshot: Its snapshot, until the broker asks for this broker's.
+        importing: Whether its snapshot is being imported.
         heartbeats: For how many heartbeats `snapshot` has been kept.
         waiting: Messages and their topics, received before the session was ready.
-        waiting_bytes: The size of their contents.
+        waiting_bytes: Their memory, and that of `snapshot`.
         name, software: As in the broker's snapshot.
         stuck: By a publisher's number and next sequence number, in how many results of `stuck_publishers` in
             a row they were.
     """
 
     epoch: int
+    total: ByteTotal
     sent: int = 0
     received: int = 0
     ready: bool = False
+    answered: bool = False
     asked: bool = False
+    failures: int = 0
+    pause: int = 0
+    nudged: bool = False
+    sourced: bool = False
     snapshot: Snapshot | None = None
+    importing: bool = False
     heartbeats: int = 0
-    waiting: list[tuple[Received, str]] = field(default_factory=list["tuple[Received, str]"])
+    waiting: deque[tuple[Received, str]] = field(default_factory=deque["tuple[Received, str]"])
     waiting_bytes: int = 0
     name: str = ""
     software: str = ""
@@ -79,34 +114,77 @@ class BrokerSession:
         """Begin an epoch, without what is known of the last one."""
         self.epoch = epoch
         self.sent = self.received = 0
-        self.ready = False
-        self.snapshot = None
+        self.ready = self.importing = False
         self.stuck = {}
-        self.pop_waiting()
+        self.drop()
 
     def wait(self, message: Received, topic: str) -> bool:
         """Keep a message and its topic until the snapshot arrives; return False if it is dropped."""
         if len(self.waiting) >= MAX_WAITING or self.waiting_bytes > MAX_WAITING_BYTES:
             return False
         self.waiting.append((message, topic))
-        self.waiting_bytes += _size(message)
+        self._count(_size(message))
         return True
 
-    def overdue_snapshot(self) -> Snapshot | None:
-        """Count a heartbeat; return the snapshot if it has waited for too many, else None."""
-        self.heartbeats += self.snapshot is not None
-        return self.snapshot if self.heartbeats > MAX_SNAPSHOT_HEARTBEATS else None
+    def _count(self, size: int) -> None:
+        self.waiting_bytes += size
+        self.total.bytes += size
+
+    def keep(self, snapshot: Snapshot) -> None:
+        """Keep a snapshot until the broker asks for this broker's."""
+        self.pop_snapshot()
+        self.snapshot, self.heartbeats = snapshot, 0
+        self._count(snapshot.size)
+
+    def pop_snapshot(self) -> Snapshot | None:
+        """Remove and return the snapshot that waits, if any."""
+        snapshot, self.snapshot = self.snapshot, None
+        if snapshot is not None:
+            self._count(-snapshot.size)
+        return snapshot
+
+    def fail(self) -> bool:
+        """Note that a request got no answer; return whether to ask again at once."""
+        self.failures += 1
+        if self.failures < QUICK_ASKS:
+            return True
+        self.pause = min(1 << min(self.failures - QUICK_ASKS, 10), MAX_PAUSE)
+        return False
+
+    def is_due(self) -> bool:
+        """Count a heartbeat; return whether it is time to ask again."""
+        self.nudged = False
+        self.pause -= self.pause > 0
+        return not (self.ready or self.asked or self.importing or self.snapshot or self.pause)
+
+    def is_snapshot_overdue(self) -> bool:
+        """Count a heartbeat; return whether the snapshot has waited for too many."""
+        self.heartbeats += 1
+        return self.snapshot is not None and self.heartbeats > MAX_SNAPSHOT_HEARTBEATS
 
     def is_stuck(self, stuck: AbstractSet[tuple[int, int]]) -> bool:
         """Return whether a publisher is in more than `STUCK_HEARTBEATS` results of `stuck_publishers`."""
         self.stuck = {each: self.stuck.get(each, 0) + 1 for each in stuck}
         return any(count > STUCK_HEARTBEATS for count in self.stuck.values())
 
-    def pop_waiting(self) -> list[tuple[Received, str]]:
-        """Remove and return the messages that wait, each with its topic."""
-        waiting, self.waiting = self.waiting, []
-        self.waiting_bytes = 0
-        return waiting
+    def next_waiting(self) -> tuple[Received, str]:
+        """Remove and return the message that has waited longest, with its topic."""
+        message, topic = self.waiting.popleft()
+        self._count(-_size(message))
+        return message, topic
+
+    def wait_again(self, message: Received, topic: str) -> None:
+        """Let a message wait before all others."""
+        self.waiting.appendleft((message, topic))
+        self._count(_size(message))
+
+    def drop(self) -> int:
+        """Drop what waits; return how many messages."""
+        self.snapshot = None
+        dropped = len(self.waiting)
+        self.waiting.clear()
+        self._count(-self.waiting_bytes)
+        return dropped
 
 
 class BrokerSessions:
@@ -114,11 +192,17 @@ class BrokerSessions:
 
     Args:
         emit: Takes each direct message.
+
+    Attributes:
+        waiting: The memory of what waits.
     """
 
     def __init__(self, emit: Callable[[Direct], None]) -> None:
         self._emit = emit
         self._sessions: dict[int, BrokerSession] = {}
+        self.waiting = ByteTotal()
+        self._unanswered: OrderedDict[int, None] = OrderedDict()
+        """Brokers that have not answered yet. The next one to be given up comes first."""
         self._epochs: dict[int, int] = {}
         """By broker, the epoch of the last session with it, also if it is gone."""
 
@@ -130,32 +214,71 @@ class BrokerSessions:
 
     @property
     def full(self) -> bool:
-        """Whether there are as many as there may be."""
-        return len(self._sessions) >= MAX_BROKERS
+        """Whether there are as many that have answered as there may be."""
+        return len(self._sessions) - len(self._unanswered) >= MAX_BROKERS
 
     def get(self, broker: int) -> BrokerSession | None:
         """Return the session with a broker; None if it is not alive."""
         return self._sessions.get(broker)
+
+    def is_sourced(self, broker: int) -> bool:
+        """Return whether the samples of a broker name their source: others are somebody else's."""
+        session = self._sessions.get(broker)
+        return session is not None and session.sourced
 
     def items(self) -> tuple[tuple[int, BrokerSession], ...]:
         """Return the numbers of the brokers, and the sessions with them."""
         return tuple(self._sessions.items())
 
     def names(self) -> dict[int, tuple[str, str]]:
-        """Return the names and versions of the brokers by their numbers."""
-        return {number: (each.name, each.software) for number, each in self._sessions.items()}
+        """Return the names and versions of the brokers that have answered, by their numbers."""
+        sessions = self._sessions.items()
+        return {number: (each.name, each.software) for number, each in sessions if each.answered}
 
     def add(self, broker: int) -> BrokerSession:
         """Begin a session with a broker."""
-        session = self._sessions[broker] = BrokerSession(0)
+        session = self._sessions[broker] = BrokerSession(0, self.waiting)
+        self._unanswered[broker] = None
         self.reset(broker, session, self._epochs.pop(broker, 0) + 1)
         if len(self._epochs) > MAX_EPOCHS:
             del self._epochs[next(iter(self._epochs))]
         return session
 
+    def surplus(self) -> int | None:
+        """Return a broker to give up, because too many have not answered; None if they are not too many."""
+        return next(iter(self._unanswered)) if len(self._unanswered) > MAX_UNANSWERED else None
+
+    def answer(self, broker: int, session: BrokerSession) -> None:
+        """Note that a broker has answered."""
+        session.answered, session.failures, session.pause, session.nudged = True, 0, 0, False
+        self._unanswered.pop(broker, None)
+
+    def fail(self, broker: int, session: BrokerSession) -> bool:
+        """Note that a broker has left a request unanswered; return whether to ask again at once."""
+        again = session.fail()
+        if not again and broker in self._unanswered:
+            self._unanswered.move_to_end(broker, last=False)
+        return again
+
+    def postpone(self, broker: int, session: BrokerSession) -> None:
+        """Ask a broker again later, because there are too many."""
+        session.failures = MAX_PAUSE
+        self.fail(broker, session)
+
+    def shed(self) -> int:
+        """Drop what waits of the brokers with most of it, down to the limit; return how many messages."""
+        dropped = 0
+        while self.waiting.bytes > MAX_TOTAL_BYTES:
+            dropped += max(self._sessions.values(), key=lambda each: each.waiting_bytes).drop()
+        return dropped
+
     def remove(self, broker: int) -> bool:
         """End the session with a broker; return whether there was one."""
-        return self._sessions.pop(broker, None) is not None
+        self._unanswered.pop(broker, None)
+        session = self._sessions.pop(broker, None)
+        if session is not None:
+            session.drop()
+        return session is not None
 
     def reset(self, broker: int, session: BrokerSession, epoch: int) -> None:
         """Begin an epoch, without what is known of the last one."""
@@ -187,8 +310,9 @@ class BrokerSessions:
 
 def _size(message: Received) -> int:
     frame = message if isinstance(message, (frames.Batch, frames.Assert)) else message.frame
+    size = OVERHEAD_BYTES
     if isinstance(frame, (frames.Batch, frames.Replay)):
-        return len(frame.payload)
-    if isinstance(frame, (frames.Request, frames.Reply)):
-        return sum(len(entry.body) for entry in frame.entries)
-    return 0
+        size += len(frame.payload)
+    elif isinstance(frame, (frames.Request, frames.Reply)):
+        size += sum(len(entry.body) for entry in frame.entries)
+    return size

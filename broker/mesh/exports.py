@@ -57,6 +57,8 @@ class MeshExports:
         self.version = 0
         self._declarations: dict[int, Frame] = {}
         """By number, what the others know."""
+        self._sorted: tuple[int, tuple[Frame, ...]] = (0, ())
+        """For which version `declarations` has been called last, and its answer."""
         self._retired: set[int] = set()
         """Numbers of servers that the others know to be retired."""
         self._endpoints = Counter[int]()
@@ -68,8 +70,13 @@ class MeshExports:
         """By key of such a publisher, what has its last messages."""
 
     def declarations(self) -> tuple[Frame, ...]:
-        """Return all that is declared, nodes first."""
-        return tuple(sorted(self._declarations.values(), key=lambda frame: type(frame) is not frames.Node))
+        """Return all that is declared, nodes first: the same object until something changes."""
+        version, declarations = self._sorted
+        if version != self.version:
+            ordered = sorted(self._declarations.values(), key=lambda frame: type(frame) is not frames.Node)
+            declarations = tuple(ordered)
+            self._sorted = self.version, declarations
+        return declarations
 
     def has_type(self, type_hash: str) -> bool:
         """Return whether anything of a type is declared."""

@@ -15,7 +15,7 @@ from proto.wire.mesh_keys import mesh_key
 from proto.wire.qos import Refusal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from broker.access.rules import Rights
     from broker.mesh.calls import MeshCalls
@@ -67,6 +67,7 @@ class MeshImports:
         calls: The calls to other brokers.
         deliver: Takes what the router returns.
         report_refusal: Called with a broker and why an endpoint of it is refused.
+        count_change: Called with a broker of which an endpoint comes or goes.
         max_endpoints: Nodes and endpoints that one broker may declare. Others are refused.
 
     Attributes:
@@ -82,6 +83,7 @@ class MeshImports:
         deliver: Callable[[list[Delivery]], None],
         report_refusal: Callable[[int, str], None],
         *,
+        count_change: Callable[[int], None],
         max_endpoints: int,
     ) -> None:
         self._router = router
@@ -89,6 +91,7 @@ class MeshImports:
         self._calls = calls
         self._deliver = deliver
         self._report_refusal = report_refusal
+        self._count_change = count_change
         self._max_endpoints = max_endpoints
         self._ids = count(1)
         self._brokers: dict[int, _Broker] = {}
@@ -108,13 +111,16 @@ class MeshImports:
 
     def remote(self, endpoint: int) -> Remote | None:
         """Return which endpoint has an id at the router; None if it has gone."""
-        return self._remotes.get(endpoint)
+        remote = self._remotes.get(endpoint)
+        # Endpoints of a broker that is gone are removed one after the other.
+        return remote if remote is not None and remote.broker in self._brokers else None
 
-    def accept_snapshot(self, broker: int, snapshot: Snapshot) -> None:
-        """Replace what is known of a broker.
+    def accept_snapshot(self, broker: int, snapshot: Snapshot) -> Iterator[None]:
+        """Replace what is known of a broker, one declaration at a step.
 
         Raises:
-            ProtocolError: A number is there twice, or an endpoint comes before its node.
+            ProtocolError: A declaration is malformed, a number is there twice, or an endpoint comes before
+                its node.
         """
         known = self._brokers.get(broker)
         if known is None:
@@ -122,16 +128,22 @@ class MeshImports:
         elif known.version > snapshot.version:
             return
         known.version = snapshot.version
-        numbers: set[int] = {frame.id for frame in snapshot.declarations}  # type: ignore[union-attr]
+        # Its declarations are decoded twice: kept, those of many brokers would take much memory.
+        numbers: set[int] = set()
+        for frame in snapshot.declarations:
+            numbers.add(frame.id)  # type: ignore[union-attr]
+            yield
         if len(numbers) < len(snapshot.declarations):
             raise ProtocolError(ErrorCode.UNEXPECTED, "its snapshot has a number twice")
         # Backwards, as endpoints come after their nodes. What both have stays as it is: its matches and
         # credit go on.
         for number in [number for number in reversed(known.ids) if number not in numbers]:
-            self._remove(broker, number)
+            self._remove(broker, known, number)
+            yield
         for frame in snapshot.declarations:
             if frame.id not in known.ids:  # type: ignore[union-attr]
                 self._declare(broker, known, frame)
+            yield
 
     def accept_change(self, broker: int, change: Change) -> bool:
         """Take a change; return False if a snapshot is needed, because changes are missing.
@@ -152,28 +164,31 @@ class MeshImports:
                 self._declare(broker, known, change.frame)
         return True
 
-    def remove_broker(self, broker: int) -> None:
-        """Remove all endpoints of a broker that is gone."""
-        known = self._brokers.get(broker)
-        if known is not None:
-            for number in tuple(reversed(known.ids)):  # nodes after their endpoints
-                self._remove(broker, number)
-            del self._brokers[broker]
-            peer = self._router.peer(self._peer)
-            if peer is not None:
-                peer.brokers.pop(broker, None)
+    def remove_broker(self, broker: int) -> Iterator[None]:
+        """Forget a broker that is gone; return what removes its endpoints, one at a step."""
+        known = self._brokers.pop(broker, None)
+        return iter(()) if known is None else self._remove_all(broker, known)
+
+    def _remove_all(self, broker: int, known: _Broker) -> Iterator[None]:
+        for number in tuple(reversed(known.ids)):  # nodes after their endpoints
+            self._remove(broker, known, number)
+            yield
+        peer = self._router.peer(self._peer)
+        if peer is not None:
+            peer.brokers.pop(broker, None)
 
     def _undeclare(self, broker: int, known: _Broker, number: int) -> None:
         record = self._router.endpoint(self._peer, known.ids.get(number, 0))
         if isinstance(record, NodeRecord) and record.endpoints:
             text = f"it has removed the node {number} before its endpoints"
             raise ProtocolError(ErrorCode.UNEXPECTED, text)
-        self._remove(broker, number)
+        self._remove(broker, known, number)
 
     def _declare(self, broker: int, known: _Broker, frame: Any) -> None:
         number = frame.id
         if number in known.ids:
             raise ProtocolError(ErrorCode.UNEXPECTED, f"it has declared the number {number} twice")
+        self._count_change(broker)
         changed: dict[str, int] = {"id": next(self._ids)}
         if not isinstance(frame, frames.Node):
             node = known.ids.get(frame.node, 0 if known.too_many else None)
@@ -207,8 +222,9 @@ class MeshImports:
         self._router.refusals.count += 1
         self._report_refusal(broker, text)
 
-    def _remove(self, broker: int, number: int) -> None:
-        endpoint = self._brokers[broker].ids.pop(number, 0)
+    def _remove(self, broker: int, known: _Broker, number: int) -> None:
+        endpoint = known.ids.pop(number, 0)
+        self._count_change(broker)
         if endpoint:
             del self._remotes[endpoint]
             # First: the router answers the calls as it handles the frame, and answers that come late must

@@ -6,10 +6,12 @@ latched messages. Nothing that comes from one broker goes on to another: the eng
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from broker.mesh.broker_session import MAX_BROKERS, BrokerSessions
+from broker.mesh.broker_session import MAX_BROKERS, MAX_UNANSWERED, BrokerSessions
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports, WantedTopics
 from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
@@ -19,12 +21,14 @@ from broker.mesh.overflows import MeshOverflows
 from broker.mesh.queries import MeshQueries
 from broker.mesh.receiver import MeshReceiver
 from broker.mesh.sender import MeshSender
+from broker.mesh.slices import SlicedWork
+from broker.mesh.standing import Standings
 from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_U32
 from proto.wire.identity import VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from broker.access.rules import Rights
     from broker.mesh.broker_session import BrokerSession
@@ -40,6 +44,24 @@ def _ignore(*_: object) -> None:
 REFUSED: Final = "refused an endpoint of"
 """Text of the warning about a refused endpoint; the other broker's name follows."""
 
+UNCHANGED: Final = 4
+"""Declarations of a snapshot that count as one change, even if the endpoints are known."""
+
+ASKS_AT_ONCE: Final = 20
+"""Requests for snapshots in one loop turn: about 2 ms."""
+
+MAX_ANSWERS: Final = 5
+"""Snapshots that one broker gets between two heartbeats. It needs one when it joins, or lost something."""
+
+MAX_ANSWERS_TO_STRANGERS: Final = 20
+"""The same for all requests together that do not show who asks: brokers of earlier versions, and programs."""
+
+MAX_ASKERS: Final = 10_000
+"""Brokers, unknown ones included, that are known to have asked for the snapshot."""
+
+MAX_GIVEN_UP: Final = 10_000
+"""Brokers that were given up and are remembered, so that a heartbeat of theirs brings them back."""
+
 MAX_EPOCH: Final = 2**63
 """A greater epoch is refused. Brokers count epochs up from 1, so that they never get near it."""
 
@@ -47,8 +69,11 @@ MAX_EPOCH: Final = 2**63
 class Mesh:
     """One graph's part of the mesh.
 
-    A broker that breaks a rule is rejected: its endpoints are removed, and it is ignored until its presence
-    ends.
+    A broker that breaks a rule is rejected: its endpoints are removed, and it is ignored for a while, longer
+    each time, or until its presence ends.
+
+    A broker counts as one when it has answered. Whoever announces brokers that never do costs little, and
+    keeps none out.
 
     Args:
         number: This broker's number.
@@ -65,10 +90,13 @@ class Mesh:
         sessions: The sessions with the brokers that are alive.
         wanted: The topics whose messages are wanted of them.
         overflows: Resets the sessions with brokers for which too much waits.
+        work: What is left to do of long work; whoever uses a mesh calls `go_on` while `busy`.
         resets: How often a session was reset, mostly because messages to or from the broker were lost.
         ignored: Messages of brokers that are not alive or rejected, of an earlier epoch, or too many before a
             snapshot.
         rejected: How many brokers were rejected.
+        limited: How often a limit was reached: brokers given up that did not answer, changes that came too
+            fast, queries that were not answered.
     """
 
     def __init__(
@@ -87,18 +115,30 @@ class Mesh:
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
         self.sessions = BrokerSessions(self._out.append)
-        self._snapshot_sent_to: set[int] = set()
+        self._snapshot_sent_to: dict[int, None] = {}
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
-        self._rejected: set[int] = set()
-        """Brokers that are alive and ignored."""
-        self.resets = self.ignored = self.rejected = 0
+        self._given_up: dict[int, None] = {}
+        """Brokers that are alive, and that did not answer when there were too many of those."""
+        self._answers = Counter[int]()
+        """By broker, its requests since the last heartbeat; 0 for strangers."""
+        self._asks: dict[int, None] = {}
+        """Brokers to ask next."""
+        self._standings = Standings()
+        self.work = SlicedWork()
+        self.resets = self.ignored = self.rejected = self.limited = 0
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._held = HeldPublishers(router, self.peer)
         self._calls = calls = MeshCalls()
         publish, direct = self._out.append, self.sessions.direct
         exports = self._exports = MeshExports(self._change, self.wanted.touch, self.peer)
         imports = self._imports = MeshImports(
-            router, self.peer, calls, deliver, partial(warn, REFUSED), max_endpoints=max_endpoints
+            router,
+            self.peer,
+            calls,
+            deliver,
+            partial(warn, REFUSED),
+            count_change=self._standings.count_changes,
+            max_endpoints=max_endpoints,
         )
         self.sender = MeshSender(
             router, exports, imports, calls, peer=self.peer, publish=publish, direct=direct
@@ -123,7 +163,8 @@ class Mesh:
         if imports != self._imports.rights:
             self._imports.rights = imports
             for broker, session in self.sessions.items():
-                self._reset(broker, session)
+                if session.answered:
+                    self._reset(broker, session)
         if (imports, exports) != (self._exports.import_rights, self._exports.rights):
             self._exports.import_rights, self._exports.rights = imports, exports
             self._router.declarations.renew_exports(self._exports)
@@ -132,10 +173,31 @@ class Mesh:
     # What goes out
 
     def pop_messages(self) -> list[Message]:
-        """Return the messages to send, in order."""
+        """Return the messages to send, in order, with a share of the requests for snapshots."""
+        for broker in tuple(islice(self._asks, ASKS_AT_ONCE)):
+            del self._asks[broker]
+            session = self.sessions.get(broker)
+            if session is not None and session.asked:
+                self._out.append(Ask(broker, session.epoch))
         out = self._out[:]
         self._out.clear()
         return out
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is work to go on with in a later loop turn."""
+        return self.work.pending or bool(self._asks)
+
+    def admits_query(self, broker: int) -> bool:
+        """Count a request for the snapshot; return whether to answer it.
+
+        Args:
+            broker: The broker that certainly asks; 0 for anybody else.
+        """
+        self._answers[broker] += 1
+        admitted = self._answers[broker] <= (MAX_ANSWERS if broker else MAX_ANSWERS_TO_STRANGERS)
+        self.limited += not admitted
+        return admitted
 
     def snapshot(self, broker: int, epoch: int) -> Snapshot:
         """Return this broker's endpoints.
@@ -145,29 +207,40 @@ class Mesh:
             epoch: As in its request.
         """
         # An empty answer, not none: it need not ask again and again, and learns nothing.
-        if broker in self._rejected:
+        if self._standings.is_banned(broker):
             return Snapshot(0, 0, (), self._name, VERSION)
         session = self.sessions.get(broker)
         if session is not None and epoch <= MAX_EPOCH:
             self._agree(broker, session, epoch)
         version, declarations = self._exports.version, self._exports.declarations()
-        own = Snapshot(0 if session is None else session.epoch, version, declarations, self._name, VERSION)
-        if broker and len(self._snapshot_sent_to) < MAX_BROKERS:
-            self._snapshot_sent_to.add(broker)
+        own_epoch = 0 if session is None else session.epoch
+        own = Snapshot(own_epoch, version, declarations, self._name, VERSION, sourced=True)
+        if broker:
+            self._snapshot_sent_to[broker] = None
+            if len(self._snapshot_sent_to) > MAX_ASKERS:
+                del self._snapshot_sent_to[next(iter(self._snapshot_sent_to))]
         # Its own snapshot came before it had asked for this one. Now it knows the endpoints here, so that
         # what follows from matching with its own can be sent.
         if session is not None and session.snapshot is not None:
-            self._import(broker, session, session.snapshot)
+            self._import(broker, session)
         return own
 
     def send_heartbeat(self) -> None:
-        """Send a heartbeat, if there is another broker."""
+        """Count a second: do what is due by then, and send a heartbeat, if there is another broker."""
         self.queries.expire()
+        self._answers.clear()
+        for broker in self._standings.beat():
+            self.add_broker(broker)
         for broker, session in self.sessions.items():
-            if (snapshot := session.overdue_snapshot()) is not None:
-                self._import(broker, session, snapshot)
+            if session.is_snapshot_overdue():
+                self._import(broker, session)
+            elif session.is_due():
+                self._ask(broker, session)
+        self._send_heartbeat()
+
+    def _send_heartbeat(self) -> None:
         self._exports.forget_emptied()
-        if self.sessions or self._rejected:
+        if self.sessions or self._standings.any_banned:
             self._out.append(self.sessions.heartbeat(self._exports.version, self._held.next_sequences()))
 
     def _change(self, change: Change) -> None:
@@ -184,30 +257,45 @@ class Mesh:
             "refused": self._imports.refused,
             "resets": self.resets,
             "rejected": self.rejected,
+            "limited": self.limited,
             "overflows": self.overflows.count,
         }
 
     def add_broker(self, broker: int) -> None:
         """Ask a broker that is alive for its endpoints."""
-        if broker in self.sessions or broker in self._rejected:
+        if broker in self.sessions or self._standings.is_banned(broker):
             return
-        if not 0 < broker <= MAX_U32 or broker == self._number or self.sessions.full:
-            self._warn("ignored", broker, f"no valid number, or more than {MAX_BROKERS} brokers")
+        if not 0 < broker <= MAX_U32 or broker == self._number:
+            self._warn("ignored", broker, "it has no valid number")
             return
+        self._given_up.pop(broker, None)
         self._ask(broker, self.sessions.add(broker))
+        surplus = self.sessions.surplus()
+        if surplus is not None:
+            self.limited += 1
+            self._warn("gave up", surplus, f"more than {MAX_UNANSWERED} brokers do not answer")
+            self._forget(surplus)
+            self._given_up[surplus] = None
+            if len(self._given_up) > MAX_GIVEN_UP:
+                del self._given_up[next(iter(self._given_up))]
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
         # Its presence has ended, so that it may begin again: the operator who restarts a faulty broker need
         # not restart others.
-        self._rejected.discard(broker)
-        self._snapshot_sent_to.discard(broker)
+        self._standings.end_ban(broker)
+        self._given_up.pop(broker, None)
+        self._forget(broker)
+
+    def _forget(self, broker: int) -> None:
+        self._snapshot_sent_to.pop(broker, None)
+        self._asks.pop(broker, None)
         if self.sessions.remove(broker):
-            self._imports.remove_broker(broker)
+            self.work.start(broker, self._imports.remove_broker(broker))
             self.queries.remove_broker(broker)
 
     def reject(self, broker: int, reason: str) -> None:
-        """Remove a broker that has broken a rule, and ignore it until its presence ends.
+        """Remove a broker that has broken a rule, and ignore it for a while, or until its presence ends.
 
         Args:
             broker: The broker.
@@ -215,8 +303,8 @@ class Mesh:
         """
         if broker in self.sessions:
             self._warn("rejected", broker, reason)  # while its name is known
-            self.remove_broker(broker)
-            self._rejected.add(broker)
+            self._standings.ban(broker)
+            self._forget(broker)
             self.rejected += 1
 
     def accept_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
@@ -231,8 +319,16 @@ class Mesh:
             return
         session.asked = False
         if snapshot is None:
-            self._ask(broker, session)
+            if self.sessions.fail(broker, session):
+                self._ask(broker, session)
             return
+        if not session.answered and self.sessions.full:
+            self.limited += 1
+            self._warn("ignored", broker, f"there are {MAX_BROKERS} brokers")
+            self.sessions.postpone(broker, session)
+            return
+        self.sessions.answer(broker, session)
+        session.sourced = snapshot.sourced
         session.name, session.software = snapshot.name, snapshot.software
         try:
             self._agree(broker, session, snapshot.epoch)
@@ -242,34 +338,52 @@ class Mesh:
         # `_agree` has begun another epoch, and asked again: this snapshot is of the earlier one.
         if session.asked:
             return
-        session.snapshot, session.heartbeats = snapshot, 0
+        session.keep(snapshot)
         if broker in self._snapshot_sent_to:
-            self._import(broker, session, snapshot)
+            self._import(broker, session)
+        else:
+            self.ignored += self.sessions.shed()
 
-    def _import(self, broker: int, session: BrokerSession, snapshot: Snapshot) -> None:
+    def _import(self, broker: int, session: BrokerSession) -> None:
         """Take a broker's endpoints, once it has the declarations of what will be sent to it."""
-        session.snapshot = None
+        snapshot = session.pop_snapshot()
+        assert snapshot is not None
+        session.importing = True
+        self.work.start(broker, self._import_all(broker, session, snapshot))
+
+    def _import_all(self, broker: int, session: BrokerSession, snapshot: Snapshot) -> Iterator[None]:
+        """Take a broker's endpoints and what it has sent meanwhile, one at a step."""
+        epoch = session.epoch
         try:
-            self._imports.accept_snapshot(broker, snapshot)
+            if self.sessions.get(broker) is session and session.importing:
+                # Also to compare what has not changed takes time.
+                self._standings.count_changes(broker, len(snapshot.declarations) // UNCHANGED)
+                for _ in self._imports.accept_snapshot(broker, snapshot):
+                    yield
+                    # It has gone meanwhile, or another epoch has begun: this snapshot counts no more.
+                    if self.sessions.get(broker) is not session or session.epoch != epoch:
+                        return
+            # In the order in which they came. If one of them resets the session, the rest is dropped.
+            while session.waiting and session.importing and session.epoch == epoch:
+                message, topic = session.next_waiting()
+                if not self._handle(broker, session, message, topic):
+                    session.importing = False
+                    session.wait_again(message, topic)  # the next heartbeat has it asked
+                    return
+                yield
         except ProtocolError as error:
             self.reject(broker, str(error))
             return
-        session.ready = True
-        epoch = session.epoch
-        session.asked = True  # if changes are missing again, the next heartbeat has it asked
-        # In the order in which they came. If one of them resets the session, the rest is of an earlier epoch
-        # and is ignored by its number.
-        for message, topic in session.pop_waiting():
-            self.receive(broker, message, topic)
-        session.asked = False
-        if session.epoch != epoch:
-            self._ask(broker, session)
+        if session.importing and session.epoch == epoch:
+            session.importing, session.ready = False, True
 
     def accept_heartbeat(self, broker: int, heartbeat: Heartbeat) -> None:
         """Reset the session if messages have been lost."""
         session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
+            if broker in self._given_up:  # it is there, and may answer
+                self.add_broker(broker)
             return
         epoch, sent = heartbeat.sent.get(self._number, (0, 0))
         try:
@@ -278,7 +392,9 @@ class Mesh:
             self.reject(broker, str(error))
             return
         if not session.ready:
-            if session.snapshot is None:
+            # Its heartbeat shows that it can be reached. A single request follows from many heartbeats.
+            if session.snapshot is None and not (session.importing or session.nudged):
+                session.nudged = True
                 self._ask(broker, session)
         # A broker names all to which it has a session. Not to be named means that it has forgotten this one.
         elif session.sent and self._number not in heartbeat.sent:
@@ -286,7 +402,8 @@ class Mesh:
         elif epoch == session.epoch and sent > session.received:
             self._reset(broker, session, epoch + 1)
         elif heartbeat.version > self._imports.version(broker):
-            self._ask_again(broker, session)
+            session.ready = False  # what follows waits for the snapshot
+            self._ask(broker, session)
         elif has_lost(self._router, broker, heartbeat.held) or session.is_stuck(
             stuck_publishers(self._router, self._number, broker, heartbeat.held)
         ):
@@ -316,14 +433,25 @@ class Mesh:
         # that never answers would fill it.
         if not session.ready:
             self.ignored += not session.wait(message, topic)
-        elif isinstance(message, Change):
-            if not self._imports.accept_change(broker, message):
-                self._ask_again(broker, session)
-                session.wait(message, topic)
-        elif isinstance(message, Direct):
+            self.ignored += self.sessions.shed()
+        elif not self._handle(broker, session, message, topic):
+            session.ready = False  # what follows waits for a snapshot
+            self._ask(broker, session)
+            session.wait(message, topic)
+
+    def _handle(self, broker: int, session: BrokerSession, message: Received, topic: str) -> bool:
+        """Take a message; return False if a snapshot is needed first."""
+        if isinstance(message, Change):
+            if not self._standings.may_change(broker):
+                self.limited += 1
+                self._warn("slowed down", broker, "its endpoints come and go too fast")
+                return False
+            return self._imports.accept_change(broker, message)
+        if isinstance(message, Direct):
             self._receive_direct(broker, session, message)
         else:
             self._receiver.published(broker, message, topic)
+        return True
 
     def _receive_direct(self, broker: int, session: BrokerSession, message: Direct) -> None:
         if message.epoch < session.epoch or message.number <= session.received:
@@ -334,15 +462,11 @@ class Mesh:
             session.received += 1
             self._receiver.received(broker, message)
 
-    def _ask_again(self, broker: int, session: BrokerSession) -> None:
-        """Ask for a snapshot because changes are missing; what follows waits for it."""
-        session.ready = False
-        self._ask(broker, session)
-
     def _ask(self, broker: int, session: BrokerSession) -> None:
-        if not session.asked:
+        # A broker that changes too much is asked when it may change again.
+        if not session.asked and self._standings.may_change(broker):
             session.asked = True
-            self._out.append(Ask(broker, session.epoch))
+            self._asks[broker] = None
 
     def _agree(self, broker: int, session: BrokerSession, epoch: int) -> None:
         """Begin the epoch of the other broker if it is greater.
@@ -361,9 +485,9 @@ class Mesh:
     def _reset(self, broker: int, session: BrokerSession, epoch: int = 0) -> None:
         """Forget a broker's endpoints and ask for them again; begin this epoch, or else the next one."""
         self.resets += 1
-        self._imports.remove_broker(broker)
-        self.queries.remove_broker(broker)
-        self._snapshot_sent_to.discard(broker)
+        self._snapshot_sent_to.pop(broker, None)
         self.sessions.reset(broker, session, epoch or session.epoch + 1)
+        self.work.start(broker, self._imports.remove_broker(broker))
+        self.queries.remove_broker(broker)
         self._ask(broker, session)
-        self.send_heartbeat()
+        self._send_heartbeat()

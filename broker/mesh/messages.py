@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from proto.wire.frames import Assert, Batch, Buffer, Frame
 
@@ -96,16 +96,21 @@ class Snapshot(NamedTuple):
     Attributes:
         epoch: Of its session with the broker that has asked; 0 for none.
         version: The number of changes that it includes.
-        declarations: Frames that declare the endpoints.
+        declarations: Frames that declare the endpoints. Iterating over those of another broker raises
+            ProtocolError at one that is malformed.
         name: The broker's name in lists and logs.
         software: Its version of callboard.
+        sourced: Whether all its samples name their source.
+        size: The memory of those that are not decoded yet.
     """
 
     epoch: int
     version: int
-    declarations: tuple[Frame, ...]
+    declarations: Collection[Frame]
     name: str = ""
     software: str = ""
+    sourced: bool = False
+    size: int = 0
 
 
 Message: TypeAlias = "Change | Heartbeat | Publish | Direct | Subscribe | Ask"

@@ -7,6 +7,7 @@ attachment: big-endian numbers.
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable, Collection, Iterator
 from struct import Struct
 from typing import Annotated, Final, TypeAlias, TypeVar
 
@@ -16,6 +17,9 @@ from broker.mesh.messages import Change, Direct, Heartbeat, Held, Snapshot
 from proto.errors import ErrorCode, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import Decoder, encode
+
+DECLARATION_BYTES: Final = 50
+"""Memory of an encoded declaration, besides its bytes."""
 
 _version: Final = Struct(">Q")
 _numbers: Final = Struct(">QQQ")
@@ -28,14 +32,19 @@ _Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]
 _Text: TypeAlias = Annotated[str, msgspec.Meta(max_length=63)]
 
 
+MAX_DECLARATIONS: Final = 1_000_000
+"""Declarations in one snapshot: more than `--max-mesh-endpoints` lets one broker have, and few megabytes."""
+
+
 class _Snapshot(msgspec.Struct):
     """The payload of a snapshot: a map."""
 
     epoch: _Number
     version: _Number
-    declarations: list[bytes]
+    declarations: Annotated[list[bytes], msgspec.Meta(max_length=MAX_DECLARATIONS)]
     name: _Text = ""
     software: _Text = ""
+    sourced: bool = False
 
 
 _heartbeats: Final = msgspec.msgpack.Decoder(
@@ -86,12 +95,49 @@ def decode_ask(payload: bytes) -> tuple[int, int]:
     return broker, epoch
 
 
+class SnapshotEncoder:
+    """Encodes snapshots; the declarations of the last one are kept, as many brokers may ask for the same."""
+
+    def __init__(self) -> None:
+        self._last: Collection[frames.Frame] = ()
+        self._encoded: list[bytes] = []
+
+    def encode(self, snapshot: Snapshot) -> bytes:
+        """Return the payload of a snapshot."""
+        if snapshot.declarations is not self._last:
+            self._last, self._encoded = snapshot.declarations, list(map(encode, snapshot.declarations))
+        return msgspec.msgpack.encode(
+            _Snapshot(
+                snapshot.epoch,
+                snapshot.version,
+                self._encoded,
+                snapshot.name,
+                snapshot.software,
+                snapshot.sourced,
+            )
+        )
+
+
 def encode_snapshot(snapshot: Snapshot) -> bytes:
     """Return the payload of a snapshot."""
-    declarations = [encode(frame) for frame in snapshot.declarations]
-    return msgspec.msgpack.encode(
-        _Snapshot(snapshot.epoch, snapshot.version, declarations, snapshot.name, snapshot.software)
-    )
+    return SnapshotEncoder().encode(snapshot)
+
+
+class _Declarations(Collection["frames.Frame"]):
+    """Declarations that are decoded whenever they are iterated over: in slices, and without being kept."""
+
+    def __init__(self, encoded: list[bytes], decode: Callable[[bytes], frames.Frame]) -> None:
+        self._encoded = encoded
+        self._decode = decode
+
+    def __len__(self) -> int:
+        return len(self._encoded)
+
+    def __iter__(self) -> Iterator[frames.Frame]:
+        return map(self._decode, self._encoded)
+
+    def __contains__(self, item: object) -> bool:
+        return any(each == item for each in self)
 
 
 class MessageDecoder:
@@ -125,9 +171,24 @@ class MessageDecoder:
 
     def snapshot(self, payload: bytes) -> Snapshot:
         """Return a snapshot."""
+        snapshot = self.lazy_snapshot(payload)
+        return snapshot._replace(declarations=tuple(snapshot.declarations), size=0)
+
+    def lazy_snapshot(self, payload: bytes) -> Snapshot:
+        """Return a snapshot whose declarations are decoded later, one after the other.
+
+        Iterating over them raises ProtocolError at one that is malformed.
+        """
         fields = _structure(_snapshots, payload)
-        declarations = tuple(map(self._declaration, fields.declarations))
-        return Snapshot(fields.epoch, fields.version, declarations, fields.name, fields.software)
+        return Snapshot(
+            fields.epoch,
+            fields.version,
+            _Declarations(fields.declarations, self._declaration),
+            fields.name,
+            fields.software,
+            fields.sourced,
+            len(payload) + DECLARATION_BYTES * len(fields.declarations),
+        )
 
     def _declaration(self, raw: bytes) -> frames.Frame:
         frame = self._frame(raw)

@@ -264,6 +264,9 @@ class MeshStats:
     """How often messages to or from a broker were lost, so that the exchange with it was restarted."""
     rejected: int = 0
     """Brokers that have broken a rule, so that this one has removed and ignored them."""
+    limited: int = 0
+    """Brokers that were given up because they did not answer, changes of others that came too fast, and
+    requests for the graph that came too often."""
     overflows: int = 0
     """How often too much waited for brokers, so that the exchange with them was restarted."""
     neighbours: str = ""

@@ -307,6 +307,17 @@ class SimulatedEngine:
             domains.add(domain)
             self._host.mesh(domain).add_broker(other.number)
 
+    def hear_of(self, number: int, *, alive: bool = True) -> None:
+        """See the token of a broker that is none, or its end."""
+        domains = tuple(self.meshes)
+
+        def see() -> None:
+            for domain in domains:
+                mesh = self.meshes[domain]
+                (mesh.add_broker if alive else mesh.remove_broker)(number)
+
+        self._network.loop.call_soon(self.run, see, context=self.context)
+
     def forget(self, other: SimulatedEngine) -> None:
         """All tokens of a broker have gone."""
         self._topics_of.pop(other.number, None)
@@ -367,7 +378,7 @@ class SimulatedEngine:
         asked = self._asked.pop(token, None)
         if asked is not None:
             domain, broker = asked
-            self.meshes[domain].accept_snapshot(broker, DECODER.snapshot(payload))
+            self.meshes[domain].accept_snapshot(broker, DECODER.lazy_snapshot(payload))
 
 
 class MeshNetwork:
@@ -473,6 +484,13 @@ class MeshNetwork:
         for path in tuple(self._paths.values()):
             if {path.source.place, path.target.place} == {one, two}:
                 path.lose()
+
+    def flap(self, one: str, two: str) -> None:
+        """Let one broker see the tokens of another go and come again."""
+        for path in self._between(frozenset((one, two))):
+            if path.source.place == one and not path.closed and not self.separated(path):
+                self._forget_in_order(path)
+                path.source.announce(path)
 
     def cut(self, one: str, two: str) -> None:
         """Separate two brokers until `join`."""

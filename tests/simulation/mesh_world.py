@@ -6,11 +6,15 @@ Members publish, call and wait as in other worlds, and the same checks apply, ov
 from __future__ import annotations
 
 import asyncio
+from contextlib import contextmanager, nullcontext
 from random import Random
 from typing import TYPE_CHECKING, Final
+from unittest import mock
 
 import actors
 from actors.endpoints.endpoint import endpoint_of
+from broker.mesh import slices
+from broker.mesh.engine import member as engine_member
 from broker.options import BrokerOptions
 from tests.simulation import faults
 from tests.simulation.brokers import BrokerProcess
@@ -20,6 +24,8 @@ from tests.simulation.network import on_host
 from tests.simulation.world import CHAOS_SEC, World
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from tests.simulation.faults import Fault
     from tests.simulation.loop import SimulatedLoop
     from tests.simulation.records import PublisherHistory, SubscriptionHistory
@@ -66,6 +72,13 @@ class MeshWorld(World):
     def brokers(self) -> list[BrokerProcess]:
         """All of them."""
         return self._brokers
+
+    @contextmanager
+    def limits(self) -> Iterator[None]:
+        """Limits as in other worlds, and in half of the histories tiny slices of long work."""
+        tiny = Random(f"{self.seed} slices").random() < 0.5
+        with super().limits(), tiny_slices() if tiny else nullcontext():
+            yield
 
     async def run(self) -> None:
         """Start everything, let it happen, heal."""
@@ -138,6 +151,17 @@ class MeshWorld(World):
         return some
 
 
+@contextmanager
+def tiny_slices() -> Iterator[None]:
+    """Let endpoints of other brokers come and go a few in a turn of the loop."""
+    with (
+        mock.patch.object(slices, "SLICE", 2),
+        mock.patch.object(engine_member, "SHARE_FRAMES", 3),
+        mock.patch.object(engine_member, "STEPS", 1),
+    ):
+        yield
+
+
 # Faults of the mesh
 
 
@@ -185,6 +209,25 @@ async def restart(world: MeshWorld, lasting: float) -> None:
     await process.start()
 
 
+async def pretend(world: MeshWorld, lasting: float) -> None:
+    """Announce brokers to one broker that are none: they never answer."""
+    engine = world.random.choice(world.mesh.engines)
+    numbers = [world.random.randrange(2**31, 2**32) for _ in range(world.random.choice([1, 20]))]
+    for number in numbers:
+        engine.hear_of(number)
+    await asyncio.sleep(lasting)
+    for number in numbers:
+        engine.hear_of(number, alive=False)
+
+
+async def flap(world: MeshWorld, lasting: float) -> None:
+    """Let one broker see another one go and come again and again."""
+    one, two = world.two_brokers()
+    for _ in range(4):
+        world.mesh.flap(one.host, two.host)
+        await asyncio.sleep(min(lasting, 1.0) * world.random.random())
+
+
 async def clash(world: MeshWorld, lasting: float) -> None:
     """Start a node with the name of one beyond a partition: both go on when that is over."""
     apart = world.separate()
@@ -212,5 +255,5 @@ async def _intrude(world: World, member: Member, lasting: float) -> None:
     await faults.intrude(world, member, lasting, world.random.choice(world.brokers).url)
 
 
-OF_THE_MESH: Final = (lose_route, cut, separate, choke, crash, restart, clash)
+OF_THE_MESH: Final = (lose_route, cut, separate, choke, crash, restart, clash, pretend, flap)
 OF_MEMBERS: tuple[Fault, ...] = (faults.drop, faults.kill, faults.stop, _intrude)

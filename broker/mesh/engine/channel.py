@@ -28,6 +28,7 @@ class MeshChannel:
         router: The graph's router.
         engine: Sends them.
         options: Returns the broker's options.
+        go_on_later: Lets the mesh go on with its work, and flushes, in a later loop turn.
 
     Attributes:
         mesh: As given.
@@ -36,7 +37,12 @@ class MeshChannel:
     """
 
     def __init__(
-        self, mesh: Mesh, router: Router, engine: Engine, options: Callable[[], BrokerOptions]
+        self,
+        mesh: Mesh,
+        router: Router,
+        engine: Engine,
+        options: Callable[[], BrokerOptions],
+        go_on_later: Callable[[], None] = lambda: None,
     ) -> None:
         self.mesh = mesh
         self.outbox = Outbox(transfers=WholeFrames())
@@ -44,6 +50,7 @@ class MeshChannel:
         self._engine = engine
         self._router = router
         self._options = options
+        self._go_on_later = go_on_later
         self._decoder = Decoder()
 
     @property
@@ -84,6 +91,8 @@ class MeshChannel:
             self._limit()
         self.mesh.wanted.update()
         self._pass_on()
+        if self.mesh.busy:
+            self._go_on_later()
 
     def _limit(self) -> None:
         """Reset the session with a broker, or with all, if more waits than the limits allow.

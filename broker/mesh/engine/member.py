@@ -6,11 +6,13 @@ import asyncio
 from collections import Counter
 from contextlib import suppress
 from functools import partial
+from itertools import cycle, islice
 from typing import TYPE_CHECKING, Final
 
 from broker.mesh.engine.channel import MeshChannel
 from broker.mesh.engine.engine import Traffic
 from broker.mesh.mesh import Mesh
+from proto.aio.read_budget import SHARE_FRAMES, SHARE_SEC
 from proto.aio.tasks import cancel_and_wait, keep_running
 from proto.untrusted_text import escape
 from proto.wire.identity import VERSION
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from broker.routing.deliveries import Delivery
     from broker.routing.router import Router
     from broker.serving.dispatcher import Dispatcher
+    from proto.aio.read_budget import ReadBudget
 
 
 PAUSE_US: Final = 100_000
@@ -70,6 +73,9 @@ LAST_PING: Final = 0
 LAST_ANSWER_SEC: Final = 5.0
 """How long a stop waits for other brokers."""
 
+STEPS: Final = 20
+"""Steps of long work between two looks at the clock: some 0.3 ms."""
+
 MAX_NEIGHBOURS: Final = 100
 """Neighbours that the statistics name."""
 
@@ -97,6 +103,8 @@ class MeshMember:
         self._meshes: dict[int, Mesh] = {}
         self._channels: dict[int, MeshChannel] = {}
         self._round_trips = RoundTrips()
+        self._going_on = False
+        """Whether long work goes on in a later loop turn."""
         self._heartbeat: asyncio.Task[None] | None = None
         self._unanswered: set[tuple[int, int]] = set()
         """Domains and brokers that have not answered the last PING."""
@@ -132,6 +140,25 @@ class MeshMember:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._all_answered.wait(), LAST_ANSWER_SEC)
 
+    def _go_on_later(self) -> None:
+        """Go on with long work in a later loop turn."""
+        if not self._going_on:
+            self._going_on = True
+            self._budget.wait(self)
+
+    def go_on_reading(self) -> None:
+        """Go on with long work, for a share of the read budget (`read_budget.Reader`)."""
+        self._going_on = False
+        budget = self._budget
+        began = budget.clock()
+        busy = [mesh.work for mesh in self._meshes.values() if mesh.work.pending]
+        for work in islice(cycle(busy), SHARE_FRAMES // STEPS):
+            work.go_on(STEPS)
+            if budget.clock() - began > SHARE_SEC:
+                break
+        self.flush()
+        budget.spend(budget.clock() - began)
+
     async def _send_heartbeats(self) -> None:
         while True:
             await asyncio.sleep(HEARTBEAT_SEC)
@@ -163,7 +190,7 @@ class MeshMember:
             mesh.set_rights(rules.imports, rules.exports)
         self._engine.join(domain)
         channel = self._channels[domain] = MeshChannel(
-            mesh, router, self._engine, lambda: self._dispatcher.options
+            mesh, router, self._engine, lambda: self._dispatcher.options, self._go_on_later
         )
         return channel
 
@@ -207,15 +234,17 @@ class MeshMember:
         outboxes = [channel.outbox for channel in self._channels.values()]
         traffic = engine.traffic.values()
         waiting = sum(each.held_bytes + each.urgent_bytes + each.ordered_bytes for each in outboxes)
+        brokers = {number for mesh in self._meshes.values() for number in mesh.sessions.names()}
+        held = sum(mesh.sessions.waiting.bytes for mesh in self._meshes.values())
         return MeshStats(
-            brokers=len(traffic),
+            brokers=len(brokers),
             sent=engine.sent,
             bytes_sent=engine.bytes_sent,
             received=sum(each.received for each in traffic),
             bytes_received=sum(each.bytes_received for each in traffic),
             waiting_bytes=waiting,
             sending_bytes=engine.sending_bytes,
-            unhandled_bytes=engine.unhandled_bytes,
+            unhandled_bytes=engine.unhandled_bytes + held,
             dropped=sum(outbox.dropped for outbox in outboxes),
             overruns=engine.overruns,
             failed=engine.failed,
@@ -225,9 +254,13 @@ class MeshMember:
         )
 
     def _now_us(self) -> int:
+        return int(1e6 * self._budget.clock())
+
+    @property
+    def _budget(self) -> ReadBudget:
         budget = self._dispatcher.budget
         assert budget is not None
-        return int(1e6 * budget.clock())
+        return budget
 
     def warn(self, reason: str, text: str, *values: object) -> None:
         """Log a warning, or count it (`engine.Host`)."""

@@ -12,7 +12,7 @@ import zenoh
 from broker.mesh.engine.zenoh_config import plain_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
 logger: Final = logging.getLogger("callboard.broker")
 
@@ -53,9 +53,16 @@ class SendingThread:
         self._thread: threading.Thread | None = None
         self.sent = self.failed = 0
 
-    def start(self, session: zenoh.Session) -> None:
-        """Start the thread."""
-        self._thread = threading.Thread(target=self._run, args=(session,), name="callboard-mesh", daemon=True)
+    def start(self, session: zenoh.Session, source: zenoh.SourceInfo | None = None) -> None:
+        """Start the thread.
+
+        Args:
+            session: Sends the messages.
+            source: What they name as their source.
+        """
+        options = {} if source is None else {"source_info": source}
+        arguments = (session, options)
+        self._thread = threading.Thread(target=self._run, args=arguments, name="callboard-mesh", daemon=True)
         self._thread.start()
 
     @property
@@ -91,15 +98,17 @@ class SendingThread:
                 text = "Mesh: stopped with %d bytes that other brokers did not take within %g s"
                 logger.warning(text, self.waiting_bytes, STOP_SEC)
 
-    def _run(self, session: zenoh.Session) -> None:
+    def _run(self, session: zenoh.Session, options: Mapping[str, Any]) -> None:
         publishers: dict[str, zenoh.Publisher] = {}
         while True:
             try:
-                return self._send_all(session, publishers)
+                return self._send_all(session, publishers, options)
             except Exception:  # a bug: log it, and send the rest
                 logger.exception("The mesh's sending thread has lost a message")
 
-    def _send_all(self, session: zenoh.Session, publishers: dict[str, zenoh.Publisher]) -> None:
+    def _send_all(
+        self, session: zenoh.Session, publishers: dict[str, zenoh.Publisher], options: Mapping[str, Any]
+    ) -> None:
         while (item := self._queue.get()) is not None:
             key, payload, attachment = item
             try:
@@ -113,7 +122,9 @@ class SendingThread:
                         express=False,
                         allowed_destination=zenoh.Locality.REMOTE,
                     )
-                publisher.put(bytes(payload), attachment=attachment)  # pyright: ignore[reportUnknownMemberType]
+                publisher.put(  # pyright: ignore[reportUnknownMemberType]
+                    bytes(payload), attachment=attachment, **options
+                )
             except zenoh.ZError as error:
                 self.failed += 1
                 self._report(key, plain_text(error))

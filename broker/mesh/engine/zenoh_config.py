@@ -12,6 +12,7 @@ import zenoh
 
 from broker.errors import ConfigurationError, UnprotectedError
 from broker.mesh.engine.neighbours import address_of
+from proto import limits
 from proto.wire.addresses import is_loopback
 
 if TYPE_CHECKING:
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 _LOCAL_PROTOCOLS: Final = {"unixsock-stream", "unixpipe"}
 _ENCRYPTED_PROTOCOLS: Final = {"tls", "quic"}
+MAX_BYTES: Final = limits.MAX_MESSAGE_BYTES
+"""The least limit for a received message: a snapshot of 100,000 endpoints takes some 25 MB."""
+SPARE_BYTES: Final = 1024 * 1024
+"""For what Zenoh adds to a message, and for the header of a batch."""
 _MAX_AUTH_BYTES: Final = 1024 * 1024
 _RUST_PLACES: Final = re.compile(r" at \S+\.rs:\d+\.?")
 
@@ -46,6 +51,12 @@ def make_config(options: BrokerOptions) -> zenoh.Config:
     for key, value in defaults.items():
         if _get(config, key) is None:
             _set(config, key, value)
+    if _is_default(config, "transport/link/rx/max_message_size"):
+        _set(
+            config,
+            "transport/link/rx/max_message_size",
+            max(options.max_message_bytes, MAX_BYTES) + SPARE_BYTES,
+        )
     # Zenoh does not give back the memory (17 MB) that it shares with a broker that has been killed.
     _set(config, "transport/shared_memory", {"enabled": False})
     if options.mesh_config is None or _is_default(config, "transport/link/tx/lease"):

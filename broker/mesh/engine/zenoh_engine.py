@@ -12,6 +12,7 @@ import zenoh
 
 from broker.errors import ListenError
 from broker.mesh import wire
+from broker.mesh.broker_session import MAX_BROKERS
 from broker.mesh.engine.engine import EngineStats, Traffic
 from broker.mesh.engine.neighbours import watch
 from broker.mesh.engine.received_queue import MAX_NUMBERED_BYTES, MAX_RECEIVED_BYTES, ReceivedQueue
@@ -19,7 +20,7 @@ from broker.mesh.engine.sending_thread import SendingThread
 from broker.mesh.engine.zenoh_config import connect_endpoints, plain_text
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Publish
 from proto.aio.tasks import cancel_and_wait, keep_running
-from proto.errors import ProtocolError
+from proto.errors import ErrorCode, ProtocolError
 from proto.limits import MAX_DOMAIN
 from proto.untrusted_text import escape
 from proto.wire.mesh_keys import broker_id, broker_of_key, zenoh_id
@@ -41,6 +42,10 @@ MAX_OTHERS: Final = 100
 """Brokers with other versions that are remembered, so that each is logged once."""
 
 PREFIX: Final = f"callboard/{VERSION}"
+
+MAX_QUERIES: Final = 1000
+"""Requests for snapshots that wait for the event loop: one of each broker. Further ones get no answer, and
+are repeated."""
 
 ASK_TIMEOUT_SEC: Final = 5.0
 """How long Zenoh waits for a snapshot; after that, the broker is asked again."""
@@ -74,12 +79,15 @@ class ZenohEngine:
             lambda: in_loop(host.flush), lambda key, reason: in_loop(partial(warn, key, reason))
         )
         self._decode = wire.MessageDecoder()
+        self._snapshots = wire.SnapshotEncoder()
         self._declared: list[Any] = []
         """Subscribers, queryables and tokens. Zenoh undeclares them when they are collected, so they are
         kept."""
         self._topics: dict[tuple[int, str], zenoh.Subscriber[None]] = {}
         self._traffic: dict[int, Traffic] = {}
         self._of_other_versions: set[str] = set()
+        self._queries = 0
+        """Requests for snapshots that wait for the event loop."""
         self._open = False
         self._endpoints = connect_endpoints(config)
         self._watch: asyncio.Task[None] | None = None
@@ -95,10 +103,13 @@ class ZenohEngine:
         except zenoh.ZError as error:
             raise ListenError(f"Cannot join the mesh: {plain_text(error)}") from None
         self._open = True
-        self._sending.start(self._session)
+        self._source = zenoh.SourceInfo(self._session.id, 0)
+        self._sending.start(self._session, self._source)
         # `history`: brokers that joined before this one are reported, too.
         tokens = self._session.liveliness().declare_subscriber(
-            "callboard/*/*/alive/*", self._received.callback(self._on_token, 0), history=True
+            "callboard/*/*/alive/*",
+            self._received.callback(self._on_token, 0, MAX_NUMBERED_BYTES),
+            history=True,
         )
         self._declared.append(tokens)
         if self._endpoints:
@@ -123,7 +134,7 @@ class ZenohEngine:
                 session.declare_subscriber(key, calling(handler, domain, MAX_NUMBERED_BYTES))
                 for key, handler in keys.items()
             ),
-            session.declare_queryable(f"{mine}/graph", calling(self._on_query, domain)),
+            session.declare_queryable(f"{mine}/graph", self._query_callback(domain)),
             # Last: others ask for the graph as soon as they see the token.
             session.liveliness().declare_token(f"{base}/alive/{self._id}"),
         ]
@@ -210,7 +221,8 @@ class ZenohEngine:
             return
         mesh = self._host.mesh(domain)
         if sample.kind == zenoh.SampleKind.PUT:
-            self._traffic.setdefault(broker, Traffic())
+            if len(self._traffic) < MAX_BROKERS:
+                self._traffic.setdefault(broker, Traffic())
             mesh.add_broker(broker)
         else:
             self._traffic.pop(broker, None)
@@ -219,18 +231,18 @@ class ZenohEngine:
     def _on_change(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
-            with self._from(domain, broker) as mesh:
+            with self._from(domain, broker, sample) as mesh:
                 mesh.receive(broker, self._decode.change(self._payload(broker, sample), _attachment(sample)))
 
     def _on_heartbeat(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
         if broker != self._number:
-            with self._from(domain, broker) as mesh:
+            with self._from(domain, broker, sample) as mesh:
                 mesh.accept_heartbeat(broker, wire.decode_heartbeat(self._payload(broker, sample)))
 
     def _on_direct(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 6)
-        with self._from(domain, broker) as mesh:
+        with self._from(domain, broker, sample) as mesh:
             payload, attachment = self._payload(broker, sample), _attachment(sample)
             mesh.receive(broker, self._decode.direct(self._number, payload, attachment))
 
@@ -238,8 +250,10 @@ class ZenohEngine:
         payload = sample.payload.to_bytes()
         frame = self._decode.published(payload)
         broker = broker_of_key(frame.publisher)
+        mesh = self._host.mesh(domain)
+        _check_source(mesh, broker, sample.source_info)
         self._count(broker, payload)
-        self._host.mesh(domain).receive(broker, frame, topic)
+        mesh.receive(broker, frame, topic)
 
     def _payload(self, broker: int, sample: zenoh.Sample) -> bytes:
         payload = sample.payload.to_bytes()
@@ -253,12 +267,15 @@ class ZenohEngine:
             traffic.bytes_received += len(payload)
 
     @contextmanager
-    def _from(self, domain: int, broker: int) -> Generator[Mesh]:
-        """Reject a broker whose message cannot be decoded."""
-        mesh = self._host.mesh(domain)
+    def _from(self, domain: int, broker: int, sample: zenoh.Sample) -> Generator[Mesh]:
+        """Reject a broker whose message cannot be decoded, if it is certainly its own."""
+        mesh, source = self._host.mesh(domain), sample.source_info
+        _check_source(mesh, broker, source)
         try:
             yield mesh
         except ProtocolError as error:
+            if source is None:
+                raise
             mesh.reject(broker, str(error))
 
     # Snapshots
@@ -269,19 +286,31 @@ class ZenohEngine:
         key = f"{PREFIX}/{domain}/brokers/{broker_id(broker)}/graph"
         payload = wire.encode_ask(self._number, ask.epoch)
         replied = self._received.callback(self._on_reply, domain)
-        answered = False
+        source, answered = zenoh_id(broker), False
 
         def reply(item: zenoh.Reply) -> None:
+            # Anybody may answer under a broker's key; the session that has is certain.
             nonlocal answered
-            answered = True
-            replied((broker, item))
+            replier = item.replier_id
+            if not answered and replier is not None and str(replier.zid) == source:
+                answered = True
+                replied((broker, item))
 
         def end() -> None:
             if not answered:
                 replied((broker, None))
 
         handler = zenoh.handlers.Callback(reply, end, indirect=False)
-        self._session.get(key, handler, payload=payload, timeout=ASK_TIMEOUT_SEC)
+        self._session.get(
+            key,
+            handler,
+            payload=payload,
+            timeout=ASK_TIMEOUT_SEC,
+            # All that are there: another queryable under its key must not keep a broker from answering.
+            target=zenoh.QueryTarget.ALL,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            source_info=self._source,
+        )
 
     def _on_reply(self, domain: int, item: tuple[int, zenoh.Reply | None]) -> None:
         broker, reply = item
@@ -293,15 +322,48 @@ class ZenohEngine:
 
             self._loop.call_later(ASK_AGAIN_SEC, self._received.put, ask_again, domain, broker)
         else:
-            with self._from(domain, broker):
-                mesh.accept_snapshot(broker, self._decode.snapshot(reply.ok.payload.to_bytes()))
+            try:
+                mesh.accept_snapshot(broker, self._decode.lazy_snapshot(reply.ok.payload.to_bytes()))
+            except ProtocolError as error:
+                mesh.reject(broker, str(error))
+            if broker in mesh.sessions:
+                self._traffic.setdefault(broker, Traffic())
+
+    def _query_callback(self, domain: int) -> zenoh.handlers.Callback[zenoh.Query]:
+        """Return what lets the event loop answer requests for the snapshot, unless too many wait for it."""
+
+        def received(query: zenoh.Query) -> None:
+            if self._queries < MAX_QUERIES:
+                self._queries += 1  # approximate: Zenoh's threads, and the loop, which subtracts
+                self._received.put(self._on_query, domain, query)
+            else:
+                query.drop()  # type: ignore[no-untyped-call]
+
+        return zenoh.handlers.Callback(received, indirect=False)
 
     def _on_query(self, domain: int, query: zenoh.Query) -> None:
+        self._queries = max(0, self._queries - 1)
         asked = b"" if query.payload is None else query.payload.to_bytes()
-        snapshot = self._host.mesh(domain).snapshot(*wire.decode_ask(asked))
-        key = f"{PREFIX}/{domain}/brokers/{self._id}/graph"
-        query.reply(key, wire.encode_snapshot(snapshot))  # pyright: ignore[reportUnknownMemberType]
+        broker, epoch = wire.decode_ask(asked)
+        mesh, source = self._host.mesh(domain), query.source_info
+        asker = broker if source is not None and str(source.source_id.zid) == zenoh_id(broker) else 0
+        if mesh.admits_query(asker):
+            key = f"{PREFIX}/{domain}/brokers/{self._id}/graph"
+            payload = self._snapshots.encode(mesh.snapshot(broker, epoch))
+            query.reply(key, payload)  # pyright: ignore[reportUnknownMemberType]
         query.drop()  # type: ignore[no-untyped-call]
+
+
+def _check_source(mesh: Mesh, broker: int, source: zenoh.SourceInfo | None) -> None:
+    """Raise ProtocolError if a sample in a broker's number is another session's.
+
+    Programs need not name a source: what they send is taken, but no reason to reject the broker.
+    """
+    if source is None:
+        if mesh.sessions.is_sourced(broker):
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"a sample of {broker_id(broker)} without a source")
+    elif str(source.source_id.zid) != zenoh_id(broker):
+        raise ProtocolError(ErrorCode.UNEXPECTED, f"a sample of {broker_id(broker)} from another session")
 
 
 def _sender(sample: zenoh.Sample, part: int) -> int:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from broker.mesh.mesh import Mesh
 from broker.mesh.messages import Ask, Change, Direct, Heartbeat, Message, Publish, Subscribe
+from broker.mesh.slices import SLICE
 from broker.routing.router import Router
 from broker.routing.router_limits import RouterLimits
 from proto.wire import frames
@@ -82,6 +83,8 @@ class Network:
             busy = False
             for broker in self:
                 broker.forward()
+                while broker.mesh.work.pending:
+                    broker.mesh.work.go_on(SLICE)
                 for message in broker.mesh.pop_messages():
                     busy = True
                     self.carry(broker, message)

@@ -22,6 +22,7 @@ _PROBLEMS: Final = {
     "ignored": "about endpoints that were not, or no longer, known",
     "refused": "endpoints of other brokers that this one does not take",
     "rejected": "brokers removed because they broke the rules",
+    "limited": "brokers that did not answer, changes that came too fast, and queries that came too often",
     "overflows": "times that too much waited for brokers, so that sessions were reset",
     "resets": "sessions with brokers reset, mostly because messages were lost",
 }
