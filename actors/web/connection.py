@@ -70,12 +70,12 @@ class WebConnection(asyncio.BufferedProtocol):
         self._transport: asyncio.Transport | None = None
         self._http: asyncio.Protocol | None = None
         self._timer: asyncio.TimerHandle | None = None
-        self._handled = self._receiving = self._unread = False
+        self._handled = self._stalled = self._unread = False
 
     @property
     def waits(self) -> bool:
         """Whether the server waits for the client."""
-        return self._receiving or self._unread or not self._handled
+        return self._stalled or self._unread or not self._handled
 
     @contextmanager
     def handling(self) -> Generator[None]:
@@ -89,14 +89,14 @@ class WebConnection(asyncio.BufferedProtocol):
             self._owner.changed(self)
 
     @contextmanager
-    def receiving(self) -> Generator[None]:
-        """Wait, while a request is handled, for something that its client sends."""
-        self._receiving = True
+    def waiting(self) -> Generator[None]:
+        """Wait, while a request is handled, for what its client sends, or for the answer to its token."""
+        self._stalled = True
         self._owner.changed(self)
         try:
             yield
         finally:
-            self._receiving = False
+            self._stalled = False
             self._owner.changed(self)
 
     def stop_reading(self) -> None:

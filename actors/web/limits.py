@@ -43,6 +43,19 @@ most six, and one for each WebSocket."""
 RESERVED_CONNECTIONS: Final = 32
 """Connections beyond these limits on which only probes are answered; more than arrive at the same moment."""
 
+MAX_SIGN_INS: Final = 32
+"""Unknown tokens that the broker is asked about at the same time. It answers wrong ones late, so most of them
+are wrong."""
+
+MAX_SIGN_INS_OF_ADDRESS: Final = 8
+"""Those of one address; further ones of it wait."""
+
+MAX_USERS: Final = 16
+"""Tokens of the broker's users with a workspace; then the one that has been unused for longest makes room."""
+
+MAX_ACCEPTED_TOKENS: Final = 256
+"""Tokens that the broker has accepted, which are remembered, as hashes, to try them without waiting."""
+
 MAX_STREAMS: Final = 256
 """WebSockets of browsers, streams of events and requests for images at the same time."""
 

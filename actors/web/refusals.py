@@ -27,7 +27,7 @@ class Refusal(Enum):
     UNREAD = "unread", "a client did not read in time"
     STREAMS = "streams", "more browsers and streams than may be open"
     BODIES = "bodies", "more bodies of requests than are kept"
-    SIGN_INS = "sign_ins", "more attempts to sign in than are made at a time"
+    TOKENS = "tokens", "a token was not accepted"
 
     @property
     def label(self) -> str:

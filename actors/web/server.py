@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import AsyncExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final, Self
 
@@ -116,12 +117,13 @@ class WebServer:
             },
         )
         self._listener = WebListener()
+        count = self._listener.count
         self._app[STATE] = State(
             listener=self._listener,
             options=options,
             policy=policy,
             own=Workspace(observer),
-            users=Users(observer.url, observer.domain) if options.users else None,
+            users=Users(observer, partial(count, Refusal.TOKENS)) if options.users else None,
         )
         self._app[openapi.ALL_ROUTES] = ROUTES
         self._app.add_routes([each.definition() for each in ROUTES])
@@ -204,7 +206,7 @@ async def _answer_early(
     request: web.Request, response: web.StreamResponse, connection: WebConnection
 ) -> None:
     """Answer before the body has arrived, do not read it, and close the connection."""
-    with connection.receiving():
+    with connection.waiting():
         response.force_close()
         await response.prepare(request)
         await response.write_eof()
@@ -227,12 +229,16 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     refuses = state.policy.refuses_reading if safe else state.policy.refuses_control
     if refusal := refuses(known=known or is_users):
         return error_response(refusal.status, refusal.reason)
+    connection = request[CONNECTION]
     if state.users is None or not is_users:
         if known:
-            state.listener.prove(request[CONNECTION], None)
+            state.listener.prove(connection, None)
         return await handler(request)
-    async with state.users.workspace(token) as workspace:
-        if not state.listener.prove(request[CONNECTION], workspace.observer.node.user):
+    async with AsyncExitStack() as stack:
+        with connection.waiting():
+            opening = state.users.workspace(token, connection.source)
+            workspace = await stack.enter_async_context(opening)
+        if not state.listener.prove(connection, workspace.observer.node.user):
             response = error_response(503, TOO_MANY_CONNECTIONS)
             response.force_close()
             return response
@@ -248,13 +254,13 @@ async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
         refuse_body(request)
         return await handler(request)
     if (request.method, request.path) in session.NEED_NO_TOKEN:  # the limits of connections suffice
-        with connection.receiving():
+        with connection.waiting():
             await receive_body(request, most=limits.MAX_SIGN_IN_BYTES, seconds=limits.SIGN_IN_SEC)
         return await handler(request)
     most = limits.MAX_BODY_BYTES
     size = request.content_length
     with state_of(request).body(request, most if size is None else min(size, most)):
-        with connection.receiving():
+        with connection.waiting():
             await receive_body(request, most=most, seconds=limits.BODY_SEC)
         return await handler(request)
 

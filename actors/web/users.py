@@ -8,28 +8,27 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 from actors.errors import BrokerUnreachable, NotAuthorized
+from actors.web import limits
 from actors.web.observer import Observer
+from actors.web.sign_ins import SignIns, TokenNotAcceptedError
 from actors.web.workspace import Workspace
 from proto.errors import CallboardError
 from proto.limits import MAX_TOKEN_CHARACTERS
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
+    from collections.abc import AsyncGenerator, Callable
 
-MAX_USERS: Final = 16
-"""Tokens with a workspace at the same time; then the one that has been unused for longest makes room."""
-
-MAX_OPENING: Final = 4
-"""Tokens that the broker is asked about at the same time."""
+    from proto.wire.addresses import Address
 
 IDLE_SEC: Final = 60.0
 """How long a workspace that nobody uses stays open."""
 
 UNKNOWN: Final = "The broker knows no user with this token"
+NOT_ACCEPTED: Final = "The broker has not accepted this token in time; if it is right, try again later"
 
 
 class TooManyUsersError(CallboardError):
-    """As many users as the server takes are signed in, or sign in. Try again later."""
+    """As many users as the server takes are signed in. Try again later."""
 
 
 class NoUsersError(CallboardError):
@@ -73,27 +72,30 @@ class Users:
     """Workspaces by tokens: opened by the first request, shared by all of a token, closed when unused.
 
     Args:
-        url: The broker's URLs.
-        domain: The domain id.
+        own: The server's own observer, of the same broker and domain.
+        on_wrong: Called with the address of each token that is not accepted.
     """
 
-    def __init__(self, url: str, domain: int) -> None:
-        self._url, self._domain = url, domain
+    def __init__(self, own: Observer, on_wrong: Callable[[Address], object]) -> None:
+        self._own = own
         self._entries: dict[bytes, _Entry] = {}
         """By the hash of the token, the one used last at the end; without those that failed."""
         self._closing: set[asyncio.Task[None]] = set()
+        self._sign_ins = SignIns(on_wrong)
 
     @asynccontextmanager
-    async def workspace(self, token: str) -> AsyncGenerator[Workspace]:
+    async def workspace(self, token: str, source: Address) -> AsyncGenerator[Workspace]:
         """Use the workspace of a token's user.
 
         Args:
             token: As presented.
+            source: The address that it comes from: wrong tokens delay others of the same address only.
 
         Raises:
             NotAuthorized: The broker refuses the token.
+            TokenNotAcceptedError: The broker does not answer about the token.
             BrokerUnreachable: There is no broker now, or it has ended the user's session.
-            TooManyUsersError: `MAX_USERS` are active, or `MAX_OPENING` are being opened.
+            TooManyUsersError: `MAX_USERS` are active.
             NoUsersError: The broker has no access rules.
         """
         if not token.isascii() or len(token) > MAX_TOKEN_CHARACTERS:
@@ -104,7 +106,7 @@ class Users:
             self._drop(key)
             entry = None
         if entry is None:
-            entry = self._new_entry(key, token)
+            entry = self._new_entry(key, token, source)
         entry.uses += 1
         if entry.expiry is not None:
             entry.expiry.cancel()
@@ -115,7 +117,11 @@ class Users:
             yield workspace
         finally:
             entry.uses -= 1
-            if not entry.uses and self._entries.get(key) is entry:
+            if entry.uses or self._entries.get(key) is not entry:
+                pass
+            elif not entry.opening.done():  # nobody waits for it any more
+                self._drop(key)
+            else:
                 self._entries[key] = self._entries.pop(key)
                 entry.expiry = asyncio.get_running_loop().call_later(IDLE_SEC, self._drop, key)
 
@@ -126,15 +132,8 @@ class Users:
         if self._closing:
             await asyncio.wait(self._closing)
 
-    def _new_entry(self, key: bytes, token: str) -> _Entry:
-        if sum(not each.opening.done() for each in self._entries.values()) >= MAX_OPENING:
-            raise TooManyUsersError("Too many users are signing in; try again in a moment")
-        if len(self._entries) >= MAX_USERS:
-            unused = next((key for key, each in self._entries.items() if not each.uses), None)
-            if unused is None:
-                raise TooManyUsersError(f"{MAX_USERS} users are signed in already; try again later")
-            self._drop(unused)
-        entry = _Entry(asyncio.get_running_loop().create_task(self._open(token)))
+    def _new_entry(self, key: bytes, token: str, source: Address) -> _Entry:
+        entry = _Entry(asyncio.get_running_loop().create_task(self._open(key, token, source)))
         self._entries[key] = entry
 
         def opened(opening: asyncio.Task[Workspace]) -> None:
@@ -144,18 +143,33 @@ class Users:
         entry.opening.add_done_callback(opened)
         return entry
 
-    async def _open(self, token: str) -> Workspace:
-        observer = Observer(self._url, self._domain, token=token)
-        try:
-            await observer.__aenter__()
-        except NotAuthorized as error:
-            raise NotAuthorized(UNKNOWN) from error
+    async def _open(self, key: bytes, token: str, source: Address) -> Workspace:
+        async with self._sign_ins.attempt(key, source):
+            observer = Observer(self._own.url, self._own.domain, token=token)
+            try:
+                await observer.__aenter__()
+            except NotAuthorized as error:
+                raise NotAuthorized(UNKNOWN) from error
+            except BrokerUnreachable as error:
+                if self._own.connected:  # there is a broker, and it answers others
+                    raise TokenNotAcceptedError(NOT_ACCEPTED) from error
+                raise
         try:
             require_users(observer)
-        except NoUsersError:
+            self._make_room()
+        except (NoUsersError, TooManyUsersError):
             await observer.__aexit__(None, None, None)
             raise
         return Workspace(observer)
+
+    def _make_room(self) -> None:
+        """Find room for a user whom the broker knows. Those whom it does not know cost others nothing."""
+        opened = {key: each for key, each in self._entries.items() if each.opening.done()}
+        if len(opened) >= limits.MAX_USERS:
+            unused = next((key for key, each in opened.items() if not each.uses), None)
+            if unused is None:
+                raise TooManyUsersError(f"{limits.MAX_USERS} users are signed in already; try again later")
+            self._drop(unused)
 
     def _drop(self, key: bytes) -> None:
         entry = self._entries.pop(key)

@@ -23,6 +23,7 @@ from actors.web.json_encoding import encode_json
 from actors.web.log_reader import TooManyLogReadersError
 from actors.web.routes.event_stream import STREAM, EventStream
 from actors.web.shares import ShareUsedUpError
+from actors.web.sign_ins import TokenNotAcceptedError
 from actors.web.subscription_answer import SubscriptionRefusedError
 from actors.web.topic_feed import TooManyTopicsError
 from actors.web.users import NoUsersError, TooManyUsersError
@@ -39,6 +40,7 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (BrokerUnreachable, 503),
     (ShareUsedUpError, 503),
     (TooManyUsersError, 503),
+    (TokenNotAcceptedError, 503),
     (TooManyTopicsError, 503),
     (TooManyLogReadersError, 503),
     (TooMuchWorkError, 503),

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from actors.web.refusals import Refusal
 from actors.web.routes.request_body import read_body
 from actors.web.routes.responses import error_response, json_response
 from actors.web.routes.route import READING, Route
-from actors.web.routes.state import state_of, workspace_of
+from actors.web.routes.state import CONNECTION, state_of, workspace_of
 from actors.web.security import bearer
 
 if TYPE_CHECKING:
@@ -51,10 +52,13 @@ async def sign_in(request: web.Request) -> web.Response:
     state = state_of(request)
     token = (read_body(request, SignInBody)).token
     if not state.policy.knows_token(token):
+        connection = request[CONNECTION]
         if state.users is None:
+            state.listener.count(Refusal.TOKENS, connection.source)
             return error_response(401, "That is not the token of this server")
-        async with state.users.workspace(token):
-            pass  # the broker knows it
+        with connection.waiting():
+            async with state.users.workspace(token, connection.source):
+                pass  # the broker knows it
     response = json_response({})
     response.set_cookie(
         cookie_name(request), token, httponly=True, samesite="Strict", secure=state.options.tls is not None

@@ -15,7 +15,7 @@ import pytest
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import Parameter
-from actors.web import node_watch, users
+from actors.web import limits, node_watch, users
 from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
 from broker import Broker, BrokerOptions
@@ -250,7 +250,7 @@ async def test_the_oldest_unused_workspace_makes_room(
     site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One that is used does not: who comes then is asked to wait."""
-    monkeypatch.setattr(users, "MAX_USERS", 1)
+    monkeypatch.setattr(limits, "MAX_USERS", 1)
     before = guarded.broker.stats().connections
     await site.answer(OPERATOR, "/api/nodes")
     async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}):
@@ -259,11 +259,63 @@ async def test_the_oldest_unused_workspace_makes_room(
         assert refused["error"] == "1 users are signed in already; try again later"
 
 
-async def test_few_tokens_are_tried_at_a_time(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who guesses tokens does not fill the server."""
-    monkeypatch.setattr(users, "MAX_OPENING", 0)
-    refused = await site.answer(ZOE, "/api/nodes", 503)
-    assert "too many users are signing in" in refused["error"].lower()
+async def status_from(site: GuardedSite, address: str, token: str) -> int:
+    """Return the status of the answer to somebody with a token who comes from an address."""
+    headers = {"Authorization": f"Bearer {token}"}
+    connector = aiohttp.TCPConnector(local_addr=(address, 0))
+    async with (
+        asyncio.timeout(DEADLINE_SEC),
+        aiohttp.ClientSession(site.url, connector=connector, headers=headers) as client,
+        client.get("/api/nodes") as response,
+    ):
+        return response.status
+
+
+@pytest.mark.parametrize(("address", "attempts"), [("127.0.0.2", 40), ("127.0.0.3", 14)])
+async def test_wrong_tokens_keep_nobody_from_signing_in(
+    site: GuardedSite, address: str, attempts: int
+) -> None:
+    """Case 75: the broker answers all after the tenth late; they delay those of their own address at most.
+
+    Whoever has signed in before waits for nobody, whatever the address.
+    """
+    assert await status_from(site, "127.0.0.2", OPERATOR) == 200
+    wrong = [asyncio.create_task(status_from(site, "127.0.0.3", f"{NOBODY}{n}")) for n in range(attempts)]
+    await until(lambda: sum(each.done() for each in wrong) == 10)
+    assert await status_from(site, address, ZOE) == 200
+    assert await status_from(site, "127.0.0.3", OPERATOR) == 200
+    assert sum(each.done() for each in wrong) == 10
+    for each in wrong:
+        each.cancel()
+    await asyncio.wait(wrong)
+
+
+async def test_wrong_tokens_take_no_workspace(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 75: of those who are signed in, and they are counted."""
+    monkeypatch.setattr(limits, "MAX_USERS", 1)
+    async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}) as socket:
+        for n in range(5):
+            await site.answer(f"{NOBODY}{n}", "/api/nodes", 401)
+        await site.answer(ZOE, "/api/nodes")
+        assert not socket.closed
+    assert 'callboard_web_refusals_total{reason="tokens"} 5.0' in await metrics(site, SERVER)
+
+
+async def test_who_leaves_is_not_asked_about(
+    site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 75: attempts of clients that do not wait for the answer do not queue up."""
+    monkeypatch.setattr(limits, "MAX_SIGN_INS_OF_ADDRESS", 1)
+    for n in range(10):
+        await site.answer(f"{NOBODY}{n}", "/api/nodes", 401)
+    before = guarded.broker.stats()
+    gone = [asyncio.create_task(status_from(site, "127.0.0.3", f"{NOBODY}left{n}")) for n in range(10)]
+    await until(lambda: guarded.broker.stats().connections > before.connections)
+    for each in gone:
+        each.cancel()
+    await asyncio.wait(gone)
+    assert await status_from(site, "127.0.0.3", ZOE) == 200
+    assert guarded.broker.stats().unauthorized_connections <= before.unauthorized_connections + 2
 
 
 async def test_a_broker_without_users_lets_nobody_sign_in(meeting: Meeting) -> None:
