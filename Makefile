@@ -121,7 +121,7 @@ mesh-crowd: $(READY)
 
 # Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
 FUZZ_SECONDS ?= 450
-FUZZ_TARGETS ?= codec session router rules mesh launch parameters
+FUZZ_TARGETS ?= codec session router rules mesh launch parameters web
 
 $(FUZZ_READY): $(READY)
 	@echo "Adding atheris to $(VENV) (once) ..."

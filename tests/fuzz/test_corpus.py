@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 CORPUS = Path(__file__).parent / "corpus"
-TARGETS = ("codec", "session", "router", "rules", "mesh", "launch", "parameters")
+TARGETS = ("codec", "session", "router", "rules", "mesh", "launch", "parameters", "web")
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -16,10 +16,14 @@ def test_no_input_of_the_corpus_fails(target: str) -> None:
     """Each input keeps what its target checks."""
     inputs = sorted((CORPUS / target).iterdir())
     assert inputs
-    check = import_module(f"tests.fuzz.{target}").check
-    for file in inputs:
-        try:
-            check(file.read_bytes())
-        except Exception as error:
-            error.add_note(f"input: {file}")
-            raise
+    module = import_module(f"tests.fuzz.{target}")
+    try:
+        for file in inputs:
+            try:
+                module.check(file.read_bytes())
+            except Exception as error:
+                error.add_note(f"input: {file}")
+                raise
+    finally:
+        if hasattr(module, "close"):
+            module.close()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 from aiohttp import WSMsgType
 
+from actors.web.json_decoding import decode_json
 from actors.web.json_encoding import encode_json
 from actors.web.live.panel import PanelError
 from proto.errors import CallboardError
@@ -81,7 +82,7 @@ class LiveSession:
 
     def _handle(self, text: str) -> None:
         try:
-            request = msgspec.json.decode(text, type=dict[str, Any])
+            request = decode_json(text, dict[str, Any])
         except msgspec.DecodeError as error:
             self._fail(0, f"Not a JSON object: {error}")
             return

@@ -13,9 +13,18 @@ from actors.web.routes.state import state_of, workspace_of
 HEARTBEAT_SEC: Final = 20.0
 """A browser that does not answer a ping within half of it is gone."""
 
+HANDSHAKE_HEADERS: Final = (
+    "Upgrade",
+    "Connection",
+    *(f"Sec-WebSocket-{part}" for part in ("Version", "Key", "Protocol", "Extensions")),
+)
+
 
 async def live(request: web.Request) -> web.WebSocketResponse:
     """Serve a page until it is closed."""
+    for name in HANDSHAKE_HEADERS:
+        if not request.headers.get(name, "").isascii():  # aiohttp raises UnicodeError, or ValueError
+            raise web.HTTPBadRequest(text=f"The header {name} is not ASCII")
     state = state_of(request)
     with state.live_connection(request):
         socket = web.WebSocketResponse(heartbeat=HEARTBEAT_SEC, max_msg_size=MAX_REQUEST_BYTES, compress=True)

@@ -12,6 +12,8 @@ from typing import Final, TypeVar
 import msgspec
 from aiohttp import HttpVersion11, web
 
+from actors.web.json_decoding import decode_json
+
 Body = TypeVar("Body", bound=msgspec.Struct)
 
 _BODY: Final = web.RequestKey("BODY", bytes)
@@ -86,4 +88,4 @@ def read_body(request: web.Request, kind: type[Body]) -> Body:
     Raises:
         msgspec.DecodeError: The body is not JSON, or does not fit the class.
     """
-    return msgspec.json.decode(request[_BODY] or b"{}", type=kind)
+    return decode_json(request[_BODY] or b"{}", kind)

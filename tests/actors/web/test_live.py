@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,25 @@ async def page(site: Site) -> AsyncIterator[Page]:
     """A page that has just connected."""
     async with site.client.ws_connect("/api/live") as socket:
         yield Page(socket)
+
+
+@pytest.mark.parametrize("name", ["Upgrade", "Connection", "Sec-WebSocket-Version", "Sec-WebSocket-Key"])
+@pytest.mark.parametrize("value", ["\u00be" * 8, "\udcff", "A"], ids=["latin", "bytes", "wrong"])
+async def test_a_wrong_handshake_is_refused(site: Site, name: str, value: str) -> None:
+    """Case 74: a header of the WebSocket with other characters than ASCII is a bad request, not an error."""
+    headers = {
+        "Host": "localhost",
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "A" * 22 + "==",
+        name: value,
+    }
+    head = "".join(f"{each}: {text}\r\n" for each, text in headers.items())
+    reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port)
+    writer.write(f"GET /api/live HTTP/1.1\r\n{head}\r\n".encode(errors="surrogateescape"))
+    assert (await reader.readline()).split()[1] == b"400"
+    writer.close()
 
 
 async def test_the_graph_panel_sends_what_changes(page: Page, meeting: Meeting) -> None:
