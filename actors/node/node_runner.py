@@ -34,6 +34,14 @@ take, shorter than the ten seconds after which process managers kill."""
 GRACE_SEC: Final = 1.0
 """How long to wait for cancelled callbacks, and then for the node's other tasks."""
 
+_stop_limits: Final[dict[int, float]] = {}
+"""`stop_timeout_sec` of the nodes that run in this process, by the ids of their runners."""
+
+
+def longest_stop_sec() -> float:
+    """Return the longest `stop_timeout_sec` of this process's running nodes; the default without any."""
+    return max([*_stop_limits.values()], default=STOP_TIMEOUT_SEC)
+
 
 class NodeRunner:
     """Starts and stops one node.
@@ -95,6 +103,7 @@ class NodeRunner:
         context.require_alive()
         # Before the first await, so that a second `async with` in another task finds it.
         self._running = True
+        _stop_limits[id(self)] = self._stop_timeout_sec
         self._done = asyncio.Event()
         self._body = asyncio.current_task()
         # The body may be inside a timeout or a TaskGroup that has cancelled it already. Only what is added
@@ -204,6 +213,7 @@ class NodeRunner:
                 again = cancelled
                 self._force_stop()
         self._running = False
+        _stop_limits.pop(id(self), None)
         if self._cancelled_body is not None:
             # The cancellation was this node's own and ends here. Otherwise an enclosing `asyncio.timeout`
             # or TaskGroup would take it for one that came from outside.

@@ -10,7 +10,7 @@ import asyncio
 import signal
 import sys
 import threading
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.arguments.ros_arguments import (
@@ -25,6 +25,7 @@ from actors.logging.logger import get_logger
 from actors.logging.output import configure_logging
 from actors.logging.severity import LoggingSeverity
 from actors.node.node_runner import GRACE_SEC
+from actors.runtime.loop_watch import STOP_SIGNALS, watch_loop
 from actors.runtime.programs import require_program, run_program
 from actors.runtime.remaining_tasks import end_remaining_tasks
 from proto.aio import process
@@ -47,8 +48,6 @@ LAST_TASKS_SEC: Final = 8.0
 
 _RUNTIME: Final = ("actors.", "asyncio.", "uvloop.")
 """The modules before a program in a traceback."""
-
-STOP_SIGNALS: Final = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name))
 
 
 def run(*programs: Program, args: Sequence[str] | None = None) -> Any:
@@ -161,7 +160,8 @@ def set_up_logging(arguments: RosArguments) -> None:
 def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
     """Run a coroutine on a new loop (uvloop's, if installed); SIGINT and SIGTERM cancel it.
 
-    A second signal cancels it again, which shortens a node's stop; a third one ends the wait for it.
+    A second signal cancels it again, which shortens a node's stop; a third one ends the wait for it. If a
+    callback blocks the loop, the second one interrupts the callback (`loop_watch.py`).
 
     Returns:
         Its result; None if a signal ended it.
@@ -183,7 +183,10 @@ def run_until_signal(main: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
                 # From here on further signals no longer interrupt: what is left is bounded by
                 # `timeout_sec`, and an interrupt would cut short what tasks clean up.
                 timeout_sec = signals.end()
-                runner.get_loop().run_until_complete(end_remaining_tasks(timeout_sec))
+                try:
+                    runner.get_loop().run_until_complete(end_remaining_tasks(timeout_sec))
+                finally:
+                    signals.watching.close()
     except KeyboardInterrupt:
         return None
     except asyncio.CancelledError:
@@ -205,10 +208,12 @@ class _Signals:
 
     Attributes:
         count: Signals received.
+        watching: Ends the watch over the loop.
     """
 
     def __init__(self) -> None:
         self.count = 0
+        self.watching = ExitStack()
         self._ending = False
         self._task: asyncio.Task[Any] | None = None
 
@@ -226,6 +231,7 @@ class _Signals:
         self._task = asyncio.current_task()
         for number in STOP_SIGNALS if _in_main_thread() else ():
             process.add_signal_handler(asyncio.get_running_loop(), number, self._on_signal)
+        self.watching.enter_context(watch_loop())
         # A signal arrived between `record` and now. Only now is there a task to cancel.
         if self.count:
             assert self._task is not None

@@ -13,6 +13,7 @@ from actors.launch.output.screen import Screen
 from actors.ros.launch.context import LaunchContext
 from actors.ros.launch.description import LaunchDescription
 from actors.ros.launch.library import ros_files
+from actors.runtime.loop_watch import watch_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -85,7 +86,8 @@ class LaunchService:
             except (RuntimeError, ValueError):  # not in the main thread, which alone gets signals
                 break
         try:
-            return 0 if await launch.run() else 1
+            with watch_loop():
+                return 0 if await launch.run() else 1
         except LaunchError as error:
             print(f"[ERROR] [launch]: {error}", file=sys.stderr)  # noqa: T201 - as ROS 2 does
             return 1

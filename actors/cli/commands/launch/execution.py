@@ -37,6 +37,7 @@ from actors.launch.planning.process_spec import STOP_TIMEOUT_SEC
 from actors.launch.planning.steps import AddHandler, Call, ChangeStates, End, LogText, Start
 from actors.launch.resources.files import SUFFIXES, Files
 from actors.logging.severity import ROOT_NAME
+from actors.runtime.loop_watch import watch_loop
 from actors.tools.suggestions import did_you_mean
 from proto.aio import process
 from proto.errors import CallboardError
@@ -307,7 +308,12 @@ async def _run(
     launch.listen(reports)
     code = FAILURE
     try:
-        with launch_logs(launch.notify), captured_logs(), captured_streams(reports.printed):
+        with (
+            launch_logs(launch.notify),
+            captured_logs(),
+            captured_streams(reports.printed),
+            watch_loop(_warn_past_loop),
+        ):
             _stop_at_hangup(loop, lambda: launch.stop("the terminal is gone", escalate=False))
             good = await (launch.run() if watched is None else _run_watched(launch, watched))
         code = OK if good else FAILURE
@@ -321,6 +327,13 @@ async def _run(
     finally:
         reports.close(code)
     return BROKEN_PIPE if code == OK and reports.closed else code
+
+
+def _warn_past_loop(text: str) -> None:
+    """Write a warning to stderr at once: the loop, which writes what is logged, is blocked."""
+    lines = (escape(line) for line in f"[WARN] [launch]: {text}".splitlines())
+    with suppress(OSError):
+        os.write(2, "".join(f"{line}\n" for line in lines).encode())
 
 
 async def _run_watched(launch: Launch, launch_files: Collection[str]) -> bool:
