@@ -25,6 +25,7 @@ class Refusal(Enum):
     SILENT = "silent", "a connection sent nothing in time"
     TLS = "tls", "TLS failed"
     UNREAD = "unread", "a client did not read in time"
+    MALFORMED = "malformed", "a request is not HTTP"
     STREAMS = "streams", "more browsers and streams than may be open"
     BODIES = "bodies", "more bodies of requests than are kept"
     TOKENS = "tokens", "a token was not accepted"
@@ -73,6 +74,10 @@ class Refusals:
         self._counters[refusal].inc()
         if self._log.admits(refusal.words):
             logger.warning("%s: %s", source, refusal.words)
+
+    def admits_fault(self) -> bool:
+        """Return whether to log the traceback of a request that has failed here: a client may repeat it."""
+        return self._log.admits("faults of requests")
 
     def text(self) -> bytes:
         """Return the counts in Prometheus' text format."""

@@ -9,6 +9,7 @@ of another site has.
 from __future__ import annotations
 
 import hmac
+import re
 import secrets
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -31,6 +32,11 @@ HEADERS: Final = {
     "X-Frame-Options": "DENY",
 }
 """Headers of every response."""
+
+MAX_PORT: Final = 65_535
+
+_HOST: Final = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]{1,255})(?::([0-9]{0,5}))?")
+"""A name or an IPv4 address, or an IPv6 address in brackets, and the port."""
 
 SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 
@@ -77,6 +83,10 @@ class AccessPolicy:
             headers: Of the request; keys in any case.
         """
         host = headers.get("Host", "")
+        if host and not _is_host(host):
+            return Refusal(
+                status=421, reason="The Host header is not a name or an address, and perhaps a port"
+            )
         # With the token the name may be anything: a page of another site does not have the token.
         if not self._knows(host) and not self.knows_token(bearer(headers)):
             text = "This server does not go by that name: use the address that it printed, or --allow-host"
@@ -126,11 +136,17 @@ class AccessPolicy:
         return hmac.compare_digest(token.encode(errors="surrogateescape"), self.token.encode())
 
     def _knows(self, host: str) -> bool:
-        try:
-            name = urlsplit(f"//{host}").hostname or ""
-        except ValueError:
-            return False
+        name = urlsplit(f"//{host}").hostname or ""
         return name == "localhost" or name in self.hosts or is_address(name)
+
+
+def _is_host(host: str) -> bool:
+    """Return whether a Host header is well-formed, so that everything that splits it finds the same parts."""
+    found = _HOST.fullmatch(host)
+    if found is None:
+        return False
+    name, port = found.groups()
+    return int(port or 0) <= MAX_PORT and (not name.startswith("[") or is_address(name[1:-1]))
 
 
 def bearer(headers: Mapping[str, str]) -> str:

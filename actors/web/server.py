@@ -13,6 +13,7 @@ from actors.web import limits
 from actors.web.listener import WebListener
 from actors.web.page_files import PageFiles
 from actors.web.refusals import Refusal
+from actors.web.request_log import RequestLog
 from actors.web.routes import (
     calls,
     echo,
@@ -27,7 +28,7 @@ from actors.web.routes import (
     parameters,
     session,
 )
-from actors.web.routes.request_body import check_headers, receive_body, refuse_body
+from actors.web.routes.request_body import check_headers, expect_nothing, receive_body, refuse_body
 from actors.web.routes.responses import error_response, respond
 from actors.web.routes.state import CONNECTION, STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
@@ -128,12 +129,17 @@ class WebServer:
         self._app[openapi.ALL_ROUTES] = ROUTES
         self._app.add_routes([each.definition() for each in ROUTES])
         # Not below /api/: an unknown path there is an error for a program, and not the page.
-        self._app.add_routes([web.get("/{path:(?!api/).*}", PageFiles().serve)])
+        page = web.get("/{path:(?!api/).*}", PageFiles().serve, expect_handler=expect_nothing)
+        self._app.add_routes([page])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
         self._app.on_cleanup.append(_close_work)
         self._runner = web.AppRunner(
-            self._app, access_log=None, shutdown_timeout=STOP_SEC, handler_cancellation=True
+            self._app,
+            access_log=None,
+            logger=RequestLog(self._listener.refusals),
+            shutdown_timeout=STOP_SEC,
+            handler_cancellation=True,
         )
 
     @property

@@ -90,7 +90,8 @@ def error_response(status: int, reason: str) -> web.Response:
         status: The HTTP status.
         reason: One line.
     """
-    return json_response({"error": reason}, status)
+    # The library has surrogates for bytes of headers that are not UTF-8, and its errors quote them.
+    return json_response({"error": reason.encode(errors="backslashreplace").decode()}, status)
 
 
 async def respond(

@@ -241,9 +241,10 @@ async def test_sign_ins_leave_no_loggers(site: GuardedSite, monkeypatch: pytest.
     monkeypatch.setattr(users, "IDLE_SEC", 0.0)
     await site.answer(ZOE, "/api/nodes")
     before = len(logging.root.manager.loggerDict)
-    for token, status in ((ZOE, 200), (NOBODY, 401)) * 2:
+    for token, status in ((ZOE, 200), (NOBODY, 401)) * 20:
         await site.answer(token, "/api/nodes", status)
-    assert len(logging.root.manager.loggerDict) == before
+    # Names of nodes are used again: there are as many as nodes at a time, some of which still end.
+    assert len(logging.root.manager.loggerDict) <= before + 8
 
 
 async def test_the_oldest_unused_workspace_makes_room(
