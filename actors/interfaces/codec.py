@@ -20,12 +20,13 @@ from actors.interfaces.arrays import ARRAY_BY_CODE, ARRAY_BY_ELEMENT, BIG_ENDIAN
 from actors.interfaces.decode_budget import UNCHECKED_BYTES, Allowance, budget_of, check_untyped
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.explain import explain_decoding, explain_encoding
-from actors.interfaces.fields import BINARY, SequenceWire, fields_of, wired
+from actors.interfaces.fields import BINARY, SequenceWire, fields_of, nested_classes, wired
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, is_message_type, type_name
 from actors.interfaces.values import bytes_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import TypeAlias
 
     from actors.interfaces.fields import FieldType
@@ -202,7 +203,10 @@ class Codec(Generic[T]):
         self._encode_into = encoder.encode_into
         self._decode = one.decode
         self._decode_batch = batch.decode
-        self._verify = verifier.decode
+        self._verify: Callable[[Encoded], object] = verifier.decode
+        self._verifier = verifier.decode
+        if any(cls.__struct_config__.omit_defaults for cls in nested_classes(cast("Any", msg_type))):
+            self._verify = self._verify_omitted
 
     def encode(self, message: T) -> bytes:
         """Return a message as msgpack, verified.
@@ -213,6 +217,8 @@ class Codec(Generic[T]):
         Raises:
             TypeError: `message` is not a `msg_type`.
             InvalidMessageError: A field's value does not fit its type.
+            MessageBudgetError: Its class has `omit_defaults=True`, and so much is left out that readers would
+                refuse it.
         """
         if not isinstance(message, self.msg_type):
             raise self._wrong_type(message)
@@ -227,8 +233,17 @@ class Codec(Generic[T]):
             data = self._encode_lists(message, error)
         return data
 
+    def _verify_omitted(self, data: Encoded) -> None:
+        """Check what was just encoded, from which fields with their defaults were left out."""
+        # Readers would refuse it, where its sender does not see it.
+        if len(data) > self._unchecked:
+            self.budget.check(data, Allowance())
+        self._verifier(data)
+
     def _encode_lists(self, message: T, error: Exception) -> bytes:
         """Encode a message again, with lists in `uint8[]` fields as bytes, or raise for `error`."""
+        if isinstance(error, MessageBudgetError):
+            raise error
         try:
             data = self._encode(_encodable(message, converts=self.converts))
             self._verify(data)

@@ -20,6 +20,7 @@ import msgspec
 
 from actors.interfaces.arrays import NumericArray
 from actors.interfaces.codec import codec_for
+from actors.interfaces.decode_budget import require_possible
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.fields import BINARY, IDL_NAMES, fields_of
 from actors.interfaces.literals import INTEGER_RANGE
@@ -74,7 +75,9 @@ def message_from_fields(msg_type: type[T], values: Mapping[str, Any]) -> T:
         AttributeError: A key is not a field.
         TypeError: `values`, or the value of a nested message, is not a dict.
         ValueError: A value does not fit its field, or a field without default is missing.
+        MessageBudgetError: A new message of this class takes more than `MAX_NEW_BYTES`.
     """
+    require_possible(msg_type)
     filled = cast("T", _filled(msg_type, None, values, type_name(msg_type)))
     codec_for(msg_type).encode(filled)
     return filled

@@ -60,6 +60,9 @@ Empty maps and arrays take up to 92 times their bytes."""
 MAX_STEPS: Final = 25_000
 """Fields and elements that a walk visits, in about 20 ms: it is the only step whose speed is Python's."""
 
+MAX_NEW_BYTES: Final = 1024 * 1024 * 1024
+"""Memory of a new message that a tool makes: a definition in a few lines can ask for more than there is."""
+
 _GC_BYTES: Final = 16
 _SLOT_BYTES: Final = 8
 _LIST_BYTES: Final = 56 + _GC_BYTES
@@ -436,6 +439,16 @@ class DecodeBudget:
         finally:
             allowance.steps = walk.steps
         allowance.memory = min(allowance.memory, walk.memory)
+
+
+def require_possible(cls: MessageType) -> None:
+    """Raise MessageBudgetError if a new message of a class takes more than `MAX_NEW_BYTES`."""
+    size = default_bytes(cls)
+    if size > MAX_NEW_BYTES:
+        raise MessageBudgetError(
+            f"A new {message_name(cls)} would take {size >> 20:,} MiB, for its arrays of fixed size;"
+            f" at most {MAX_NEW_BYTES >> 20:,} MiB are possible"
+        )
 
 
 @cache

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.codec import Codec, codec_for, decode_untyped
-from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import Message, type_hash
 from actors.interfaces.registry import installed_interface
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -34,7 +34,8 @@ def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
         topic: The topic's full name.
 
     Returns:
-        A function of a message's bytes. It raises InvalidMessageError for bytes that are no message.
+        A function of a message's bytes. It raises InvalidMessageError for bytes that are no message, and
+        MessageBudgetError for a message that leaves out too much.
     """
     types = {
         (entry.type_name, entry.type_hash)
@@ -52,6 +53,8 @@ def decoder_of(snapshot: GraphSnapshot, topic: str) -> Callable[[bytes], Any]:
     def decode(data: bytes) -> Any:
         try:
             return codec.decode(data)
+        except MessageBudgetError:
+            raise
         except InvalidMessageError:  # from a new publisher with another type
             return decode_untyped(data)
 

@@ -16,6 +16,7 @@ import pytest
 from actors.interfaces import types
 from actors.interfaces.catalog import KINDS, python_package, standard_packages
 from actors.interfaces.codec import codec_for, decode_untyped
+from actors.interfaces.convert import message_from_fields
 from actors.interfaces.decode_budget import (
     FACTOR,
     LEAST_SPARE_BYTES,
@@ -273,6 +274,20 @@ def test_classes_that_omit_defaults_are_decoded() -> None:
     encoded = codec_for(Terses).encode(message)
     assert len(encoded) > budget_of(Terses).unchecked
     assert codec_for(Terses).decode(encoded) == message
+
+
+def test_a_sender_hears_that_readers_would_refuse_its_message() -> None:
+    """A class that omits defaults can leave out too much."""
+    message = Terses(all=[Terse()] * 100_000)
+    for encode in (codec_for(Terses).encode, lambda message: codec_for(Terses).encode_behind(message, 5)):
+        with pytest.raises(MessageBudgetError, match="write every field"):
+            encode(message)
+
+
+def test_a_new_message_that_no_memory_holds_is_refused() -> None:
+    """It is not begun."""
+    with pytest.raises(MessageBudgetError, match=r"t_msgs/msg/Vast would take [\d,]+ MiB"):
+        message_from_fields(Vast, {})
 
 
 def test_types_that_contain_themselves() -> None:

@@ -9,11 +9,14 @@ import pytest
 import actors
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import MessageBudgetError
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.tools.generic_subscription import decoder_of, profile_of
 from proto.wire.codes import EntryKind
 from proto.wire.frames import GraphEntry
 from tests.actors.meeting import latched
+from tests.hostile.decode_bytes import starved
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -69,3 +72,12 @@ async def test_the_profile_takes_what_is_offered(meeting: Meeting) -> None:
     assert policies("/loose") == (7, "BEST_EFFORT", "VOLATILE")
     assert policies("/latched") == (7, "RELIABLE", "TRANSIENT_LOCAL")
     assert policies("/half_latched") == (7, "RELIABLE", "VOLATILE")
+
+
+async def test_what_a_class_refuses_is_not_read_as_a_dict(meeting: Meeting) -> None:
+    """Case 62: its empty maps would be within the budget, and shown as messages."""
+    node = await meeting.node("talker")
+    node.create_publisher(TFMessage, "t", 1)
+    decode = decoder_of(await node.get_graph(), "/t")
+    with pytest.raises(MessageBudgetError):
+        decode(starved("transforms", 40_000))

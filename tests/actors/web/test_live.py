@@ -16,6 +16,7 @@ from actors.interfaces.geometry_msgs.msg import PointStamped, Twist, Vector3
 from actors.interfaces.message import type_name
 from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.qos.profile import QoSProfile, ReliabilityPolicy
 from actors.web import observer
 from actors.web.live import graph_panel
@@ -23,6 +24,7 @@ from actors.web.live.echo_panel import MESSAGES_PER_UPDATE
 from actors.web.live.session import MAX_PANELS, MAX_REQUEST_BYTES
 from tests.actors.meeting import DEADLINE_SEC, latched, until
 from tests.actors.web.site import Page
+from tests.hostile.decode_bytes import starved
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -361,3 +363,21 @@ async def test_more_vertices_than_a_page_draws_are_counted(
     await page.open(1, "graph")
     body = await page.until(lambda body: body["patch"].get("omitted") == 3)
     assert body["patch"].get("edges", {}) == {}
+
+
+@pytest.mark.parametrize("known", [True, False])
+async def test_an_echo_refuses_what_leaves_out_too_much(page: Page, meeting: Meeting, known: bool) -> None:
+    """Case 62: it says so in the place of the message, and the next one is shown."""
+    node = await meeting.node("talker")
+    publisher = node.create_publisher(TFMessage, "tf", 10)
+    if not known:  # two types on one topic: messages are read as dicts
+        node.create_publisher(String, "tf", 10)
+    await page.open(1, "echo", topic="/tf")
+    await until(publisher.get_subscription_count)
+    publisher.publish_encoded(starved("transforms", 100_000))
+    publisher.publish(TFMessage())
+    shown: list[dict[str, Any]] = []
+    while len(shown) < 2:
+        shown += (await page.next())["messages"]
+    assert "would take more than" in shown[0]["error"]
+    assert shown[1]["message"] == {"transforms": []}

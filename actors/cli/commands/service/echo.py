@@ -92,13 +92,15 @@ def _type_of(snapshot: GraphSnapshot, service: str) -> type[Any] | None:
 
 def _decoder(srv_type: type[Any] | None) -> Callable[[bytes], dict[str, Any]]:
     from actors.interfaces.codec import codec_for, decode_untyped
-    from actors.interfaces.errors import InvalidMessageError
+    from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 
     codec = None if srv_type is None else codec_for(srv_type.Event)
 
     def decode(data: bytes) -> dict[str, Any]:
         try:
             return named(decode_untyped(data) if codec is None else codec.decode(data))
+        except MessageBudgetError:
+            raise
         except InvalidMessageError:  # another type of the same name
             return named(decode_untyped(data))
 

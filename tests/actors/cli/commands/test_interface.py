@@ -335,3 +335,14 @@ def test_generate_wants_a_directory(tmp_path: Path, capsys: pytest.CaptureFixtur
     """A missing one is named."""
     assert main(["interface", "generate", str(tmp_path / "no")]) == 1
     assert capsys.readouterr().err == f"No directory '{tmp_path / 'no'}'\n"
+
+
+@pytest.mark.usefixtures("wheels")
+def test_proto_of_what_no_memory_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An error, and no attempt."""
+    for name, text in {"B": "C[10000] c", "C": "D[10000] d", "D": "int32 x"}.items():
+        (tmp_path / "cli_wheels" / "msg" / f"{name}.msg").write_text(text)
+    assert main(["interface", "proto", "cli_wheels/B"]) == 1
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("A new cli_wheels/msg/B would take ")

@@ -5,11 +5,16 @@ from __future__ import annotations
 import logging
 from typing import TYPE_CHECKING
 
-from actors.endpoints.subscription.decoding import Decoder
+from actors.endpoints.subscription.decoding import INVALID_STEPS, RENEWAL_SEC, Decoder
 from actors.interfaces.codec import codec_for
+from actors.interfaces.decode_budget import LEAST_SPARE_BYTES, MAX_STEPS, SPARE_BYTES, default_bytes
+from actors.interfaces.geometry_msgs.msg import TransformStamped
+from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.logging.logger import get_logger
 from proto.queues.batches import BatchBuilder
+from tests.hostile.decode_bytes import EMPTY_MAP, starved
 
 if TYPE_CHECKING:
     import pytest
@@ -54,3 +59,71 @@ def test_without_a_codec_messages_are_bytes() -> None:
     """Raw subscriptions take whatever comes."""
     decoded, numbers = Decoder(None, "/t", get_logger("n")).decode(batch_of(BAD, b"\x01"))
     assert (decoded, list(numbers)) == ([BAD, b"\x01"], [5, 6])
+
+
+def test_a_message_that_leaves_out_too_much_is_dropped(caplog: pytest.LogCaptureFixture) -> None:
+    """Case 62: it is counted, one line says why, and the next one arrives."""
+    decoder = Decoder(codec_for(TFMessage), "/tf", get_logger("drops"))
+    with caplog.at_level(logging.WARNING):
+        for _ in range(3):
+            assert decoder.decode(batch_of(starved("transforms", 100_000))) == ([], [])
+    assert decoder.failed == 3
+    assert [record.message for record in caplog.records if "'/tf'" in record.message]
+    assert len(caplog.records) == 1
+    message = TFMessage(transforms=[TransformStamped()] * 1000)
+    decoded, _ = decoder.decode(batch_of(codec_for(TFMessage).encode(message)))
+    assert decoded == [message]
+
+
+def test_small_messages_in_one_batch_share_an_allowance() -> None:
+    """Case 62: 8,000 messages of one byte, or as many that may have a small sequence."""
+    odometry = Decoder(codec_for(Odometry), "/t", get_logger("budget"))
+    decoded, _ = odometry.decode(batch_of(*[EMPTY_MAP] * 8000))
+    assert len(decoded) * default_bytes(Odometry) < 2 * SPARE_BYTES
+    assert odometry.failed == 8000 - len(decoded)
+    transforms = Decoder(codec_for(TFMessage), "/t", get_logger("budget"))
+    decoded, _ = transforms.decode(batch_of(*[starved("transforms", 100)] * 1000))
+    made = sum(len(message.transforms) for message in decoded)
+    assert SPARE_BYTES / 4 < made * default_bytes(TransformStamped) < 2 * SPARE_BYTES
+
+
+def test_messages_that_wait_share_an_allowance() -> None:
+    """Case 62: a thousand of them take little more than one; small and full ones still arrive."""
+    now = 0.0
+    decoder = Decoder(codec_for(TFMessage), "/t", get_logger("budget"), lambda: now)
+    made = 0
+    for _ in range(1000):
+        now += 1.0
+        decoded, _ = decoder.decode(batch_of(starved("transforms", 5000)), idle=False)
+        made += sum(len(message.transforms) for message in decoded)
+    assert 5000 <= made < 4 * SPARE_BYTES / default_bytes(TransformStamped)
+    small = batch_of(starved("transforms", LEAST_SPARE_BYTES // default_bytes(TransformStamped) // 2))
+    full = batch_of(codec_for(TFMessage).encode(TFMessage(transforms=[TransformStamped()] * 1000)))
+    for batch in (small, full):
+        assert len(decoder.decode(batch, idle=False)[0]) == 1
+    now += 1.0
+    assert len(decoder.decode(batch_of(starved("transforms", 5000)), idle=True)[0]) == 1
+
+
+def test_an_allowance_is_renewed_in_time() -> None:
+    """Case 62: not by each quick callback, or the messages of one loop turn could use it many times."""
+    now = 0.0
+    decoder = Decoder(codec_for(TFMessage), "/t", get_logger("budget"), lambda: now)
+    batch = batch_of(starved("transforms", 8000))
+    decoder.decode(batch)
+    for _ in range(2):
+        now += RENEWAL_SEC
+        assert [len(decoder.decode(batch)[0]) for _ in range(10)] == [1] + [0] * 9
+
+
+def test_invalid_messages_take_limited_time() -> None:
+    """Beyond that the rest of a batch is dropped unseen, and counted."""
+    now = 0.0
+    decoder = Decoder(STRINGS, "/t", get_logger("budget"), lambda: now)
+    good = STRINGS.encode(String(data="good"))
+    batch = batch_of(*[BAD] * (MAX_STEPS // INVALID_STEPS), good)
+    assert decoder.decode(batch) == ([], [])
+    assert decoder.failed == batch.length
+    assert decoder.decode(batch_of(BAD, good)) == ([], [])
+    now += RENEWAL_SEC
+    assert decoder.decode(batch_of(BAD, good))[0] == [String(data="good")]

@@ -10,6 +10,7 @@ import pytest
 
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.ros.rclpy import exceptions, qos
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.expand_topic_name import expand_topic_name
@@ -24,6 +25,7 @@ from actors.ros.rclpy.validate_namespace import validate_namespace
 from actors.ros.rclpy.validate_node_name import validate_node_name
 from actors.ros.rclpy.validate_topic_name import validate_topic_name
 from actors.ros.rclpy.wait_for_message import wait_for_message
+from tests.hostile.decode_bytes import starved
 
 if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
@@ -121,3 +123,9 @@ def test_annotations_are_those_of_rclpy() -> None:
     """They are evaluated where a class or a function is defined."""
     made = (Client[int, int, int], Service[int, int, int], Publisher[String])
     assert [get_origin(each) for each in made] == [Client, Service, Publisher]
+
+
+def test_bytes_that_leave_out_too_much_are_an_error() -> None:
+    """Case 62: as at a subscription."""
+    with pytest.raises(InvalidMessageError, match="write every field"):
+        deserialize_message(starved("transforms", 100_000), TFMessage)

@@ -14,6 +14,8 @@ from actors.cli.main import main
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, String
+from actors.interfaces.tf2_msgs.msg import TFMessage
+from tests.hostile.decode_bytes import starved
 
 if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk, Ended
@@ -365,3 +367,20 @@ async def test_echo_with_an_open_policy_takes_what_fits(desk: Desk, value: str) 
     options = ("--qos-durability", value, "--qos-reliability", value)
     assert (await echoed(desk, String(data="hello"), *options)).out == "data: hello\n---\n"
     assert (await echoed(desk, String(data="hello"), "--qos-profile", value)).out == "data: hello\n---\n"
+
+
+@pytest.mark.parametrize("types", [["tf2_msgs/msg/TFMessage"], []])
+async def test_echo_refuses_what_leaves_out_too_much(
+    desk: Desk, types: list[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Case 62: with the type given or found; it says so, and prints the next message."""
+    async with desk.node() as node:
+        publisher = node.create_publisher(
+            TFMessage, "tf", actors.QoSProfile(depth=2, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+        )
+        publisher.publish_encoded(starved("transforms", 100_000))
+        publisher.publish(TFMessage())
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", "/tf", *types, "--once", "--timeout", "20")
+    assert (ended.code, ended.out) == (0, "transforms: []\n---\n")
+    assert "write every field of a large message" in ended.err + caplog.text
