@@ -44,7 +44,7 @@ def _ignore(*_: object) -> None:
 REFUSED: Final = "refused an endpoint of"
 """Text of the warning about a refused endpoint; the other broker's name follows."""
 
-UNCHANGED: Final = 4
+UNCHANGED: Final = 10
 """Declarations of a snapshot that count as one change, even if the endpoints are known."""
 
 ASKS_AT_ONCE: Final = 20
@@ -434,7 +434,12 @@ class Mesh:
         if not session.ready:
             self.ignored += not session.wait(message, topic)
             self.ignored += self.sessions.shed()
-        elif not self._handle(broker, session, message, topic):
+            return
+        too_fast = isinstance(message, Change) and not self._standings.may_change(broker)
+        if too_fast:
+            self.limited += 1
+            self._warn("slowed down", broker, "its endpoints come and go too fast")
+        if too_fast or not self._handle(broker, session, message, topic):
             session.ready = False  # what follows waits for a snapshot
             self._ask(broker, session)
             session.wait(message, topic)
@@ -442,10 +447,6 @@ class Mesh:
     def _handle(self, broker: int, session: BrokerSession, message: Received, topic: str) -> bool:
         """Take a message; return False if a snapshot is needed first."""
         if isinstance(message, Change):
-            if not self._standings.may_change(broker):
-                self.limited += 1
-                self._warn("slowed down", broker, "its endpoints come and go too fast")
-                return False
             return self._imports.accept_change(broker, message)
         if isinstance(message, Direct):
             self._receive_direct(broker, session, message)

@@ -17,8 +17,8 @@ MAX_BAN: Final = 320
 FORGIVEN: Final = 600
 """Heartbeats without a rejection after which the earlier ones do not count."""
 
-MAX_CHANGES: Final = 100_000
-"""Endpoints of one broker that may come or go at once. It is what one may have by default."""
+MAX_CHANGES: Final = 200_000
+"""Endpoints of one broker that may come or go at once: twice what one may have by default."""
 
 CHANGES_PER_HEARTBEAT: Final = 5000
 """Of them that are allowed again with each heartbeat: at about 10 us each, 5 % of the event loop."""
