@@ -9,6 +9,7 @@ from collections import defaultdict
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Self
 
+from actors.config.contexts import find_broker_target
 from actors.errors import BrokerUnreachable
 from actors.graph.snapshot import GraphSnapshot
 from actors.tools.broker_names import BrokerNames
@@ -90,6 +91,9 @@ class Observer:
         self._owns_worker = worker is None
         self.work = self.worker.share()
         self.target = f"{url} domain {domain}"
+        found = find_broker_target(url, domain)
+        certified = bool(found.credentials.tls.certificate)
+        self._guarded = any(each.path or (each.tls and certified) for each in found.urls)
         self._name = NODE_NAMES.acquire()
         self.node = make_hidden_node(
             self._name,
@@ -155,6 +159,14 @@ class Observer:
     def connected(self) -> bool:
         """Whether the node has a broker now. If not, the snapshot and the samples are old."""
         return self.node.connected
+
+    @property
+    def guarded(self) -> bool:
+        """Whether the broker is not for everybody on this machine.
+
+        It has access rules, asks for certificates, or listens on a unix socket, which is for its owner.
+        """
+        return self._guarded or self.node.user is not None
 
     def broker_names(self) -> BrokerNames | None:
         """Return the names of the mesh's brokers if it has several, as of the last sample; else None."""

@@ -23,6 +23,8 @@ class WebOptions:
         token: The token that grants control, and beyond loopback also reading; None for a random one.
         users: Whether the users of the broker sign in with their own tokens, and have their own rights.
         allowed_hosts: Names that a Host header may have, besides `localhost`, all addresses and `host`.
+        read_without_token: Whether everybody on this machine may read without a token, also if the broker
+            asks for credentials, or is for its owner only.
         tls: The context for HTTPS; None for HTTP.
     """
 
@@ -32,4 +34,5 @@ class WebOptions:
     token: str | None = None
     users: bool = False
     allowed_hosts: tuple[str, ...] = ()
+    read_without_token: bool = False
     tls: SSLContext | None = None

@@ -99,13 +99,14 @@ class AccessPolicy:
             own = own or headers.get("Sec-Fetch-Dest") == "document"
         return None if own else Refusal(status=403, reason="Pages of other sites may not ask this server")
 
-    def refuses_reading(self, *, known: bool) -> Refusal | None:
+    def refuses_reading(self, *, known: bool, private: bool = False) -> Refusal | None:
         """Return why a request may not read; None if it may.
 
         Args:
             known: Whether it has a valid token.
+            private: Whether reading needs one now, although it does not always.
         """
-        if not self.private or known:
+        if not (self.private or private) or known:
             return None
         return Refusal(
             status=401,

@@ -150,9 +150,15 @@ class WebServer:
         return f"{'http' if options.tls is None else 'https'}://{host}:{self.port}/"
 
     @property
+    def asks_for_token(self) -> bool:
+        """Whether reading needs a token, although the server is for this machine only."""
+        state = self._app[STATE]
+        return state.private and not state.policy.private
+
+    @property
     def url_with_token(self) -> str:
         """The page's address, with the token if it grants anything: in the fragment, which is never sent."""
-        needed = self._app[STATE].policy.private or self._options.allow_control
+        needed = self._app[STATE].private or self._options.allow_control
         return f"{self.url}#token={self.token}" if needed else self.url
 
     async def __aenter__(self) -> Self:
@@ -232,7 +238,8 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
         token = request.cookies.get(session.cookie_name(request), "")
     known = state.policy.knows_token(token)
     is_users = state.users is not None and bool(token) and not known
-    refuses = state.policy.refuses_reading if safe else state.policy.refuses_control
+    reading = partial(state.policy.refuses_reading, private=state.private)
+    refuses = reading if safe else state.policy.refuses_control
     if refusal := refuses(known=known or is_users):
         return error_response(refusal.status, refusal.reason)
     connection = request[CONNECTION]

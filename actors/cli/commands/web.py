@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from actors.cli.errors import FAILURE, OK, CommandError
-from actors.cli.output import print_out
+from actors.cli.output import print_err, print_out
 from actors.cli.parsing import Options, Parser, add_broker_options
 from actors.cli.web_address import DEFAULT_LISTEN, require_packages, split_listen
 
@@ -19,6 +20,11 @@ EXAMPLES: Final = {
     "callboard web --listen 0.0.0.0:8080 --no-browser": "for other machines, which need the printed token",
     "callboard web --listen 0.0.0.0:8443 --tls-cert host.pem --tls-key host.key": "the same with HTTPS",
 }
+
+READING_NOTE: Final = (
+    "Reading needs the token of this address, because the broker is not for everybody on this machine; "
+    "--read-without-token lets everybody on this machine read"
+)
 
 
 def add_arguments(parser: Parser) -> None:
@@ -42,6 +48,10 @@ def add_arguments(parser: Parser) -> None:
     )
     parser.add_argument("--tls-cert", metavar="FILE", help="serve HTTPS with this certificate and its chain")
     parser.add_argument("--tls-key", metavar="FILE", help="the certificate's private key")
+    parser.add_flag(
+        "--read-without-token",
+        help="let everybody on this machine read without the token, also if the broker asks for credentials",
+    )
     parser.add_flag("--no-browser", help="open no browser")
     add_broker_options(parser)
 
@@ -51,6 +61,9 @@ def run(options: Options) -> int:
     from actors.cli.loop import run_async
 
     require_packages(FAILURE)
+    from actors.web.worker import SWITCH_SEC
+
+    sys.setswitchinterval(SWITCH_SEC)
     chosen = _web_options(options)
     run_async(lambda: _serve(options, chosen))
     return OK
@@ -74,6 +87,7 @@ def _web_options(options: Options) -> WebOptions:
         token=None if options.token is None else read_token(options.token),
         users=options.users,
         allowed_hosts=tuple(options.allow_host),
+        read_without_token=options.read_without_token,
         tls=tls,
     )
 
@@ -97,6 +111,8 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
     try:
         async with WebServer(observer, chosen) as server:
             print_out(f"callboard web listening on {server.url_with_token}")
+            if server.asks_for_token:
+                print_err(READING_NOTE)
             with browser_address(server.url_with_token) as address:
                 if not options.no_browser:
                     await asyncio.to_thread(webbrowser.open, address)

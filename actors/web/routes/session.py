@@ -40,7 +40,7 @@ async def session(request: web.Request) -> web.Response:
         {
             "control": refusal is None,
             "refusal": None if refusal is None else refusal.reason,
-            "token_needed": state.policy.private,
+            "token_needed": state.private,
             "target": workspace.observer.target,
             "user": workspace.observer.node.user,
         }

@@ -51,6 +51,11 @@ class State:
         self._streams = Shares("browsers and streams", partial(count, Refusal.STREAMS))
         self._bodies = Shares("bytes in bodies of requests", partial(count, Refusal.BODIES))
 
+    @property
+    def private(self) -> bool:
+        """Whether reading needs a token: beyond this machine, or if the broker is not for all who use it."""
+        return self.policy.private or (not self.options.read_without_token and self.own.observer.guarded)
+
     def live_connection(self, request: web.Request) -> AbstractContextManager[None]:
         """Count a browser or stream as long as it is connected.
 

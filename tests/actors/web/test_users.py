@@ -368,6 +368,7 @@ async def test_the_roles_of_the_guide_have_all_metrics(
         await meeting.open()
         stack.push_async_callback(meeting.stop_broker)
         site = await Site(stack, meeting).open()
+        site.client.headers["Authorization"] = f"Bearer {site.server.token}"
         text = await metrics(site)
         assert "callboard_withheld 0.0" in text
         assert "callboard_connections 1.0" in text
@@ -401,3 +402,39 @@ async def test_a_node_that_takes_the_name_of_the_pages_node_is_seen(
     found = await site.answer(SERVER, "/api/topics/secret")
     assert [each["node"] for each in found["publishers"]] == [f"/{own}"]
     assert (await site.answer(SERVER, f"/api/nodes/{own}"))["publishers"][0]["name"] == "/secret"
+
+
+@pytest.mark.parametrize("control", [False, True])
+async def test_the_page_of_a_broker_with_rules_asks_for_its_token(guarded: Meeting, *, control: bool) -> None:
+    """Case 82: also on loopback, where other users of the machine have no token for the broker."""
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, guarded, WebOptions(port=0, allow_control=control)).open()
+        for path in ("/api/nodes", "/api/overview", "/metrics", "/api/log", "/api/live"):
+            await site.answer("", path, 401)
+        assert site.server.asks_for_token
+        assert site.server.url_with_token == f"{site.url}#token={site.server.token}"
+        assert (await site.answer(site.server.token, "/api/session"))["token_needed"] is True
+        await site.answer("", "/healthz")
+
+
+async def test_reading_without_the_token_may_be_allowed(guarded: Meeting) -> None:
+    """Case 82: explicitly, on loopback only."""
+    async with AsyncExitStack() as stack:
+        options = WebOptions(port=0, read_without_token=True)
+        site = await GuardedSite(stack, guarded, options).open()
+        await site.answer("", "/api/nodes")
+        assert not site.server.asks_for_token
+        assert "#" not in site.server.url_with_token
+        await site.answer("", "/api/nodes")
+
+
+async def test_the_page_of_a_broker_on_a_unix_socket_asks_for_its_token(tmp_path: Path) -> None:
+    """Case 82: only its owner may open the socket."""
+    async with AsyncExitStack() as stack:
+        meeting = Meeting(stack)
+        meeting.broker = Broker(BrokerOptions(unix=tmp_path / "broker.sock"))
+        await meeting.open()
+        stack.push_async_callback(meeting.stop_broker)
+        site = await GuardedSite(stack, meeting).open()
+        await site.answer("", "/api/nodes", 401)
+        await site.answer(site.server.token, "/api/nodes")
