@@ -26,6 +26,10 @@ discards what the client has not read yet, so the client gets this time to read 
 KEEPALIVE_SEC: Final = 15.0
 """Seconds for the headers of the first request, and of the next one, to arrive."""
 
+BACKLOG: Final = 1024
+"""Connections that the kernel holds until they are accepted. It drops the next one, whose client tries again
+after a second only."""
+
 FIRST_BYTE_SEC: Final = 10.0
 """Seconds for the first byte of a connection to arrive, which with HTTPS comes after the handshake."""
 

@@ -6,6 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING
 
+from actors.web import limits
 from actors.web.connection import READ_BYTES, WebConnection
 from actors.web.connection_table import ConnectionTable
 from actors.web.refusals import Refusal, Refusals
@@ -54,7 +55,7 @@ class WebListener:
         loop = asyncio.get_running_loop()
         connect = partial(WebConnection, self, loop)
         self._server = await loop.create_server(
-            connect if tls is None else _encrypted(connect, tls, loop), host, port
+            connect if tls is None else _encrypted(connect, tls, loop), host, port, backlog=limits.BACKLOG
         )
         self.port = self._server.sockets[0].getsockname()[1]
 

@@ -91,11 +91,11 @@ class Processes:
         wait_until("a broker", lambda: file.exists() and file.read_text(encoding="utf-8").strip())
         return process.pid, file.read_text(encoding="utf-8").strip()
 
-    def page(self, url: str, *options: str) -> tuple[int, str]:
+    def page(self, url: str, *options: str, env: Mapping[str, str] | None = None) -> tuple[int, str]:
         """Start a page for a broker; return its process id and its URL."""
         port = free_port()
         listen = ("--listen", f"127.0.0.1:{port}", "--url", url, "--no-browser", *options)
-        process = self.start("actors", "web", *listen)
+        process = self.start("actors", "web", *listen, env=env)
         wait_until("the page", lambda: listens(port))
         return process.pid, f"{'https' if '--tls-cert' in options else 'http'}://127.0.0.1:{port}"
 

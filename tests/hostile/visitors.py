@@ -1,8 +1,8 @@
-"""Visitors of a page that measure what happens to them: `python -m tests.hostile.visitors PAGE TOKEN`.
+"""Visitors of a page that measure what happens to them: `python -m tests.hostile.visitors PAGE TOKEN ...`.
 
 They come from 127.0.0.2, where no attack comes from. A probe asks `/healthz` on a new connection each time,
-and a signed-in user asks for the graph. Like `innocents.py` they stop when standard input ends, and print
-JSON.
+a signed-in user asks for the graph, and now and then for the page and a stream. Users with further tokens
+sign in, one after the other. Like `innocents.py` they stop when standard input ends, and print JSON.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from typing import Final
 import aiohttp
 
 RATE_HZ: Final = 50
+SELDOM: Final = 25
+"""Of so many ticks, the user asks for the page and a stream in one, and another user signs in."""
 ADDRESS: Final = "127.0.0.2"
 TIMEOUT_SEC: Final = 10.0
 
@@ -26,10 +28,13 @@ class Visitors:
     Args:
         page: The page's URL.
         token: Of its user.
+        others: Of users who sign in.
     """
 
-    def __init__(self, page: str, token: str) -> None:
-        self.samples: dict[str, list[tuple[float, float]]] = {"probe": [], "graph": []}
+    def __init__(self, page: str, token: str, *others: str) -> None:
+        kinds = ("probe", "graph", "page", "stream", *(("sign-in",) if others else ()))
+        self.samples: dict[str, list[tuple[float, float]]] = {kind: [] for kind in kinds}
+        self._others = others
         self.failed = 0
         self.failures: dict[str, int] = {}
         self._page = page
@@ -51,21 +56,45 @@ class Visitors:
                 ticks += 1
                 self._start("probe", prober, "/healthz")
                 self._start("graph", user, "/api/topics")
+                if not ticks % SELDOM:
+                    self._start("page", user, "/")
+                    self._start("stream", user, "/api/log", until_end=False)
+                    if self._others:
+                        token = self._others[ticks // SELDOM % len(self._others)]
+                        self._start("sign-in", prober, "/api/session", json={"token": token})
                 await asyncio.sleep(began + ticks / RATE_HZ - time.monotonic())
             if self._requests:
                 await asyncio.wait(self._requests)
 
-    def _start(self, kind: str, session: aiohttp.ClientSession, path: str) -> None:
-        task = asyncio.create_task(self._ask(kind, session, path))
+    def _start(
+        self,
+        kind: str,
+        session: aiohttp.ClientSession,
+        path: str,
+        *,
+        until_end: bool = True,
+        json: dict[str, str] | None = None,
+    ) -> None:
+        task = asyncio.create_task(self._ask(kind, session, path, until_end=until_end, body=json))
         self._requests.add(task)
         task.add_done_callback(self._requests.discard)
 
-    async def _ask(self, kind: str, session: aiohttp.ClientSession, path: str) -> None:
+    async def _ask(
+        self,
+        kind: str,
+        session: aiohttp.ClientSession,
+        path: str,
+        *,
+        until_end: bool,
+        body: dict[str, str] | None,
+    ) -> None:
         began = time.monotonic()
+        method = "GET" if body is None else "POST"
         try:
-            async with session.get(self._page + path) as answer:
+            async with session.request(method, self._page + path, json=body) as answer:
                 answer.raise_for_status()
-                await answer.read()
+                if until_end:
+                    await answer.read()
         except (aiohttp.ClientError, TimeoutError) as error:
             self.failed += 1
             reason = f"{kind}: {getattr(error, 'status', type(error).__name__)}"
