@@ -35,6 +35,12 @@ QUICK_ASKS: Final = 5
 
 Zenoh may not know a route yet to one that has just joined."""
 
+MAX_UNHEARD: Final = 15
+"""Heartbeats after which a request counts as lost: the engine says earlier that there is no answer."""
+
+MAX_SILENT: Final = 15
+"""Heartbeats without one of a broker whose token has not been seen, after which it counts as gone."""
+
 MAX_PAUSE: Final = 32
 """Heartbeats after which a broker that has left many requests unanswered is asked again, at most."""
 
@@ -78,6 +84,9 @@ class BrokerSession:
         asked: Whether its snapshot has been requested and not received.
         failures: How many requests in a row it has left unanswered.
         pause: Heartbeats until it is asked again; 0 for none.
+        unheard: For how many heartbeats the answer to a request has not come, nor that there is none.
+        announced: Whether its token has been seen, so that its end will be, too.
+        silent: Heartbeats of this broker since the last one of that.
         nudged: Whether its own heartbeat has led to a request since this broker's last one.
         sourced: Whether its samples name their source.
         snapshot: Its snapshot, until the broker asks for this broker's.
@@ -99,6 +108,9 @@ class BrokerSession:
     asked: bool = False
     failures: int = 0
     pause: int = 0
+    unheard: int = 0
+    announced: bool = True
+    silent: int = 0
     nudged: bool = False
     sourced: bool = False
     snapshot: Snapshot | None = None
@@ -151,10 +163,18 @@ class BrokerSession:
         self.pause = min(1 << min(self.failures - QUICK_ASKS, 10), MAX_PAUSE)
         return False
 
+    def is_silent(self) -> bool:
+        """Count a heartbeat; return whether the broker has gone without a token whose end would show it."""
+        self.silent += 1
+        return not self.announced and self.silent > MAX_SILENT
+
     def is_due(self) -> bool:
         """Count a heartbeat; return whether it is time to ask again."""
         self.nudged = False
         self.pause -= self.pause > 0
+        self.unheard = self.unheard + 1 if self.asked else 0
+        if self.unheard > MAX_UNHEARD:
+            self.asked, self.unheard = False, 0
         return not (self.ready or self.asked or self.importing or self.snapshot or self.pause)
 
     def is_snapshot_overdue(self) -> bool:
@@ -220,6 +240,10 @@ class BrokerSessions:
     def get(self, broker: int) -> BrokerSession | None:
         """Return the session with a broker; None if it is not alive."""
         return self._sessions.get(broker)
+
+    def has_seen(self, broker: int) -> bool:
+        """Return whether there is or was a session with a broker, as far as is remembered."""
+        return broker in self._epochs
 
     def is_sourced(self, broker: int) -> bool:
         """Return whether the samples of a broker name their source: others are somebody else's."""

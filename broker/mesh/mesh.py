@@ -232,7 +232,9 @@ class Mesh:
         for broker in self._standings.beat():
             self.add_broker(broker)
         for broker, session in self.sessions.items():
-            if session.is_snapshot_overdue():
+            if session.is_silent():
+                self._forget(broker)
+            elif session.is_snapshot_overdue():
                 self._import(broker, session)
             elif session.is_due():
                 self._ask(broker, session)
@@ -261,15 +263,25 @@ class Mesh:
             "overflows": self.overflows.count,
         }
 
-    def add_broker(self, broker: int) -> None:
-        """Ask a broker that is alive for its endpoints."""
-        if broker in self.sessions or self._standings.is_banned(broker):
+    def add_broker(self, broker: int, *, announced: bool = True) -> None:
+        """Ask a broker that is alive for its endpoints.
+
+        Args:
+            broker: The broker.
+            announced: Whether `remove_broker` will follow when it goes. If not, its heartbeats show that.
+        """
+        session = self.sessions.get(broker)
+        if session is not None:
+            session.announced |= announced
+        if session is not None or self._standings.is_banned(broker):
             return
         if not 0 < broker <= MAX_U32 or broker == self._number:
             self._warn("ignored", broker, "it has no valid number")
             return
         self._given_up.pop(broker, None)
-        self._ask(broker, self.sessions.add(broker))
+        session = self.sessions.add(broker)
+        session.announced = announced
+        self._ask(broker, session)
         surplus = self.sessions.surplus()
         if surplus is not None:
             self.limited += 1
@@ -382,9 +394,12 @@ class Mesh:
         session = self.sessions.get(broker)
         if session is None:
             self.ignored += 1
-            if broker in self._given_up:  # it is there, and may answer
-                self.add_broker(broker)
+            # It was given up and is there, or its token was lost on a route that has just begun.
+            announced = broker in self._given_up
+            if announced or not self.sessions.has_seen(broker):
+                self.add_broker(broker, announced=announced)
             return
+        session.silent = 0
         epoch, sent = heartbeat.sent.get(self._number, (0, 0))
         try:
             self._agree(broker, session, epoch)

@@ -138,6 +138,38 @@ def test_who_announces_many_brokers_keeps_none_out(monkeypatch: pytest.MonkeyPat
     assert keys_of(attack, OTHER + 1) == {10}
 
 
+def test_a_broker_whose_token_was_lost_is_found_by_its_heartbeat() -> None:
+    """It counts as gone when its heartbeats end, unless its token comes after all."""
+    attack = Attack()
+    for broker in (FAKE, FAKE + 1):
+        attack.mesh.accept_heartbeat(broker, Heartbeat(1, {}))
+        assert asked(attack) == [broker]
+        attack.mesh.snapshot(broker, 1)
+        attack.mesh.accept_snapshot(broker, Snapshot(1, 1, nodes(1, broker)))
+    attack.mesh.add_broker(FAKE + 1)
+    for _ in range(broker_session.MAX_SILENT):
+        attack.mesh.send_heartbeat()
+    attack.mesh.accept_heartbeat(FAKE, Heartbeat(1, {HERE: (1, 0)}))
+    for _ in range(broker_session.MAX_SILENT):
+        attack.mesh.send_heartbeat()
+    assert keys_of(attack, FAKE) == {FAKE}
+    attack.mesh.send_heartbeat()
+    assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER, FAKE + 1)
+    assert keys_of(attack, FAKE) == set()
+
+
+def test_a_request_whose_end_is_never_told_is_made_again() -> None:
+    """Whatever becomes of it in the engine."""
+    attack = Attack()
+    attack.mesh.add_broker(FAKE)
+    assert asked(attack) == [FAKE]
+    for _ in range(broker_session.MAX_UNHEARD):
+        attack.mesh.send_heartbeat()
+        assert asked(attack) == []
+    attack.mesh.send_heartbeat()
+    assert asked(attack) == [FAKE]
+
+
 def test_brokers_beyond_the_limit_are_counted_and_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 65: only brokers that have answered count, and another one gets in when one of them has gone."""
     monkeypatch.setattr(broker_session, "MAX_BROKERS", 3)
