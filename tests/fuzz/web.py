@@ -53,9 +53,7 @@ class _Errors(logging.Handler):
         self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        text = logging.Formatter().format(record)
-        if "aiohttp.http_exceptions." not in text:  # it logs what is no request, and answers 400
-            self.texts.append(text)
+        self.texts.append(logging.Formatter().format(record))
 
 
 class _Page:
