@@ -132,9 +132,10 @@ fuzz: $(FUZZ_READY)
 	@for target in $(FUZZ_TARGETS); do \
 		$(BIN)/python -m tests.fuzz $$target -max_total_time=$(FUZZ_SECONDS) -max_len=4096 || exit 1; done
 
-# Attack brokers, pages and nodes with floods of full size, and measure innocent ones next to them; ATTACKS selects some.
+# Attack brokers, pages and nodes with floods of full size, and measure innocent ones next to them; ATTACKS selects some;
+# PEERS=1 attacks nats-server and mosquitto, too, where it fits.
 hostile: $(READY)
-	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(ATTACKS)
+	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(if $(PEERS),--peers) $(ATTACKS)
 
 # The page in Chromium, and the types of its scripts. Needs npm; on Debian it installs Chromium if that is missing.
 $(WEB_READY): $(READY) tests/browser/package.json
