@@ -35,6 +35,18 @@ def test_a_broker_is_a_router_that_searches_for_nobody() -> None:
     assert value(options, "transport/shared_memory/enabled") is False
 
 
+def test_a_received_message_has_a_limit(tmp_path: Path) -> None:
+    """Case 68: that of the largest message or snapshot, unless a file of Zenoh has another one."""
+    key, mib = "transport/link/rx/max_message_size", 1024 * 1024
+    assert value(BrokerOptions(mesh="tcp/127.0.0.1:1"), key) == 65 * mib
+    assert value(BrokerOptions(mesh="tcp/127.0.0.1:1", max_message_bytes=mib), key) == 65 * mib
+    large = BrokerOptions(mesh="tcp/127.0.0.1:1", max_message_bytes=200 * mib, max_reassembly_bytes=200 * mib)
+    assert value(large, key) == 201 * mib
+    path = tmp_path / "zenoh.json5"
+    path.write_text("{transport: {link: {rx: {max_message_size: 1000}}}}")
+    assert value(BrokerOptions(mesh_config=path), key) == 1000
+
+
 def test_a_file_of_zenoh_takes_precedence_over_the_defaults(tmp_path: Path) -> None:
     """What it does not say is as without it."""
     path = tmp_path / "zenoh.json5"
