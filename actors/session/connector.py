@@ -198,11 +198,11 @@ class Connector:
         fatal = connection.fatal
         # A running node waits: the broker's rules or the token's file may become valid again.
         waits = isinstance(fatal, NotAuthorized) and self._link.connections > 0
+        if fatal is not None and not waits:
+            raise fatal  # which says the same; a server that tries tokens for others logs it once for many
         if connection.refusal and connection.refusal != self._refusal:
             self._refusal = connection.refusal
             self._log.warning(str(fatal) if waits else connection.refusal)
-        if fatal is not None and not waits:
-            raise fatal
         if error is not None:
             if url == self._urls[0]:
                 self._error = error

@@ -291,8 +291,10 @@ async def test_wrong_tokens_keep_nobody_from_signing_in(
     await asyncio.wait(wrong)
 
 
-async def test_wrong_tokens_take_no_workspace(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Case 75: of those who are signed in, and they are counted."""
+async def test_wrong_tokens_take_no_workspace(
+    site: GuardedSite, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Case 75: of those who are signed in. They are counted, and logged by the limited log only."""
     monkeypatch.setattr(limits, "MAX_USERS", 1)
     async with site.client.ws_connect("/api/live", headers={"Authorization": f"Bearer {ZOE}"}) as socket:
         for n in range(5):
@@ -300,6 +302,8 @@ async def test_wrong_tokens_take_no_workspace(site: GuardedSite, monkeypatch: py
         await site.answer(ZOE, "/api/nodes")
         assert not socket.closed
     assert 'callboard_web_refusals_total{reason="tokens"} 5.0' in await metrics(site, SERVER)
+    loggers = {each.name for each in caplog.records if each.levelno == logging.WARNING}
+    assert loggers <= {"callboard.broker", "callboard.web"}
 
 
 async def test_who_leaves_is_not_asked_about(
