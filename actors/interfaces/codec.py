@@ -312,6 +312,10 @@ class Codec(Generic[T]):
         admitted = budget.admits(size, size if count is None else count, allowance or Allowance())
         if not admitted and not budget.is_proportionate(data, batch=True):
             raise MessageBudgetError(f"{type_name(self.msg_type)}: a message leaves out fields")
+        return self.decode_admitted(data)
+
+    def decode_admitted(self, data: Encoded) -> list[T]:
+        """Return the messages in `data`, which the budget admits; see `decode_batch`."""
         try:
             return cast("list[T]", self._decode_batch(data))
         except _DECODING_ERRORS as error:

@@ -43,7 +43,10 @@ class Decoder:
         failed: Messages dropped because they were not valid, or would have taken too much memory.
     """
 
-    __slots__ = ("_allowance", "_clock", "_codec", "_log", "_renewed", "_topic", "failed")
+    __slots__ = (
+        "_allowance", "_clock", "_codec", "_default_bytes", "_excess", "_log", "_most", "_renewed", "_topic",
+        "failed",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -59,6 +62,11 @@ class Decoder:
         self._allowance = Allowance()
         self._clock = clock
         self._renewed = 0.0
+        # Values of the budget, for the bound that each batch is compared with.
+        budget = None if codec is None else codec.budget
+        self._default_bytes = 0 if budget is None else budget.default_bytes
+        self._excess = 0 if budget is None else budget.excess
+        self._most = 0 if budget is None else budget.most
 
     def decode(self, batch: Batch | Replay, *, idle: bool = True) -> tuple[list[Any], Sequence[int]]:
         """Return the valid messages of a batch, and their numbers.
@@ -67,20 +75,32 @@ class Decoder:
             batch: The batch.
             idle: Whether no message decoded before still waits.
         """
-        numbers = range(batch.first_sequence, batch.first_sequence + batch.length)
+        count, payload = batch.length, batch.payload
+        numbers = range(batch.first_sequence, batch.first_sequence + count)
         codec = self._codec
         if codec is None:
             return [bytes(message) for message in split_messages(batch)], numbers
-        allowance = self._allowance
-        if allowance.memory < SPARE_BYTES or allowance.steps < MAX_STEPS:
-            self._renew(allowance, idle=idle)
+        size = len(payload)
+        # As in `DecodeBudget.admits`, whose call would cost more than all of this: most batches can take
+        # nothing of the allowance.
+        needed = count * self._default_bytes + size * self._excess
         try:
-            return codec.decode_batch(batch.payload, batch.length, allowance), numbers
+            if size <= self._most:
+                if needed <= 0:
+                    return codec.decode_admitted(payload), numbers
+                allowance = self._allowance
+                if needed > allowance.memory:
+                    self._renew(idle=idle)
+                if needed <= allowance.memory:
+                    allowance.memory -= needed
+                    return codec.decode_admitted(payload), numbers
+            return codec.decode_batch(payload, count, self._allowance), numbers
         except InvalidMessageError:
             return self._decode_each(codec, batch)
 
-    def _renew(self, allowance: Allowance, *, idle: bool) -> None:
-        now = self._clock()
+    def _renew(self, *, idle: bool) -> None:
+        """Renew the allowance, if it is time to."""
+        allowance, now = self._allowance, self._clock()
         if now < self._renewed + RENEWAL_SEC:
             return
         self._renewed = now
@@ -94,6 +114,7 @@ class Decoder:
         valid: list[Any] = []
         numbers: list[int] = []
         allowance = self._allowance
+        self._renew(idle=False)
         # A busy consumer, too, gets messages that are small even with all defaults: the depth limits these.
         small = min(batch.length * codec.budget.default_bytes, SPARE_BYTES)
         allowance.memory = max(allowance.memory, LEAST_SPARE_BYTES, small)
