@@ -267,21 +267,30 @@ def shared_allowance(waiting: int) -> Allowance:
 class _Walk:
     """Charges the messages in `data` for what they leave out.
 
+    What has been visited has to be in proportion at each moment. Otherwise most of the budget of a large
+    message would be charged, element by element, before it is refused.
+
     Args:
         data: The bytes.
-        memory: Memory at most.
+        memory: Memory at most, beyond `FACTOR` times the bytes.
         steps: Fields and elements at most.
 
     Attributes:
-        memory, steps: What is left of them.
+        steps: What is left of them.
     """
 
     def __init__(self, data: Buffer, memory: int, steps: int) -> None:
         self._view = memoryview(data)
         self._unpacker = _unpacker()
         self._unpacker.feed(self._view)
-        self.memory = memory
+        self._memory = memory
         self.steps = steps
+
+    @property
+    def memory(self) -> int:
+        """What is left of it."""
+        left: int = self._memory + FACTOR * self._unpacker.tell()
+        return left
 
     def messages(self, cls: MessageType) -> None:
         """Charge an array of messages.
@@ -318,7 +327,7 @@ class _Walk:
         self._charge(sum(size for name, size in omitted.items() if name not in written))
 
     def _charge(self, memory: int) -> None:
-        self.memory -= memory
+        self._memory -= memory
         self.steps -= 1
         if self.memory < 0 or self.steps < 0:
             raise _ExceededError
@@ -421,16 +430,15 @@ class DecodeBudget:
         if self.is_proportionate(data):
             return
         size = memoryview(data).nbytes
-        memory = FACTOR * size + allowance.memory
         name = message_name(self._cls)
-        walk = _Walk(data, memory, allowance.steps)
+        walk = _Walk(data, allowance.memory, allowance.steps)
         try:
             walk.message(self._cls)
         except _ExceededError:
             raise MessageBudgetError(
                 f"{name}: its {size:,} bytes leave out fields (or are invalid), and with their defaults would"
-                f" take more than {memory >> 10:,} KiB or {MAX_STEPS:,} steps; write every field of a large"
-                " message"
+                f" take more than {FACTOR} times as much memory and {allowance.memory >> 10:,} KiB, or"
+                f" {MAX_STEPS:,} steps; write every field of a large message"
             ) from None
         except InvalidMessageError as error:
             raise InvalidMessageError(f"{name}: {error}") from error.__cause__

@@ -59,10 +59,10 @@ def unsent_publishers(link: Link) -> int:
 
 
 @contextmanager
-def invalid_requests(client: Client[Any, Any]) -> Iterator[None]:
+def invalid_requests(client: Client[Any, Any], body: bytes = b"\xa1x") -> Iterator[None]:
     """Let a client send requests that no server can decode: the public codec makes none."""
     codec = client._requests
-    client._requests = SimpleNamespace(encode=lambda _: b"\xa1x")  # type: ignore[assignment]
+    client._requests = SimpleNamespace(encode=lambda _: body)  # type: ignore[assignment]
     try:
         yield
     finally:

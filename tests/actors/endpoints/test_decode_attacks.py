@@ -58,7 +58,8 @@ async def test_a_subscription_drops_what_leaves_out_too_much(
     meeting: Meeting, caplog: pytest.LogCaptureFixture, profile: Any
 ) -> None:
     """Case 62: counted and logged; its other messages, and the node's other subscriptions, arrive."""
-    reader, attacker = await meeting.node("reader"), await meeting.node("attacker")
+    name = f"reader_{id(profile)}"  # the throttle of a line is its logger's
+    reader, attacker = await meeting.node(name), await meeting.node("attacker")
     transforms, numbers = list[TFMessage](), list[int]()
     attack = attacker.create_publisher(TFMessage, "tf", profile)
     other = attacker.create_publisher(Int64, "number")
@@ -107,7 +108,7 @@ async def requested(meeting: Meeting, name: str, srv_type: Any, body: bytes, *ca
 
 async def test_a_service_refuses_such_a_request(meeting: Meeting, caplog: pytest.LogCaptureFixture) -> None:
     """Case 62: the caller gets a typed error, and the server goes on."""
-    server = await meeting.node("server")
+    server = await meeting.node("server_that_logs")  # the throttle of a line is its logger's
     server.create_service(Plan, "plan", lambda request: Plan.Response(plans=request.goals))
     with caplog.at_level(logging.WARNING):
         (entry,) = await requested(meeting, "/plan", Plan, starved("goals", COUNT), 1)
