@@ -6,9 +6,6 @@ import builtins
 import importlib
 import keyword
 import math
-import os
-import shutil
-import subprocess
 import sys
 import typing
 from pathlib import Path
@@ -34,64 +31,12 @@ from actors.interfaces.registry import (
     source_of,
 )
 from actors.interfaces.specs import PACKAGE_NAME, ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
+from tests.actors.interfaces.definitions_of_each_kind import EVERYTHING, KINDS, fields, write_package
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 ROOT = Path(actors.interfaces.__file__).parent
-EVERYTHING = """
-int8 LOW=-5
-string NAME="a \\"b\\""
-byte B=3
-std_msgs/Header header
-geometry_msgs/Point point
-Point own_point
-std_msgs/Int8MultiArray array
-bool yes true
-byte one 7
-char letter 65
-float32 f 1.5
-float64 inf_value inf
-int64 i -5
-uint64 big 18446744073709551615
-string s "it's \\"quoted\\""
-string<=5 bounded
-wstring wide
-uint8[] data [1, 2]
-byte[4] four
-uint8[<=9] some
-float64[] doubles [1, 2.5]
-float64[3] three
-int32[<=3] few [7]
-bool[2] flags
-string[] texts ["a", 'b']
-string<=3[2] pair
-Point[] points
-Point[2] two
-geometry_msgs/Pose[<=3] a_very_long_field_name_that_makes_the_line_too_long_for_the_formatter_and_must_wrap
-"""
-
-
-KINDS = """
-{0}bool {1}
-byte {1}
-char {1} 7
-int32 {1} 5
-float32 {1} inf
-float64 {1} nan
-string {1} "("
-string<=5 {1}
-wstring {1}
-uint8[3] {1}
-bool[] {1}
-string<=3[<=2] {1} ["a"]
-int32[2] {1}
-float64[] {1} [1, 2]
-std_msgs/Header {1}
-geometry_msgs/Point[2] {1}
-geometry_msgs/Point[] {1}
-""".strip().splitlines()
-"""A field of each kind that the generator treats in its own way."""
 USED = {
     "Message",
     "Service",
@@ -106,56 +51,14 @@ USED = {
 """Types that generated modules import. There may be messages of these names."""
 
 
-LONG = """
-string A="{}("
-string B="{}"
-string C="{}"
-string<=500 bounded "{}"
-string plain "{}"
-string<=500 plain2 "{}"
-string[] several ["{}", "{}", "c"]
-string[] one ["{}"]
-float64[] numbers [{}]
-float64[9] nine [1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5]
-geometry_msgs/TwistWithCovarianceStamped[3] the_name_of_this_field_is_so_long_that_it_must_be_broken
-uint8[] data [{}]
-""".format(
-    "a(" * 50, "b" * 77, "c" * 78, "d" * 120, "e" * 80, "f" * 66, "g" * 50, "h" * 50, "i" * 80,
-    ", ".join(["1.25"] * 30), ", ".join(["7"] * 60),
-)  # fmt: skip
-
-
 def _legal(names: Iterable[str]) -> list[str]:
     """Return the names that a field may have."""
     return sorted({name for name in names if PACKAGE_NAME.fullmatch(name) and not keyword.iskeyword(name)})
 
 
-def _fields(name: str, others: str = "") -> str:
-    """Return a message whose first field has a name; one of each kind follows, as it may hide names."""
-    lines = [f"{kind.format(others, f'x{number}')}" for number, kind in enumerate(KINDS)]
-    return "\n".join([f"int32 {name} 3", *lines])
-
-
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    folder = tmp_path / "robot_test_msgs"
-    for name, text in {
-        "msg/Everything.msg": EVERYTHING,
-        "msg/Point.msg": "float32 x\nfloat32 y",
-        "msg/Empty.msg": "# nothing",
-        "srv/Home.srv": "Point where\n---\nbool ok\nstring message",
-        "msg/Long.msg": LONG,
-        "srv/Long.srv": f"{LONG}\n---\n{LONG}",
-        "msg/Names.msg": _fields("list", "string str # (\nbool bool\nint32 msgspec\nint32 int32\n"),
-        "msg/Message.msg": _fields("float"),
-        "srv/Service.srv": "Message message\nstring range\n---\nstring<=5[] list",
-        "srv/Nothing.srv": "---",
-        "action/Drive.action": "Point to\n---\nfloat64 length\n---\nPoint at",
-    }.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return folder
+    return write_package(tmp_path)
 
 
 @pytest.mark.parametrize("package", standard_packages())
@@ -198,42 +101,6 @@ def test_a_generated_package_works(package: Path, tmp_path: Path, monkeypatch: p
     for name in list(sys.modules):
         if name.startswith("robot_test_msgs"):
             monkeypatch.delitem(sys.modules, name)
-
-
-def test_generated_source_is_clean(package: Path, tmp_path: Path) -> None:
-    """Formatted, and accepted by ruff and mypy --strict."""
-    out = tmp_path / "out"
-    generate(package, out)
-    tools = Path(sys.executable).parent
-    for command in (
-        ["ruff", "format", "--isolated", "--line-length=110", "--check", "."],
-        # A long value is in one line, as the formatter leaves it.
-        [
-            *("ruff", "check", "--isolated", "--line-length=110", "--select=E,F,W,I,UP,B,RUF,TC"),
-            *("--per-file-ignores=_long.py:E501", "."),
-        ],
-        [
-            "mypy",
-            "--strict",
-            "--no-incremental",
-            f"--cache-dir={tmp_path / 'cache'}",
-            "--config-file=",
-            "robot_test_msgs",
-        ],
-    ):
-        if shutil.which(command[0], path=str(tools)) is None:
-            pytest.skip(f"{command[0]} is not installed")
-        done = subprocess.run(
-            [tools / command[0], *command[1:]],
-            cwd=out,
-            env={**os.environ, "MYPYPATH": str(ROOT.parents[1])},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        # mypy also reports on what the package imports, and that is not this test's business.
-        clean = done.returncode == 0 or (command[0] == "mypy" and "robot_test_msgs" not in done.stdout)
-        assert clean, done.stdout + done.stderr
 
 
 def test_generation_beside_the_sources_keeps_the_authors_init(package: Path) -> None:
@@ -283,7 +150,7 @@ def test_fields_may_have_any_name(imported: Any) -> None:
         [*dir(builtins), *dir(typing), *dir(types), *dir(message), *dir(Message), *dir(msgspec), "msgspec"]
     )
     assert {"list", "str", "bool", "int32", "float", "bytes", "msgspec", "type", "range", "field"} <= {*names}
-    files = {f"msg/M{number}.msg": _fields(name) for number, name in enumerate(names)}
+    files = {f"msg/M{number}.msg": fields(name) for number, name in enumerate(names)}
     files["msg/All.msg"] = "\n".join(
         f"{KINDS[n % len(KINDS)].format('', name)}" for n, name in enumerate(names)
     )
@@ -308,9 +175,9 @@ def test_fields_in_idl_may_have_the_name_of_a_type(imported: Any) -> None:
 
 def test_messages_and_constants_may_have_any_name(imported: Any) -> None:
     """Those that the generated module uses itself; and names of constants that are names of messages."""
-    files = {f"msg/{name}.msg": _fields("x") for name in USED}
+    files = {f"msg/{name}.msg": fields("x") for name in USED}
     files["msg/UUID.msg"] = "int8 UUID=1\nint8 SLOT_TYPES=2\nunique_identifier_msgs/UUID id"
-    files |= {f"msg/Of{name}.msg": _fields("x", f"{name} own\n{name}[2] two\n") for name in [*USED, "UUID"]}
+    files |= {f"msg/Of{name}.msg": fields("x", f"{name} own\n{name}[2] two\n") for name in [*USED, "UUID"]}
     files["msg/Same.msg"] = "std_msgs/Int8 a\nexample_interfaces/Int8 b\nInt8 c\nint8 int8"
     files["msg/Int8.msg"] = files["msg/StdMsgsInt8.msg"] = "StdMsgsInt16 x"
     files["msg/StdMsgsInt16.msg"] = "std_msgs/Int16 x"

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tests.actors.meeting import DEADLINE_SEC
+from tests.integration.conftest import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 PROGRAM = Path(__file__).with_name("callback_types.py")
-ROOT = Path(__file__).parents[3]
 
 
 def lines_with_errors(text: str) -> list[int]:
