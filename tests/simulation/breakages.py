@@ -564,4 +564,4 @@ BREAKAGES: Final[dict[str, tuple[Callable[[], AbstractContextManager[object]], b
 def live_with_a_breakage(seed: int, *, calm: bool) -> History:
     """Live through a history in which the broker sends each batch twice; for a soak that must find it."""
     with forwards_twice():
-        return live(seed, calm=calm)
+        return live(seed, calm=calm, until_complaint=True)
