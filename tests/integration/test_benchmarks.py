@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+
+import pytest
 
 from benchmarks import resilience
 from benchmarks.faults import freeze, presence, restart
@@ -12,10 +13,8 @@ from benchmarks.harness.results import Entrant, Results
 from benchmarks.harness.runner import plan, run
 from benchmarks.harness.workloads import WORKLOADS
 
-if TYPE_CHECKING:
-    import pytest
 
-
+@pytest.mark.long
 async def test_nodes_of_one_process_and_messages_at_a_pace_are_measured() -> None:
     """W11 and W12: both roles of a process are counted once."""
     contender = callboard()

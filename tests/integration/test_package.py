@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 GUIDE: Final = (ROOT / "docs" / "how-to" / "package.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 @builds_packages
 @pytest.mark.timeout(6 * DEADLINE_SEC)
 async def test_the_guide_to_packages_can_be_followed(system: System, tmp_path: Path) -> None:

@@ -126,6 +126,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 @builds_packages
 async def test_installed_programs_run_as_they_are(system: System, tmp_path: Path) -> None:
     """With packaging/callboard-ros: the course's package and its launch file, child processes, and pytest."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 
+@pytest.mark.long
 @builds_packages
 @pytest.mark.timeout(6 * DEADLINE_SEC)
 async def test_the_tutorial_can_be_followed(system: System, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ def test_a_history_keeps_every_promise(history_seed: int, *, calm: bool) -> None
     assert not history.wrong, history.wrong
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_history() -> None:
     """A history is reproducible: every byte travels at the same time."""
     assert live(7, calm=False) == live(7, calm=False)

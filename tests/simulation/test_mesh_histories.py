@@ -14,6 +14,7 @@ def test_a_history_of_a_mesh_keeps_every_promise(mesh_seed: int, *, calm: bool) 
     assert not history.wrong, history.wrong
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_history_of_a_mesh() -> None:
     """A history is reproducible: every byte travels at the same time."""
     assert live_in_mesh(7, calm=False) == live_in_mesh(7, calm=False)

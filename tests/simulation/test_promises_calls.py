@@ -268,6 +268,7 @@ def test_a_suspended_server_is_passed_over_and_informed_when_it_is_back() -> Non
     play(scene)
 
 
+@pytest.mark.long
 def test_a_hundred_thousand_calls_wait_and_end() -> None:
     """All calls of one client at one server are answered, and nothing remains of them."""
 
