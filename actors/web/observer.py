@@ -15,6 +15,7 @@ from actors.graph.snapshot import GraphSnapshot
 from actors.tools.broker_names import BrokerNames
 from actors.tools.hidden_node import make_hidden_node
 from actors.tools.overview import Overview, Sample, Samples
+from actors.web.documents import PAUSE
 from actors.web.node_names import NODE_NAMES
 from actors.web.worker import Worker
 from proto.aio.tasks import RESTART_PAUSE_SEC, cancel_and_wait, keep_running
@@ -112,6 +113,7 @@ class Observer:
         self._asked: asyncio.Task[BrokerReport] | None = None
         """The last query for the broker's counters."""
         self._asked_sec = -math.inf
+        self._fresh_until_sec = -math.inf
         self._sampling: asyncio.Task[Overview] | None = None
         self._query: asyncio.Task[GraphSnapshot] | None = None
         """The query that has not been sent yet."""
@@ -250,12 +252,12 @@ class Observer:
             return await self.node.get_graph()
 
     async def sample(self) -> Overview:
-        """Take a sample, or return one that is younger than `FRESH_SEC`.
+        """Take a sample, or return a fresh one: for `FRESH_SEC`, and longer if it took long.
 
         Raises:
             BrokerUnreachable: There is no broker now.
         """
-        if self.overview is not None and time.monotonic() - self._sampled_sec < FRESH_SEC:
+        if self.overview is not None and time.monotonic() < self._fresh_until_sec:
             return self.overview
         if self._sampling is None or self._sampling.done():
             self._sampling = asyncio.get_running_loop().create_task(self._take_sample())
@@ -276,8 +278,12 @@ class Observer:
 
     async def _take_sample(self) -> Overview:
         report, samples = await self.broker_report(), self._samples
+        began = time.monotonic()
         seen = await self.work.run(samples.add, Sample(self.snapshot, report))
         self.report, self._sampled_sec, self.overview = report, time.monotonic(), seen
+        # Less than the period of those who listen, who get a new one each time.
+        fresh_sec = min(PAUSE * (self._sampled_sec - began), SAMPLE_PERIOD_SEC / 2)
+        self._fresh_until_sec = self._sampled_sec + max(FRESH_SEC, fresh_sec)
         return seen
 
     async def _watch(self) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.tools import graph_documents as documents
 from actors.tools.graph_drawing.model import document_of, model_of
+from actors.tools.overview import Overview
 from actors.web.json_encoding import encode_json
 from actors.web.routes.responses import NotFoundError, encoded_response
 from actors.web.routes.route import ASKING, READING, Route
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from aiohttp import web
 
     from actors.graph.snapshot import GraphSnapshot
-    from actors.web.observer import Observer
 
 
 def name_in(request: web.Request) -> str:
@@ -29,10 +29,11 @@ def name_in(request: web.Request) -> str:
 
 async def graph(request: web.Request) -> web.Response:
     """Return the graph as it is drawn."""
+    observer = workspace_of(request).observer
     return await _whole(
         request,
         "graph",
-        lambda observer, snapshot: document_of(model_of(snapshot, brokers=observer.brokers_of_nodes())),
+        lambda snapshot, _: document_of(model_of(snapshot, brokers=observer.brokers_of_nodes())),
     )
 
 
@@ -40,42 +41,45 @@ async def overview(request: web.Request) -> web.Response:
     """Return topics, nodes and services with their rates, as of the last two samples."""
     workspace = workspace_of(request)
     seen = await workspace.observer.sample()
-    return encoded_response(await workspace.documents.encoded("overview", (seen,), seen.as_dict))
+    made = await workspace.documents.encoded("overview", lambda: (seen,), Overview.as_dict)
+    return encoded_response(made)
 
 
 async def topics(request: web.Request) -> web.Response:
     """Return the topics with their types."""
-    return await _whole(request, "topics", lambda _, snapshot: documents.topics(snapshot))
+    return await _whole(request, "topics", lambda snapshot, _: documents.topics(snapshot))
 
 
 async def services(request: web.Request) -> web.Response:
     """Return the services with their types."""
-    return await _whole(request, "services", lambda _, snapshot: documents.services(snapshot))
+    return await _whole(request, "services", lambda snapshot, _: documents.services(snapshot))
 
 
 async def actions(request: web.Request) -> web.Response:
     """Return the actions with their types."""
-    return await _whole(request, "actions", lambda _, snapshot: documents.actions(snapshot))
+    return await _whole(request, "actions", lambda snapshot, _: documents.actions(snapshot))
 
 
 async def nodes(request: web.Request) -> web.Response:
     """Return the nodes."""
+    observer = workspace_of(request).observer
     return await _whole(
-        request, "nodes", lambda observer, snapshot: documents.nodes(snapshot, observer.broker_names())
+        request, "nodes", lambda snapshot, _: documents.nodes(snapshot, observer.broker_names())
     )
 
 
 async def _whole(
-    request: web.Request, name: str, make: Callable[[Observer, GraphSnapshot], object]
+    request: web.Request, name: str, make: Callable[[GraphSnapshot, object], object]
 ) -> web.Response:
     """Return a document of the whole graph, which is made once for each state of it."""
     workspace = workspace_of(request)
     observer = workspace.observer
-    snapshot = observer.snapshot
-    made = await workspace.documents.encoded(
-        name, (snapshot, observer.report), lambda: make(observer, snapshot)
-    )
-    return encoded_response(made)
+
+    def parts() -> tuple[object, ...]:
+        # The report has the names of brokers; it is a new one with each sample.
+        return observer.snapshot, None if observer.broker_names() is None else observer.report
+
+    return encoded_response(await workspace.documents.encoded(name, parts, make))
 
 
 def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web.Request], Any]:

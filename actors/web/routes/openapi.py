@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
@@ -97,7 +96,7 @@ async def describe(request: web.Request) -> web.Response:
     """Return the API as an OpenAPI description."""
     routes = request.app[ALL_ROUTES]
     documents = workspace_of(request).documents
-    return encoded_response(await documents.encoded("openapi", (routes,), partial(openapi, routes)))
+    return encoded_response(await documents.encoded("openapi", lambda: (routes,), openapi))
 
 
 ROUTES: Final = (
