@@ -14,7 +14,7 @@ from actors.web.worker import Worker
 async def test_a_graph_that_changes_all_the_time_is_described_at_times(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Case 77: a pause follows, in proportion; who asks meanwhile gets what is there at its end, made once."""
+    """Case 77: a pause follows; who asks meanwhile gets what is there at its end, made once."""
     spent = iter([0.0, 0.001, 0.0, 0.001])
     monkeypatch.setattr("actors.web.documents.time.thread_time", lambda: next(spent))
     worker = Worker()

@@ -442,3 +442,17 @@ async def test_the_page_of_a_broker_on_a_unix_socket_asks_for_its_token(tmp_path
         site = await GuardedSite(stack, meeting).open()
         await site.answer("", "/api/nodes", 401)
         await site.answer(site.server.token, "/api/nodes")
+
+
+async def test_roles_see_the_address_of_the_pages_process(
+    rules: Path, site: GuardedSite, guarded: Meeting
+) -> None:
+    """Case 83: a role of this machine applies to users of a page beside the broker, as the reference says."""
+    text = rules.read_text()  # noqa: ASYNC240 - a small file
+    for origin, status in (("local", 200), ("192.0.2.1", 403)):
+        changed = text.replace("[roles.zoe]", f'[roles.zoe]\nfrom = ["{origin}"]')
+        rules.write_text(changed)  # noqa: ASYNC240
+        guarded.broker.reload()
+        await site.answer(ZOE, "/api/session")
+        document = {"type": "std_msgs/msg/String", "message": {"data": "hi"}}
+        await site.answer(ZOE, "/api/topics/zoe/cmd", status, "POST", json=document)
