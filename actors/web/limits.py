@@ -38,7 +38,7 @@ UNREAD_SEC: Final = 60.0
 they are enough for the largest that the server sends in one piece, an image."""
 
 MAX_CONNECTIONS: Final = 512
-"""Open connections. A silent one costs a few KiB, one with HTTPS 15 KiB, one with requests 50 KiB."""
+"""Open connections. A silent one costs a few KiB, with HTTPS 13 KiB and in mid-handshake 50 KiB."""
 
 MAX_HOLDER_CONNECTIONS: Final = 128
 """Those of one user, or of one address without a user: of several browsers, or of a proxy. A browser has at
