@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.regular_files import read_regular
 
 KINDS: Final = ("msg", "srv", "action")
 STANDARD_ROOT: Final = "actors.interfaces"
@@ -113,7 +114,7 @@ def _names(package: str, kind: str) -> list[str]:
 def _exported(module: Path) -> list[str]:
     """Return a module's `__all__` without running it: a package may do anything when it is imported."""
     try:
-        body = ast.parse(module.read_text(encoding="utf-8")).body
+        body = ast.parse(read_regular(module)).body
     except (OSError, SyntaxError, ValueError):
         return []
     for statement in body:
@@ -154,8 +155,8 @@ def _has(folder: Path, kind: str) -> bool:
     except OSError:  # a folder above it that nobody may enter
         return False
     try:
-        if _GENERATED in (folder / "__init__.py").read_text(encoding="utf-8"):
+        if _GENERATED.encode() in read_regular(folder / "__init__.py"):
             return True
-    except (OSError, UnicodeDecodeError):
+    except OSError:
         pass
     return any(map(_TYPE.fullmatch, interface_files(folder.parent, kind)))

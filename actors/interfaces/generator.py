@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.interfaces.catalog import STANDARD_ROOT, interface_files, standard_packages
+from actors.interfaces.catalog import STANDARD_ROOT, interface_files, source_file, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.parser import parse_file
+from actors.interfaces.regular_files import is_within
 from actors.interfaces.source import module_name, render_init, render_module
 from actors.interfaces.specs import PACKAGE_NAME, PARTS
 
@@ -71,9 +72,31 @@ def _check_modules(source_dir: Path, specs: list[InterfaceSpec]) -> None:
             raise InterfaceSyntaxError(str(source_dir), 0, reason)
 
 
+def _spec_of(type_name: str, folder: Path) -> InterfaceSpec | None:
+    """Return a message of another package, whose folder is in `folder` or on the import path.
+
+    None also if its file is wrong: then that package says so.
+    """
+    package, kind, name = type_name.split("/")
+    path = interface_files(folder / package, kind).get(name) or source_file(package, kind, name)
+    try:
+        return None if path is None else parse_file(path, package)
+    except (InterfaceSyntaxError, OSError):
+        return None
+
+
+def _check_dependencies(source_dir: Path, specs: dict[str, InterfaceSpec]) -> None:
+    for spec in specs.values():
+        for dependency in sorted(spec.dependencies):
+            if dependency.startswith(f"{spec.package}/") and dependency not in specs:
+                reason = f"{spec.type_name} has a field of type {dependency}, which is not in the package"
+                raise InterfaceSyntaxError(str(source_dir), 0, reason)
+
+
 def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[InterfaceSpec]:
     ordered: list[InterfaceSpec] = []
     done: set[str] = set()
+    standard = {*standard_packages()}
 
     def visit(type_name: str, path: list[str]) -> None:
         if type_name in path:
@@ -84,18 +107,18 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
         if len(path) >= MAX_NESTED:
             reason = f"{path[0]} has messages that are nested more than {MAX_NESTED} levels deep"
             raise InterfaceSyntaxError(str(source_dir), 0, reason)
-        spec = specs[type_name]
-        for dependency in sorted(spec.dependencies):
-            if dependency in specs:
+        # Another package's message may contain one of this package, which could then never be imported.
+        spec = specs.get(type_name) or _spec_of(type_name, source_dir.parent)
+        for dependency in sorted(() if spec is None else spec.dependencies):
+            if dependency in specs or dependency.partition("/")[0] not in standard:
                 visit(dependency, [*path, type_name])
-            elif dependency.startswith(f"{spec.package}/"):
-                reason = f"{type_name} has a field of type {dependency}, which is not in the package"
-                raise InterfaceSyntaxError(str(source_dir), 0, reason)
         done.add(type_name)
-        ordered.append(spec)
+        if type_name in specs:
+            ordered.append(specs[type_name])
 
     for type_name in specs:
         visit(type_name, [])
+    _check_dependencies(source_dir, specs)
     return ordered
 
 
@@ -157,6 +180,9 @@ def generate(source_dir: Path, output_dir: Path | None = None, *, root: str = ""
     # All are compiled before the first is written: an error leaves the package as it was.
     for name, text in files.items():
         compile(text, str(target / name), "exec", dont_inherit=True)
+        if not is_within(target / name, target):
+            reason = "It is a link to elsewhere, or no regular file: nothing is written through it; remove it"
+            raise InterfaceSyntaxError(str(target / name), 0, reason)
     for name, text in files.items():
         path = target / name
         if "/" not in name and path.exists():

@@ -14,6 +14,7 @@ import keyword
 import re
 from contextlib import suppress
 from dataclasses import replace
+from io import BytesIO, TextIOWrapper
 from itertools import takewhile
 from typing import TYPE_CHECKING, Final, NoReturn
 
@@ -21,6 +22,7 @@ from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.idl import parse_idl
 from actors.interfaces.literals import parse_value
+from actors.interfaces.regular_files import read_regular
 from actors.interfaces.specs import (
     MAX_FIELDS,
     MAX_FIXED,
@@ -254,14 +256,14 @@ def read_source(path: Path) -> str:
 
     Raises:
         InterfaceSyntaxError: The file is too large or not UTF-8.
-        OSError: The file cannot be read.
+        OSError: The file cannot be read, or is no regular file.
     """
-    # Before it is read: a wrong path may name anything.
-    if path.stat().st_size > MAX_FILE_BYTES:
+    content = read_regular(path, MAX_FILE_BYTES + 1)
+    if len(content) > MAX_FILE_BYTES:
         raise InterfaceSyntaxError(str(path), 0, f"The file is larger than {MAX_FILE_BYTES} bytes")
     try:
         # Editors on Windows write a byte order mark.
-        return path.read_text(encoding="utf-8-sig")
+        return TextIOWrapper(BytesIO(content), encoding="utf-8-sig").read()
     except UnicodeDecodeError as error:
         raise InterfaceSyntaxError(str(path), 0, f"The file is not UTF-8: {error}") from error
 

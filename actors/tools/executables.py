@@ -23,6 +23,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.interfaces.regular_files import read_regular_text
 from actors.tools.prefixes import INDEX, PACKAGES, package_prefix, prefixes, python_programs
 
 if TYPE_CHECKING:
@@ -190,7 +191,7 @@ class DataPackage(Package):
     def version(self) -> str:
         """Its version, as `package.xml` says it; empty if it does not."""
         try:
-            text = (self._prefix / "share" / self.name / "package.xml").read_text(encoding="utf-8")
+            text = read_regular_text(self._prefix / "share" / self.name / "package.xml")
         except (OSError, UnicodeDecodeError):
             return ""
         found = re.search(r"<version[^>]*>\s*([^<\s]*)", text)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from actors.config import environment
+from actors.interfaces.regular_files import read_regular
 
 INDEX: Final = Path("share", "ament_index", "resource_index")
 PACKAGES: Final = "packages"
@@ -67,8 +68,7 @@ def is_python_program(path: Path) -> bool:
         path: The file; it need not exist.
     """
     try:
-        with path.open("rb") as file:
-            first = file.readline(MAX_SHEBANG)
+        first = read_regular(path, MAX_SHEBANG).partition(b"\n")[0]
     except OSError:
         return False
     return path.suffix == ".py" or (first.startswith(b"#!") and b"python" in first)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path  # noqa: TC003 - as in ROS 2, annotations can be read
 
+from actors.interfaces.regular_files import read_regular_text
 from actors.tools.prefixes import INDEX, prefixes, resource
 
 
@@ -24,7 +25,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
         InvalidResourceNameError: There can be no such name.
     """
     path = get_resource_path(resource_type, resource_name)
-    return path.read_text(encoding="utf-8"), str(path.parents[len(INDEX.parts) + 1])
+    return read_regular_text(path), str(path.parents[len(INDEX.parts) + 1])
 
 
 def get_resource_path(resource_type: str, resource_name: str) -> Path:

@@ -6,10 +6,12 @@ import builtins
 import importlib
 import keyword
 import math
+import os
+import subprocess
 import sys
 import typing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 from unittest import mock
 
 import msgspec
@@ -241,3 +243,78 @@ def test_a_bad_folder_name_is_reported(tmp_path: Path) -> None:
     """The folder's name is the package's."""
     with pytest.raises(InterfaceSyntaxError, match="not a package name"):
         generate(tmp_path / "Bad-Name")
+
+
+CIRCLE: Final = {"aa/msg/A.msg": "bb/B b\n", "bb/msg/B.msg": "cc/C[] c\n", "cc/msg/C.msg": "aa/A[<=3] a\n"}
+
+
+def _write(folder: Path, files: dict[str, str]) -> None:
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("package", ["aa", "bb", "cc"])
+def test_packages_whose_messages_contain_each_other_are_refused(tmp_path: Path, package: str) -> None:
+    """Case 84: none of them could be imported; the error says which messages these are."""
+    _write(tmp_path, CIRCLE)
+    with pytest.raises(InterfaceSyntaxError, match=r"contain one another: .*aa/msg/A -> bb/msg/B"):
+        generate(tmp_path / package, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_packages_that_use_each_other_can_be_imported(tmp_path: Path) -> None:
+    """Case 84: in another process, of what was written: also long constants with brackets in their text."""
+    text = "a (b" * 40
+    files = {
+        "aa/msg/A.msg": f'bb/B b\nstring TEXT="{text}"\nstring value "({text})"\n',
+        "aa/msg/Z.msg": "int32 float\nint32[] bytes\nbyte[] msgspec\nfloat64[3] list\n",
+        "bb/msg/B.msg": "aa/Z z\n",
+        "bb/msg/Import.msg": "aa/A a\n",
+    }
+    _write(tmp_path, files)
+    for package in ("aa", "bb"):
+        generate(tmp_path / package, tmp_path / "out")
+    code = (
+        f"import sys; sys.path[:0] = {[str(tmp_path / 'out'), str(ROOT.parents[1])]!r}\n"
+        "import aa.msg, bb.msg\n"
+        "for package in (aa.msg, bb.msg):\n"
+        "    for name in package.__all__: getattr(package, name)(); print(name)\n"
+        f"assert aa.msg.A.TEXT == {text!r}\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.split() == ["A", "Z", "B", "Import"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("name", ["Pipe.msg", "Pipe.idl"])
+def test_a_named_pipe_among_the_files_is_refused(tmp_path: Path, name: str) -> None:
+    """Case 86: reading it would never end; the error names it."""
+    _write(tmp_path, {"aa/msg/A.msg": "int32 x\n"})
+    os.mkfifo(tmp_path / "aa" / "msg" / name)
+    with pytest.raises(OSError, match="not a regular file") as raised:
+        generate(tmp_path / "aa")
+    assert raised.value.filename == str(tmp_path / "aa" / "msg" / name)
+
+
+@pytest.mark.parametrize("link", ["msg", "msg/_a.py", "msg/__init__.py", "py.typed"])
+def test_nothing_is_written_through_a_link_to_elsewhere(tmp_path: Path, link: str) -> None:
+    """Case 86: of files and of folders; nothing else is written, either."""
+    _write(tmp_path, {"aa/msg/A.msg": "int32 x\n"})
+    elsewhere = tmp_path / "elsewhere"
+    if link == "msg":
+        elsewhere.mkdir()
+    else:
+        elsewhere.write_text("precious", encoding="utf-8")
+    target = tmp_path / "out" / "aa" / link
+    target.parent.mkdir(parents=True)
+    target.symlink_to(elsewhere)
+    with pytest.raises(InterfaceSyntaxError, match="a link to elsewhere") as raised:
+        generate(tmp_path / "aa", tmp_path / "out")
+    assert str(tmp_path / "out" / "aa") in str(raised.value)
+    assert link == "msg" or elsewhere.read_text(encoding="utf-8") == "precious"
+    assert link != "msg" or not any(elsewhere.iterdir())
+    assert [path for path in (tmp_path / "out").rglob("*") if path.is_file()] in ([], [target])

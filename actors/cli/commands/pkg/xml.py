@@ -62,6 +62,7 @@ def _manifest(name: str) -> Element:
     from xml.etree.ElementTree import ParseError, fromstring
 
     from actors.cli.errors import CommandError
+    from actors.interfaces.regular_files import read_regular_text
 
     share = require_package(name, "Package not found").ros_share()
     if share is None:
@@ -70,6 +71,6 @@ def _manifest(name: str) -> Element:
         )
     file = share / "package.xml"
     try:
-        return fromstring(file.read_text(encoding="utf-8"))  # noqa: S314 - an installed package may do worse
+        return fromstring(read_regular_text(file))  # noqa: S314 - an installed package may do worse
     except (ParseError, UnicodeDecodeError) as error:
         raise CommandError(f"{file} is not XML: {error}") from None
