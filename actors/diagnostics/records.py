@@ -112,7 +112,8 @@ class SubscriptionDiagnostics:
         expired: Messages that exceeded their lifespan in the queue.
         lost: Messages that did not arrive over an unbroken link.
         lost_on_break: Messages that did not arrive because a link broke.
-        undecodable: Messages dropped because they were not valid.
+        undecodable: Messages dropped because they were not valid, or left out so many fields that they would
+            have taken far more memory than their bytes.
         callback: Its callback; None for a subscription that is iterated over.
         events: The callbacks of its events.
     """

@@ -6,8 +6,12 @@ import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+import msgspec
+
 from actors.errors import ServiceOverloaded, ServiceUnavailable
+from actors.interfaces.codec import codec_for
 from actors.interfaces.convert import message_from_fields
+from actors.interfaces.decode_budget import Allowance
 from actors.interfaces.message import Message
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.time.timeout import DEFAULT_TIMEOUT
@@ -149,10 +153,16 @@ def message_of(msg_type: type[M], values: Mapping[str, Any]) -> M:
         values: Field name to value; other fields have their defaults.
 
     Raises:
-        RequestError: A value does not fit its field.
+        RequestError: A value does not fit its field, or so many fields are left out that the message would
+            take far more memory than the values.
     """
     try:
         fields, stamps = Stamps.taken_from(msg_type, values)
+        # An element of three bytes, `{}`, asks for a whole message here as it does where messages arrive.
+        encoded = msgspec.msgpack.encode(fields)
+        budget = codec_for(msg_type).budget
+        if len(encoded) > budget.unchecked:
+            budget.check(encoded, Allowance())
         message = message_from_fields(msg_type, fields)
     except RecursionError:
         raise RequestError("The values are nested too deeply") from None

@@ -86,5 +86,7 @@ ATTACKS: Final = {
     "empty-elements-4": Attack(62, partial(empty_elements, size=4 * MB), 96, NODE),
     "empty-parameters": Attack(62, empty_parameters, 48, NODE),
     "echoed-elements": Attack(62, partial(empty_elements, size=20 * MB), 400, ECHO),
-    "shown-elements": Attack(62, partial(shown_elements, size=40 * MB), 700, PAGE),
+    # The page shows messages of up to 16 MiB.
+    "shown-elements": Attack(62, partial(shown_elements, size=16 * MB), 300, PAGE),
+    "shown-elements-40": Attack(62, partial(shown_elements, size=40 * MB), 700, PAGE),
 }

@@ -102,7 +102,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
 
     @property
     def undecodable(self) -> int:
-        """Messages dropped because they were not valid."""
+        """Messages dropped because they were not valid, or left out too much (docs/protocol.md §10.1)."""
         return self._endpoint.decoder.failed
 
     @property

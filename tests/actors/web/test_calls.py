@@ -14,7 +14,9 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition
 from actors.interfaces.runtime_types import runtime_service
 from actors.interfaces.std_msgs.msg import Header, String
+from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.web import goals as goals_module
+from actors.web.calls import RequestError, message_of
 from tests.actors.meeting import DEADLINE_SEC, latched
 
 if TYPE_CHECKING:
@@ -365,3 +367,10 @@ async def test_the_session_says_what_is_allowed(site: Site, control: Site) -> No
     assert (found["control"], "--allow-control" in found["refusal"]) == (False, True)
     assert found["token_needed"] is False
     assert found["target"] == site.observer.target
+
+
+def test_values_that_leave_out_too_much_are_refused() -> None:
+    """Case 62: as in a message that arrives; fewer of them are a message with defaults."""
+    with pytest.raises(RequestError, match="write every field of a large message"):
+        message_of(TFMessage, {"transforms": [{}] * 100_000})
+    assert len(message_of(TFMessage, {"transforms": [{}] * 9000}).transforms) == 9000
