@@ -171,6 +171,17 @@ def tls_files(environ: Mapping[str, str] | None = None) -> TlsFiles:
     return TlsFiles(*(_get(name, environ) or "" for name in names))
 
 
+def is_journal(descriptor: int, environ: Mapping[str, str] | None = None) -> bool:
+    """Return whether what is written to a file goes to the journal of systemd, which others may read.
+
+    Args:
+        descriptor: Of the file.
+        environ: The environment; None for that of the process.
+    """
+    found = os.fstat(descriptor)
+    return _source(environ).get("JOURNAL_STREAM") == f"{found.st_dev}:{found.st_ino}"
+
+
 def own_variables(environ: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return all non-empty variables with callboard's prefix, known or not; "..." instead of a token."""
     return {

@@ -13,6 +13,7 @@ from actors.cli.web_address import DEFAULT_LISTEN, require_packages, split_liste
 
 if TYPE_CHECKING:
     from actors.web.options import WebOptions
+    from actors.web.server import WebServer
 
 EXAMPLES: Final = {
     "callboard web": "the page, opened in the browser, until Ctrl-C",
@@ -110,7 +111,7 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
         raise await asyncio.to_thread(why_unreachable, target) from None
     try:
         async with WebServer(observer, chosen) as server:
-            print_out(f"callboard web listening on {server.url_with_token}")
+            print_out(f"callboard web listening on {_printed(server, options.token)}")
             if server.asks_for_token:
                 print_err(READING_NOTE)
             with browser_address(server.url_with_token) as address:
@@ -119,3 +120,14 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
                 await asyncio.Event().wait()
     finally:
         await observer.__aexit__(None, None, None)
+
+
+def _printed(server: WebServer, token_file: str | None) -> str:
+    """Return the page's address as it is printed: without its token where that would be kept for others."""
+    from actors.config.environment import is_journal
+
+    if "#" not in server.url_with_token or not is_journal(1):
+        return server.url_with_token
+    if token_file is None:
+        return f"{server.url} (its token is not written to the journal: give it one with --token FILE)"
+    return f"{server.url} (its token is in {token_file})"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextvars
+import os
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from actors.config.environment import (
     environment_for,
     foreign_variables,
     ignored_ros_domain,
+    is_journal,
     log_level,
     stand_in,
     state_folder,
@@ -146,3 +148,13 @@ def test_foreign_variables_are_all_but_our_own(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("MINE", "8")
     assert foreign_variables()["MINE"] == "8"
     assert "CALLBOARD_DOMAIN" not in foreign_variables()
+
+
+def test_the_journal_is_known_by_its_stream(tmp_path: Path) -> None:
+    """systemd names the device and the inode of what it has connected; a redirection is something else."""
+    with (tmp_path / "one").open("w") as one, (tmp_path / "other").open("w") as other:
+        found = os.fstat(one.fileno())
+        environ = {"JOURNAL_STREAM": f"{found.st_dev}:{found.st_ino}"}
+        assert is_journal(one.fileno(), environ)
+        assert not is_journal(other.fileno(), environ)
+        assert not is_journal(one.fileno(), {})
