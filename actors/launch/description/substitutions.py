@@ -12,9 +12,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias, cast
 
-from actors.launch.description.validation import MAX_DEPTH, Entity, excerpt
+from actors.launch.description.validation import MAX_DEPTH, MAX_SHOWN, Entity, excerpt
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
@@ -22,6 +22,31 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from actors.launch.description.library import Library
+
+
+MAX_TEXT: Final = 2 << 20
+"""Characters of a text after its substitutions: twice what a command may write. A few lines of a launch file
+whose values double each time would otherwise fill all memory."""
+
+MAX_TEXTS: Final = 256 << 20
+"""Characters of all texts together, in what a launch does at its beginning, or at one event."""
+
+
+class TextCount:
+    """Counts the characters of the texts of one launch, or of one event."""
+
+    def __init__(self) -> None:
+        self._characters = 0
+
+    def add(self, characters: int) -> None:
+        """Count a text.
+
+        Raises:
+            LaunchError: They are too many.
+        """
+        self._characters += characters
+        if self._characters > MAX_TEXTS:
+            raise LaunchError(f"The texts of this launch have more than {MAX_TEXTS} characters together")
 
 
 @dataclass(kw_only=True)
@@ -44,6 +69,7 @@ class Scope:
         event: The event that is being handled, if any.
         used: Arguments that have been looked up. All scopes of a launch share it.
         anonymous: Names that `AnonName` has chosen. All scopes of a launch share it.
+        texts: Counts what is resolved. All scopes share it, except that each event has its own.
     """
 
     library: Library
@@ -61,6 +87,7 @@ class Scope:
     event: object = None
     used: set[str] = field(default_factory=set[str])
     anonymous: dict[str, str] = field(default_factory=dict[str, str])
+    texts: TextCount = field(default_factory=TextCount)
 
     def inner(self) -> Scope:
         """Return a copy, whose changes do not affect this scope."""
@@ -286,9 +313,18 @@ def resolve(text: Text, scope: Scope) -> str:
     """Evaluate a string, a substitution, or a list of them in a scope.
 
     Raises:
-        LaunchError: It has no value there, or is of another type.
+        LaunchError: It has no value there, is of another type, or becomes too long.
     """
-    return "".join(_pieces(text, scope, 0))
+    pieces: list[str] = []
+    size = 0
+    for piece in _pieces(text, scope, 0):
+        pieces.append(piece)
+        size += len(piece)
+        if size > MAX_TEXT:
+            start = excerpt("".join(pieces)[:MAX_SHOWN])
+            raise LaunchError(f"A text becomes longer than {MAX_TEXT} characters: it begins with {start}")
+    scope.texts.add(size)
+    return "".join(pieces)
 
 
 def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:

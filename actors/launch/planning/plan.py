@@ -29,7 +29,7 @@ from actors.launch.description.description_source import included_scope
 from actors.launch.description.event_handlers import OnProcessExit, OnStateTransition, ProcessHandler
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
 from actors.launch.description.process_actions import ExecuteProcess, Node
-from actors.launch.description.substitutions import NoEventError, Scope, resolve
+from actors.launch.description.substitutions import NoEventError, Scope, TextCount, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
@@ -315,7 +315,9 @@ class _Planner:
             self.partial = True
 
             def react(event: Event) -> list[Step]:
-                inner = replace(scope.inner(), event=event)  # or settings of each event would add up
+                inner = replace(
+                    scope.inner(), event=event, texts=TextCount()
+                )  # or settings of each event would add up
                 return self._replan(call_reaction(reaction, event, inner), inner)
 
             return replace(step, steps=react, calls=True)
