@@ -75,7 +75,7 @@ def _require_few(message: Message | Mapping[str, Any], shown: int) -> None:
         elif isinstance(value, dict):
             waiting += cast("dict[str, Any]", value).values()
         elif isinstance(value, list):
-            waiting += cast("list[Any]", value)[:shown]
+            waiting += value[:shown]
         else:
             is_array = not isinstance(value, str) and hasattr(value, "__len__")
             left -= min(len(value), shown) if is_array else 1
