@@ -145,7 +145,7 @@ class Users:
 
     async def _open(self, key: bytes, token: str, source: Address) -> Workspace:
         async with self._sign_ins.attempt(key, source):
-            observer = Observer(self._own.url, self._own.domain, token=token)
+            observer = Observer(self._own.url, self._own.domain, token=token, worker=self._own.worker)
             try:
                 await observer.__aenter__()
             except NotAuthorized as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import re
+import threading
 from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -15,6 +16,7 @@ import pytest
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import Parameter
+from actors.tools import graph_documents
 from actors.web import limits, node_watch, users
 from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
@@ -391,6 +393,21 @@ async def test_the_first_request_of_a_user_waits_for_the_graph(site: GuardedSite
     """Case 81: its workspace is opened by the request, and closed when nobody has used it for a while."""
     found = await site.answer(ZOE, "/api/nodes")
     assert [each["name"] for each in found] == ["/zoe/driver"]
+
+
+async def test_all_users_share_a_thread(site: GuardedSite, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 77: the event loop has one rival for the interpreter, however many users ask at the same time."""
+    threads = set[threading.Thread]()
+    original = graph_documents.nodes
+
+    def recorded(*args: Any) -> Any:
+        threads.add(threading.current_thread())
+        return original(*args)
+
+    monkeypatch.setattr(graph_documents, "nodes", recorded)
+    for token in (SERVER, OPERATOR, ZOE):
+        await site.answer(token, "/api/nodes")
+    assert len(threads) == 1
 
 
 async def test_a_node_that_takes_the_name_of_the_pages_node_is_seen(
