@@ -64,11 +64,54 @@ MAX_WAITING_BYTES: Final = 16 * 1024 * 1024
 """Their memory, beyond which the last one may be."""
 
 MAX_TOTAL_BYTES: Final = 32 * 1024 * 1024
-"""The same of all brokers together, with snapshots that wait. Beyond it the broker for which most waits loses
-its messages, and its number of them shows it."""
+"""The same of all brokers in all graphs together, with snapshots that wait. Beyond it the brokers for which
+most waits lose their messages, and their numbers of them show it. Snapshots that are being imported may take
+as much, or a single one more."""
+
+KEPT_BYTES: Final = MAX_TOTAL_BYTES * 3 // 4
+"""What is kept then: finding those brokers takes long, and so must not be necessary for each message."""
+
+SMALL_BYTES: Final = 64 * 1024
+"""A smaller snapshot is received and imported whatever others take. That of most brokers is."""
 
 OVERHEAD_BYTES: Final = 500
 """Memory of a message that waits, besides its content."""
+
+
+class MeshMemory(ByteTotal):
+    """The memory of what waits for snapshots of other brokers, in all graphs of this one.
+
+    Attributes:
+        importing: That of the snapshots that are being imported.
+        graphs: The sessions in each graph.
+    """
+
+    __slots__ = ("graphs", "importing")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.importing = 0
+        self.graphs: list[BrokerSessions] = []
+
+    def begin_import(self, snapshot: Snapshot) -> bool:
+        """Count a snapshot that is to be imported; return False if others take too much."""
+        size, importing = snapshot.size, self.importing
+        if importing and size > SMALL_BYTES and importing + size > MAX_TOTAL_BYTES:
+            return False
+        self.importing += size
+        return True
+
+    def shed(self) -> int:
+        """Drop what waits for the brokers with most of it, if it is too much; return how many messages."""
+        if self.bytes <= MAX_TOTAL_BYTES:
+            return 0
+        sessions = [session for graph in self.graphs for _, session in graph.items()]
+        dropped = 0
+        for session in sorted(sessions, key=lambda each: each.waiting_bytes, reverse=True):
+            dropped += session.drop()
+            if self.bytes <= KEPT_BYTES:
+                break
+        return dropped
 
 
 @dataclass(slots=True)
@@ -77,7 +120,7 @@ class BrokerSession:
 
     Attributes:
         epoch: The current epoch.
-        total: What waits of all brokers.
+        total: What waits for all brokers.
         sent, received: Direct messages in this epoch.
         ready: Whether the broker's endpoints are known.
         answered: Whether a snapshot of it has come: whether it counts as a broker.
@@ -100,7 +143,7 @@ class BrokerSession:
     """
 
     epoch: int
-    total: ByteTotal
+    total: MeshMemory
     sent: int = 0
     received: int = 0
     ready: bool = False
@@ -212,15 +255,17 @@ class BrokerSessions:
 
     Args:
         emit: Takes each direct message.
+        memory: Counts what waits; that of the broker's other graphs.
 
     Attributes:
-        waiting: The memory of what waits.
+        memory: As given.
     """
 
-    def __init__(self, emit: Callable[[Direct], None]) -> None:
+    def __init__(self, emit: Callable[[Direct], None], memory: MeshMemory) -> None:
         self._emit = emit
         self._sessions: dict[int, BrokerSession] = {}
-        self.waiting = ByteTotal()
+        self.memory = memory
+        memory.graphs.append(self)
         self._unanswered: OrderedDict[int, None] = OrderedDict()
         """Brokers that have not answered yet. The next one to be given up comes first."""
         self._epochs: dict[int, int] = {}
@@ -261,7 +306,7 @@ class BrokerSessions:
 
     def add(self, broker: int) -> BrokerSession:
         """Begin a session with a broker."""
-        session = self._sessions[broker] = BrokerSession(0, self.waiting)
+        session = self._sessions[broker] = BrokerSession(0, self.memory)
         self._unanswered[broker] = None
         self.reset(broker, session, self._epochs.pop(broker, 0) + 1)
         if len(self._epochs) > MAX_EPOCHS:
@@ -288,13 +333,6 @@ class BrokerSessions:
         """Ask a broker again later, because there are too many."""
         session.failures = MAX_PAUSE
         self.fail(broker, session)
-
-    def shed(self) -> int:
-        """Drop what waits of the brokers with most of it, down to the limit; return how many messages."""
-        dropped = 0
-        while self.waiting.bytes > MAX_TOTAL_BYTES:
-            dropped += max(self._sessions.values(), key=lambda each: each.waiting_bytes).drop()
-        return dropped
 
     def remove(self, broker: int) -> bool:
         """End the session with a broker; return whether there was one."""

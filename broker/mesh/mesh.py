@@ -11,7 +11,7 @@ from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from broker.mesh.broker_session import MAX_BROKERS, MAX_UNANSWERED, BrokerSessions
+from broker.mesh.broker_session import MAX_BROKERS, MAX_UNANSWERED, BrokerSessions, MeshMemory
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports, WantedTopics
 from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
@@ -82,6 +82,7 @@ class Mesh:
         warn: For logs. Called with what was done ("rejected"; "the broker NAME" follows), a broker, and why.
         max_endpoints: Nodes and endpoints that one other broker may have; more are refused.
         name: This broker's name in lists and logs.
+        memory: Counts what waits for other brokers in all graphs; None to count only that of this one.
 
     Attributes:
         peer: The id of the router's peer for the mesh. What waits in its outbox goes to `sender`.
@@ -96,7 +97,7 @@ class Mesh:
             snapshot.
         rejected: How many brokers were rejected.
         limited: How often a limit was reached: brokers given up that did not answer, changes that came too
-            fast, queries that were not answered.
+            fast, snapshots that were too large together, queries that were not answered.
     """
 
     def __init__(
@@ -108,13 +109,14 @@ class Mesh:
         *,
         max_endpoints: int = 100_000,
         name: str = "",
+        memory: MeshMemory | None = None,
     ) -> None:
         self._number, self._name = number, name
         self._router = router
         self._deliver, self._warn = deliver, warn
         self._out: list[Message] = []
         self.wanted = WantedTopics(router, self._out.append)
-        self.sessions = BrokerSessions(self._out.append)
+        self.sessions = BrokerSessions(self._out.append, memory or MeshMemory())
         self._snapshot_sent_to: dict[int, None] = {}
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
         self._given_up: dict[int, None] = {}
@@ -354,12 +356,18 @@ class Mesh:
         if broker in self._snapshot_sent_to:
             self._import(broker, session)
         else:
-            self.ignored += self.sessions.shed()
+            self.ignored += self.sessions.memory.shed()
 
     def _import(self, broker: int, session: BrokerSession) -> None:
         """Take a broker's endpoints, once it has the declarations of what will be sent to it."""
         snapshot = session.pop_snapshot()
         assert snapshot is not None
+        # Also to compare what has not changed takes time.
+        self._standings.count_changes(broker, len(snapshot.declarations) // UNCHANGED)
+        if not self.sessions.memory.begin_import(snapshot):
+            self.limited += 1  # it is asked again at a heartbeat
+            self._warn("postponed", broker, "the endpoints of others take too much memory")
+            return
         session.importing = True
         self.work.start(broker, self._import_all(broker, session, snapshot))
 
@@ -368,8 +376,6 @@ class Mesh:
         epoch = session.epoch
         try:
             if self.sessions.get(broker) is session and session.importing:
-                # Also to compare what has not changed takes time.
-                self._standings.count_changes(broker, len(snapshot.declarations) // UNCHANGED)
                 for _ in self._imports.accept_snapshot(broker, snapshot):
                     yield
                     # It has gone meanwhile, or another epoch has begun: this snapshot counts no more.
@@ -386,6 +392,8 @@ class Mesh:
         except ProtocolError as error:
             self.reject(broker, str(error))
             return
+        finally:
+            self.sessions.memory.importing -= snapshot.size
         if session.importing and session.epoch == epoch:
             session.importing, session.ready = False, True
 
@@ -448,7 +456,7 @@ class Mesh:
         # that never answers would fill it.
         if not session.ready:
             self.ignored += not session.wait(message, topic)
-            self.ignored += self.sessions.shed()
+            self.ignored += self.sessions.memory.shed()
             return
         too_fast = isinstance(message, Change) and not self._standings.may_change(broker)
         if too_fast:

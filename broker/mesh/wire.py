@@ -24,6 +24,8 @@ DECLARATION_BYTES: Final = 50
 _version: Final = Struct(">Q")
 _numbers: Final = Struct(">QQQ")
 _ask: Final = Struct(">QQ")
+ASK_BYTES: Final = _ask.size
+"""The size of a request for a snapshot."""
 
 _T = TypeVar("_T")
 _Number: TypeAlias = Annotated[int, msgspec.Meta(ge=0)]

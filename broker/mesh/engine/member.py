@@ -9,6 +9,7 @@ from functools import partial
 from itertools import cycle, islice
 from typing import TYPE_CHECKING, Final
 
+from broker.mesh.broker_session import MeshMemory
 from broker.mesh.engine.channel import MeshChannel
 from broker.mesh.engine.engine import Traffic
 from broker.mesh.mesh import Mesh
@@ -102,6 +103,7 @@ class MeshMember:
         self._engine = make_engine(number, self)
         self._meshes: dict[int, Mesh] = {}
         self._channels: dict[int, MeshChannel] = {}
+        self._memory = MeshMemory()
         self._round_trips = RoundTrips()
         self._going_on = False
         """Whether long work goes on in a later loop turn."""
@@ -176,7 +178,13 @@ class MeshMember:
 
         most = self._dispatcher.options.max_mesh_endpoints
         mesh = self._meshes[domain] = Mesh(
-            self.number, router, deliver, partial(self._warn, domain), max_endpoints=most, name=self._name
+            self.number,
+            router,
+            deliver,
+            partial(self._warn, domain),
+            max_endpoints=most,
+            name=self._name,
+            memory=self._memory,
         )
 
         def ponged(broker: int, token: int) -> None:
@@ -235,7 +243,7 @@ class MeshMember:
         traffic = engine.traffic.values()
         waiting = sum(each.held_bytes + each.urgent_bytes + each.ordered_bytes for each in outboxes)
         brokers = {number for mesh in self._meshes.values() for number in mesh.sessions.names()}
-        held = sum(mesh.sessions.waiting.bytes for mesh in self._meshes.values())
+        held = self._memory.bytes + self._memory.importing
         return MeshStats(
             brokers=len(brokers),
             sent=engine.sent,

@@ -75,9 +75,26 @@ class ReceivedQueue:
 
         return zenoh.handlers.Callback(received, indirect=False)
 
-    def put(self, handler: Callable[..., None], domain: int, item: Any, max_bytes: int | None = None) -> None:
-        """Let the event loop call `handler(domain, item)`. Thread-safe; blocks only with `max_bytes`."""
-        size = OVERHEAD_BYTES + (len(item.payload) if isinstance(item, zenoh.Sample) else 0)
+    def put(
+        self,
+        handler: Callable[..., None],
+        domain: int,
+        item: Any,
+        max_bytes: int | None = None,
+        size: int = 0,
+    ) -> None:
+        """Let the event loop call `handler(domain, item)`. Thread-safe; blocks only with `max_bytes`.
+
+        Args:
+            handler: As for `callback`.
+            domain: Its first argument.
+            item: Its second one.
+            max_bytes: As for `callback`.
+            size: Bytes of an item that is no sample.
+        """
+        size += OVERHEAD_BYTES
+        if isinstance(item, zenoh.Sample):
+            size += len(item.payload) + len(item.attachment or b"")
         with self._space:
             if max_bytes is not None and not self._wait_for_space(max_bytes):
                 self.dropped += 1
@@ -88,6 +105,12 @@ class ReceivedQueue:
         if not self._scheduled and not self._closed:
             self._scheduled = True
             self.in_loop(self._begin)
+
+    def has_space(self, size: int) -> bool:
+        """Return whether something of a size may be put. If not, it counts as dropped."""
+        fits = self._bytes + size <= MAX_NUMBERED_BYTES
+        self.dropped += not fits
+        return fits
 
     def in_loop(self, call: Callable[[], None]) -> None:
         """Call something in the event loop. Thread-safe."""

@@ -12,7 +12,7 @@ import zenoh
 
 from broker.errors import ListenError
 from broker.mesh import wire
-from broker.mesh.broker_session import MAX_BROKERS
+from broker.mesh.broker_session import MAX_BROKERS, SMALL_BYTES
 from broker.mesh.engine.engine import EngineStats, Traffic
 from broker.mesh.engine.neighbours import watch
 from broker.mesh.engine.received_queue import MAX_NUMBERED_BYTES, MAX_RECEIVED_BYTES, ReceivedQueue
@@ -45,7 +45,7 @@ PREFIX: Final = f"callboard/{VERSION}"
 
 MAX_QUERIES: Final = 1000
 """Requests for snapshots that wait for the event loop: one of each broker. Further ones get no answer, and
-are repeated."""
+are repeated. Nor do those with more than a request."""
 
 ASK_TIMEOUT_SEC: Final = 5.0
 """How long Zenoh waits for a snapshot; after that, the broker is asked again."""
@@ -285,7 +285,7 @@ class ZenohEngine:
         broker = ask.broker
         key = f"{PREFIX}/{domain}/brokers/{broker_id(broker)}/graph"
         payload = wire.encode_ask(self._number, ask.epoch)
-        replied = self._received.callback(self._on_reply, domain)
+        received, replied = self._received, partial(self._received.put, self._on_reply, domain)
         source, answered = zenoh_id(broker), False
 
         def reply(item: zenoh.Reply) -> None:
@@ -294,7 +294,9 @@ class ZenohEngine:
             replier = item.replier_id
             if not answered and replier is not None and str(replier.zid) == source:
                 answered = True
-                replied((broker, item))
+                size = 0 if item.ok is None else len(item.ok.payload)
+                has_space = size <= SMALL_BYTES or received.has_space(size)
+                replied((broker, item if has_space else None), size=size)
 
         def end() -> None:
             if not answered:
@@ -333,7 +335,8 @@ class ZenohEngine:
         """Return what lets the event loop answer requests for the snapshot, unless too many wait for it."""
 
         def received(query: zenoh.Query) -> None:
-            if self._queries < MAX_QUERIES:
+            size = 0 if query.payload is None else len(query.payload)
+            if self._queries < MAX_QUERIES and size <= wire.ASK_BYTES:
                 self._queries += 1  # approximate: Zenoh's threads, and the loop, which subtracts
                 self._received.put(self._on_query, domain, query)
             else:

@@ -16,6 +16,8 @@ from tests.broker.switch import Switch
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from broker.mesh.broker_session import MeshMemory
+
 
 class MeshBroker(Switch):
     """A broker of a mesh: a switch whose router has a peer for the other brokers.
@@ -27,7 +29,9 @@ class MeshBroker(Switch):
         warnings: What it would log of other brokers.
     """
 
-    def __init__(self, number: int, *, max_endpoints: int = 1000, **limits: int) -> None:
+    def __init__(
+        self, number: int, memory: MeshMemory | None = None, /, *, max_endpoints: int = 1000, **limits: int
+    ) -> None:
         super().__init__(Router(key_base=number << 32, limits=RouterLimits(**limits)))
         self.number = number
         self.warnings: list[tuple[str, int, str]] = []
@@ -38,6 +42,7 @@ class MeshBroker(Switch):
             lambda what, broker, text: self.warnings.append((what, broker, text)),
             max_endpoints=max_endpoints,
             name=f"broker{number}",
+            memory=memory,
         )
         self.add(self.mesh.peer)
         self.topics: set[str] = set()

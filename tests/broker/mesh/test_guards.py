@@ -12,6 +12,7 @@ from proto.wire import frames
 from proto.wire.codec import encode
 from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import HERE, NODE, OTHER, THERE, Attack
+from tests.broker.mesh.network import MeshBroker
 from tests.seams.brokers import endpoint_keys
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def keys_of(attack: Attack, broker: int) -> set[int]:
 def test_brokers_that_do_not_answer_share_one_limit_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 64: whatever they send; it is counted, and another's messages still wait for its snapshot."""
     monkeypatch.setattr(broker_session, "MAX_TOTAL_BYTES", 100_000)
+    monkeypatch.setattr(broker_session, "KEPT_BYTES", 75_000)
     attack = Attack()
     attack.mesh.receive(THERE, Change(99, frames.Undeclare(50)))  # changes are missing: it is asked
     attack.mesh.receive(THERE, make.batch(THERE << 32 | 2, 0))
@@ -75,26 +77,44 @@ def test_brokers_that_do_not_answer_share_one_limit_of_memory(monkeypatch: pytes
         attack.mesh.add_broker(broker)
         for number in range(10):
             attack.mesh.receive(broker, make.batch(broker << 32 | 2, number, size=10_000))
-    assert attack.mesh.sessions.waiting.bytes <= 100_000
+    assert attack.mesh.sessions.memory.bytes <= 100_000
     assert attack.mesh.ignored >= 390
     assert tuple(attack.mesh.sessions.names()) == (THERE, OTHER)
     attack.mesh.accept_snapshot(THERE, Snapshot(1, 99, (NODE, make.publisher(2, node=1))))
     assert len(attack.broker.read(attack.node, frames.Batch)) == 1
     for broker in range(FAKE, FAKE + 40):
         attack.mesh.remove_broker(broker)
-    assert attack.mesh.sessions.waiting.bytes == 0
+    assert attack.mesh.sessions.memory.bytes == 0
 
 
 def test_a_snapshot_that_waits_counts_for_that_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 64: a broker that answers and never asks in return is asked again later."""
     monkeypatch.setattr(broker_session, "MAX_TOTAL_BYTES", 1000)
+    monkeypatch.setattr(broker_session, "KEPT_BYTES", 750)
     attack = Attack()
     attack.mesh.add_broker(FAKE)
     assert asked(attack) == [FAKE]
     attack.mesh.accept_snapshot(FAKE, Snapshot(1, 1, nodes(1), size=2000))
-    assert attack.mesh.sessions.waiting.bytes == 0
+    assert attack.mesh.sessions.memory.bytes == 0
     attack.mesh.send_heartbeat()
     assert asked(attack) == [FAKE]
+
+
+def test_all_graphs_share_that_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 64: who announces brokers in many graphs costs no more, and what is small is kept."""
+    monkeypatch.setattr(broker_session, "MAX_TOTAL_BYTES", 100_000)
+    monkeypatch.setattr(broker_session, "KEPT_BYTES", 75_000)
+    memory = broker_session.MeshMemory()
+    graphs = [MeshBroker(HERE, memory).mesh for _ in range(10)]
+    for graph in graphs:
+        graph.add_broker(FAKE)
+        for number in range(9):
+            graph.receive(FAKE, make.batch(FAKE << 32 | 2, number, size=10_000))
+        graph.add_broker(THERE)
+        graph.receive(THERE, make.batch(THERE << 32 | 2, 0))
+        assert memory.bytes <= 100_000
+    sessions = [graph.sessions.get(THERE) for graph in graphs]
+    assert [len(each.waiting) for each in sessions if each is not None] == [1] * 10
 
 
 def test_brokers_that_do_not_answer_are_asked_less_and_less() -> None:
@@ -234,6 +254,30 @@ def test_a_snapshot_is_no_more_imported_when_its_broker_has_gone(monkeypatch: py
     attack.mesh.remove_broker(THERE)
     finish(attack)
     assert keys_of(attack, THERE) == set()
+
+
+def test_snapshots_that_are_imported_share_a_limit_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 66: what is too large beside others is asked for again, and small ones do not wait."""
+    monkeypatch.setattr(slices, "SLICE", 10)
+    attack = Attack()
+    brokers = (FAKE, FAKE + 1, FAKE + 2)
+    for broker, size in zip(brokers, (2 * broker_session.MAX_TOTAL_BYTES, 100_000, 1000), strict=True):
+        attack.mesh.add_broker(broker)
+        attack.mesh.snapshot(broker, 1)
+        attack.mesh.accept_snapshot(broker, Snapshot(1, 1, nodes(20, broker), size=size))
+    assert attack.warnings == [("postponed", FAKE + 1, "the endpoints of others take too much memory")]
+    assert attack.mesh.limited == 1
+    finish(attack)
+    assert keys_of(attack, FAKE) == {*range(FAKE, FAKE + 20)}
+    assert keys_of(attack, FAKE + 1) == set()
+    assert keys_of(attack, FAKE + 2) == {*range(FAKE + 2, FAKE + 22)}
+    assert attack.mesh.sessions.memory.importing == 0
+    asked(attack)
+    attack.mesh.send_heartbeat()
+    assert asked(attack) == [FAKE + 1]
+    attack.mesh.accept_snapshot(FAKE + 1, Snapshot(1, 1, nodes(20), size=100_000))
+    finish(attack)
+    assert keys_of(attack, FAKE + 1) == {*range(10, 30)}
 
 
 def test_a_broker_may_change_so_much_in_a_while(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,6 +108,22 @@ async def test_a_full_queue_drops_what_may_be_dropped(
     assert queue.dropped == 2
 
 
+async def test_an_item_too_large_for_the_rest_of_the_space_is_not_put(
+    host: RecordingHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 68: snapshots of many brokers at once; it is counted."""
+    monkeypatch.setattr(received_queue, "MAX_NUMBERED_BYTES", 10_000)
+    queue, done = queue_for(host), asyncio.Event()
+    queue.put(lambda *_: done.set(), 0, 1, size=9000)
+    assert queue.waiting_bytes >= 9000
+    assert not queue.has_space(2000)
+    assert queue.dropped == 1
+    await asyncio.wait_for(done.wait(), 10)
+    await asyncio.sleep(0)
+    assert queue.waiting_bytes == 0
+    assert queue.has_space(10_000)
+
+
 async def test_a_bug_in_a_handler_harms_no_other_items(host: RecordingHost) -> None:
     """What waits is handled all the same, and its bytes are free again."""
     queue, done = queue_for(host), asyncio.Event()
