@@ -83,7 +83,7 @@ class Result(NamedTuple):
         latencies = (self.before_ms, self.reference_ms, self.during_ms, self.after_ms)
         memory = (self.memory_mib, self.peak_mib, self.after_mib)
         return (
-            f"{self.case:4}  {self.attack:18}{self.victim:10}"
+            f"{self.case:4}  {self.attack:20}{self.victim:10}"
             + "".join(f"{each:10.1f}" for each in latencies)
             + f"{self.lost:6}{self.failed:8}"
             + "".join(f"{each:8.0f}" for each in memory)
@@ -93,7 +93,7 @@ class Result(NamedTuple):
 
 
 HEADER: Final = (
-    f"{'case':4}  {'attack':18}{'victim':10}{'p99 ms':>10}{'reference':>10}{'during':>10}{'after':>10}"
+    f"{'case':4}  {'attack':20}{'victim':10}{'p99 ms':>10}{'reference':>10}{'during':>10}{'after':>10}"
     f"{'lost':>6}{'failed':>8}{'MiB':>8}{'peak':>8}{'after':>8}"
 )
 
@@ -189,7 +189,7 @@ def main() -> int:
     if chosen.list:
         for name, attack in selected.items():
             peers = "".join(f", {each.name}" for each in attack.peers)
-            print_line(f"{attack.case:4}  {name:18}{attack.victim.name}{peers}")
+            print_line(f"{attack.case:4}  {name:20}{attack.victim.name}{peers}")
         return 0
     results: list[Result] = []
     failed = False

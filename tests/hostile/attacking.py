@@ -16,7 +16,9 @@ def find_attacks() -> dict[str, Attack]:
     """Return the attacks of all modules `*attacks.py`, by name and in the order of their cases."""
     found: dict[str, Attack] = {}
     for path in sorted(Path(__file__).parent.glob("*attacks.py")):
-        found |= import_module(f"tests.hostile.{path.stem}").ATTACKS
+        attacks = import_module(f"tests.hostile.{path.stem}").ATTACKS
+        assert not found.keys() & attacks.keys(), f"{path.name} has names of other modules"
+        found |= attacks
     return dict(sorted(found.items(), key=lambda item: item[1].case))
 
 

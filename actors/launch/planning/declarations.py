@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 MAX_INCLUDES: Final = 32
 """Depth of files that include each other."""
 
+MAX_INCLUDED: Final = 2000
+"""Includes of a launch in all. Files that include the next one twice would double with each level."""
+
 
 def all_declared(
     actions: Iterable[Action], scope: Scope, library: LaunchLibrary
@@ -80,6 +83,8 @@ class _Search:
         # With other arguments given, another part of the same file may be undeclared, so both are the key.
         given |= {name for name, _ in action.given}
         if inner.file is None or (inner.file, given) in self._seen or self._depth == MAX_INCLUDES:
+            return
+        if len(self._seen) == MAX_INCLUDED:  # an error where the launch is planned
             return
         self._seen.add((inner.file, given))
         # A file that includes itself with other arguments each time would otherwise be searched for ever.

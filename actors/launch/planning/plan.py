@@ -32,7 +32,7 @@ from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.substitutions import NoEventError, Scope, TextCount, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
-from actors.launch.planning.declarations import MAX_INCLUDES, all_declared
+from actors.launch.planning.declarations import MAX_INCLUDED, MAX_INCLUDES, all_declared
 from actors.launch.planning.dependencies import KnownNodes
 from actors.launch.planning.error_location import with_location
 from actors.launch.planning.lifecycle import change_state, lifecycle_transition
@@ -129,6 +129,7 @@ class _Planner:
         self._library = library
         self._output = output
         self._include_depth = 0
+        self._includes_left = MAX_INCLUDED
         self._last_number = 0
         self._processes_left = MAX_PROCESSES
         # Depth of timers and handlers around the current action. In them functions are called when they are
@@ -272,6 +273,9 @@ class _Planner:
         path = str(inner.file)
         if self._include_depth == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
+        if self._includes_left == 0:
+            raise LaunchError(f"The launch includes more than {MAX_INCLUDED} files, with {path}")
+        self._includes_left -= 1
         self._include_depth += 1
         steps = self.plan(self._library.description(path).actions, inner)
         self._include_depth -= 1
@@ -350,7 +354,7 @@ class _Planner:
     def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
         """Plan the actions that a function has returned while the launch runs."""
         # A limit for each call: a launch that replaces its processes for weeks may start any number of them.
-        self._processes_left, self._running = MAX_PROCESSES, True
+        self._processes_left, self._includes_left, self._running = MAX_PROCESSES, MAX_INCLUDED, True
         return self.plan(actions, scope)
 
 

@@ -233,6 +233,16 @@ def test_arguments_of_a_group_see_those_before_them(*, forwarding: bool, text: s
     assert said(SetLaunchConfiguration("a", "0"), group) == [text]
 
 
+def test_files_whose_includes_multiply_are_an_error() -> None:
+    """Case 85: each file includes the next one twice, and depth alone is no limit of time."""
+    files = {
+        f"f{level}": LaunchDescription([IncludeLaunchDescription(f"/files/f{level + 1}")] * 2)
+        for level in range(20)
+    }
+    with pytest.raises(LaunchError, match="includes more than 2000 files"):
+        said(IncludeLaunchDescription("/files/f0"), f20=LaunchDescription(()), **files)
+
+
 def test_a_file_that_includes_itself_is_an_error() -> None:
     """Rather than the end of the stack."""
     with pytest.raises(LaunchError, match="/files/f is 32 files deep; does one include itself"):
