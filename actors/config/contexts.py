@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 from actors.config import environment
 from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.credentials import Credentials, find_credentials
+from actors.interfaces.regular_files import read_regular
 from proto.errors import CallboardError
 from proto.limits import MAX_DOMAIN
 from proto.untrusted_text import escape
@@ -142,8 +143,7 @@ class Contexts:
         """
         file = contexts_file()
         try:
-            with open(file, "rb") as stream:
-                content = stream.read(MAX_FILE_BYTES + 1)
+            content = read_regular(file, MAX_FILE_BYTES + 1)
         except FileNotFoundError:
             return cls()
         except OSError as error:

@@ -4,11 +4,12 @@
 # ruff: noqa: PTH123
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from actors.config import environment
 from actors.errors import NotAuthorized
+from actors.interfaces.regular_files import read_regular
 from proto.limits import MAX_TOKEN_CHARACTERS
 from proto.untrusted_text import escape
 from proto.wire.tls import NO_FILES, TlsFiles
@@ -52,6 +53,7 @@ class Credentials:
         token: The token; None to read `token_file`.
         source: Where `token` is from, for messages.
         token_file: A file with the token, read for each connection, so that it may be replaced; "" for none.
+        from_context: Whether a stored context names that file, so that it has to be a regular one.
         insecure: Whether the token may be sent over plain TCP to other machines.
         tls: The files for TLS.
     """
@@ -59,6 +61,7 @@ class Credentials:
     token: Secret | None = None
     source: str = "CALLBOARD_TOKEN"
     token_file: str = ""
+    from_context: bool = field(default=False, compare=False)
     insecure: bool = False
     tls: TlsFiles = NO_FILES
 
@@ -87,7 +90,7 @@ class Credentials:
         """
         token = self.token
         if token is None and self.token_file:
-            token = _read(self.token_file)
+            token = _read(self.token_file, regular=self.from_context)
         if token is None:
             return None
         from proto.wire.addresses import is_loopback  # noqa: PLC0415 - only with a token
@@ -130,11 +133,13 @@ def find_credentials(
         InvalidEnvironmentError: CALLBOARD_INSECURE is invalid.
     """
     file, token = environment.token_file() or "", environment.token()
-    if context_file and (named or not (file or token)):
+    from_context = bool(context_file) and (named or not (file or token))
+    if from_context:
         file, token = context_file, None
     return Credentials(
         token=Secret(token) if token and not file else None,
         token_file=file,
+        from_context=from_context,
         insecure=environment.insecure(),
         tls=_join(context_tls, environment.tls_files(), named=named),
     )
@@ -147,11 +152,16 @@ def _join(own: TlsFiles, general: TlsFiles, *, named: bool) -> TlsFiles:
     return TlsFiles(first.ca or second.ca, pair.certificate, pair.key)
 
 
-def _read(file: str) -> Secret:
+def _read(file: str, *, regular: bool) -> Secret:
     """Return the token in a file."""
+    most = MAX_TOKEN_CHARACTERS + 2
     try:
-        with open(file, encoding="ascii") as stream:
-            text = stream.read(MAX_TOKEN_CHARACTERS + 2).strip()
+        if regular:
+            content = read_regular(file, most)
+        else:
+            with open(file, "rb") as stream:
+                content = stream.read(most)
+        text = content.decode("ascii").strip()
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not ASCII"
         raise NotAuthorized(f"Cannot read the token file {file}: {reason}") from None

@@ -1,4 +1,4 @@
-"""Reads files that were found, not named: in folders of packages, where anything may lie.
+"""Reads files that were found, not named: in folders of packages and of settings, where anything may lie.
 
 A named pipe there would be waited for without end, and a device never ends. What a user names himself may be
 either (`--params-file <(...)`), and is not read by this.
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
 
-def read_regular(path: Path, most: int = -1) -> bytes:
+def read_regular(path: str | Path, most: int = -1) -> bytes:
     """Return the content of a file, or its first bytes.
 
     Args:

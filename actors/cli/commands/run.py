@@ -93,13 +93,14 @@ def _warn_of_ros(path: Path | None, words: Sequence[str]) -> None:
     from importlib.util import find_spec
 
     from actors.cli.output import print_err
+    from actors.interfaces.regular_files import read_regular
 
     if path is None:
         return
     path = path / "__main__.py" if path.is_dir() else path
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError:  # Python will say why
+        text = read_regular(path).decode(errors="replace")
+    except OSError:  # Python will say why, and is the one to read a pipe
         return
     here = any((path.parent / name).exists() for name in ("rclpy", "rclpy.py"))
     if _IMPORTS_RCLPY.search(text) and not here and find_spec("rclpy") is None:

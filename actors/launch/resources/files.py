@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.config import environment
 from actors.errors import error_text
+from actors.interfaces.regular_files import read_regular
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.description_source import LaunchLibrary
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
@@ -31,7 +32,7 @@ from actors.tools.prefixes import is_python_program
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from actors.runtime.programs import Factory
     from actors.tools.executables import Executable, Package
@@ -88,10 +89,10 @@ class Files(LaunchLibrary):
         if suffix in DOCUMENT_SUFFIXES:
             from actors.launch.documents.reading import read_document  # noqa: PLC0415 - Python files need none
 
-            return read_document(path, _launch_file(path))
+            return read_document(path, self._launch_file(path))
         if suffix != ".py":
             raise NoLaunchFileError(f"{path}: a launch file's name ends with one of {', '.join(SUFFIXES)}")
-        function = getattr(_run(path), FUNCTION, None)
+        function = getattr(_run(path, self._launch_file(path)), FUNCTION, None)
         if not callable(function):
             raise LaunchFileError(f"{path} has no function {FUNCTION}()")
         try:
@@ -188,7 +189,7 @@ class Files(LaunchLibrary):
 
     def text(self, path: str) -> str:
         try:
-            return _read(path, "file", LaunchError, LaunchError).decode()
+            return _content(_read, path, "file", LaunchError, LaunchError).decode()
         except UnicodeDecodeError:
             raise LaunchError(f"{escape(path)} is not UTF-8") from None
 
@@ -223,6 +224,11 @@ class Files(LaunchLibrary):
     def unique(self) -> str:
         return f"{os.getpid()}_{secrets.token_hex(4)}"
 
+    def _launch_file(self, path: str) -> bytes:
+        # The first is the user's. Those that it includes are found, for example in a package.
+        read = _read if path == self.launch_files[0] else read_regular
+        return _content(read, path, "launch file", NoLaunchFileError, LaunchFileError)
+
     def _find_modules(self, package: str) -> Sequence[Path]:
         return self._package(package).modules()
 
@@ -247,11 +253,21 @@ def _package(name: str) -> Package:
     return found
 
 
-def _read(path: str, what: str, missing: type[LaunchError], too_large: type[LaunchError]) -> bytes:
+def _read(path: str, most: int) -> bytes:
+    with Path(path).open("rb") as file:
+        return file.read(most)
+
+
+def _content(
+    read: Callable[[str, int], bytes],
+    path: str,
+    what: str,
+    missing: type[LaunchError],
+    too_large: type[LaunchError],
+) -> bytes:
     """Return the content of a file, or raise one of two errors."""
     try:
-        with Path(path).open("rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
+        content = read(path, MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         raise missing(f"No {what} '{escape(path)}': {getattr(error, 'strerror', error)}") from None
     if len(content) > MAX_FILE_BYTES:
@@ -259,13 +275,8 @@ def _read(path: str, what: str, missing: type[LaunchError], too_large: type[Laun
     return content
 
 
-def _launch_file(path: str) -> bytes:
-    return _read(path, "launch file", NoLaunchFileError, LaunchFileError)
-
-
-def _run(path: str) -> ModuleType:
+def _run(path: str, source: bytes) -> ModuleType:
     """Run a launch file as a module. Python's own import would leave a folder with bytecode behind."""
-    source = _launch_file(path)
     module = ModuleType(f"callboard launch file {path}")
     module.__file__ = path
     # Dataclasses with postponed annotations look their module up.

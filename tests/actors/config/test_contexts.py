@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 import subprocess
 import sys
@@ -203,6 +204,15 @@ def test_a_broken_file_says_where(text: str, wrong: str) -> None:
     with pytest.raises(ContextError, match=wrong) as caught:
         Contexts.load()
     assert str(caught.value).startswith(contexts_file())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_named_pipe_in_its_place_is_refused() -> None:
+    """Case 86: reading it would never end."""
+    Path(contexts_file()).parent.mkdir()
+    os.mkfifo(contexts_file())
+    with pytest.raises(ContextError, match=r"contexts\.toml: not a regular file"):
+        Contexts.load()
 
 
 def test_a_file_that_is_none_says_so(home: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import threading
 import traceback
 from typing import TYPE_CHECKING
 
@@ -92,6 +94,24 @@ def test_a_contexts_token_goes_to_its_broker_only(file: Path, monkeypatch: pytes
     monkeypatch.setenv("CALLBOARD_TOKEN", TOKEN)
     assert find_broker_target().credentials == Credentials(token=Secret(TOKEN))
     assert find_broker_target(context="robot").credentials == own
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_named_pipe_is_read_only_where_the_user_names_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 86: a stored context's would be waited for; `CALLBOARD_TOKEN_FILE=<(...)` is meant."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with Contexts.changing() as contexts:
+        contexts.add("robot", Context(url="callboard://robot", token_file=str(pipe)))
+    with pytest.raises(NotAuthorized, match=f"token file {pipe}: not a regular file"):
+        find_broker_target(context="robot").credentials.token_for("", encrypted=False)
+    monkeypatch.setenv("CALLBOARD_TOKEN_FILE", str(pipe))
+    writer = threading.Thread(target=pipe.write_text, args=(TOKEN,))
+    writer.start()
+    assert find_credentials().token_for("", encrypted=False) == TOKEN
+    writer.join()
 
 
 @pytest.mark.parametrize("content", ["", "\n", "two words", "ä", "x" * 600, None])

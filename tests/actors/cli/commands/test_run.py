@@ -102,6 +102,20 @@ def test_a_program_that_imports_rclpy_gets_a_hint(
     assert not capsys.readouterr().err
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_named_pipe_in_a_package_is_not_searched_for_imports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 86: reading it would never end; Python says that there is no such module."""
+    site = Site(tmp_path)
+    site.install("py_pubsub", scripts=["talker = py_pubsub.talker:main"])
+    monkeypatch.syspath_prepend(str(site.path))
+    (site.path / "py_pubsub").mkdir()
+    (site.path / "py_pubsub" / "__init__.py").touch()
+    os.mkfifo(site.path / "py_pubsub" / "talker.py")
+    assert "py_pubsub.talker" in became("py_pubsub", "talker")[-1]
+
+
 def test_a_program_for_ros_is_run_by_its_module(capsys: pytest.CaptureFixture[str]) -> None:
     """A folder "actors" here is not taken for it. The options of --ros are passed on, and need it."""
     module = ["-u", "-P", "-m", "actors.ros"]

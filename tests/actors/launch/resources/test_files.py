@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,24 @@ def test_the_files_that_were_read_are_known(tmp_path: Path) -> None:
         with pytest.raises(LaunchFileError):
             files.description(path)
     assert files.launch_files == [path]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("suffix", ["py", "yaml"])
+def test_a_named_pipe_is_no_launch_file_to_include(tmp_path: Path, suffix: str) -> None:
+    """Case 86: it would be waited for. The first file is the user's, who may mean a pipe."""
+    pipe = tmp_path / f"pipe.{suffix}"
+    os.mkfifo(pipe)
+    files = Files()
+    text = "from actors.launch import LaunchDescription as generate_launch_description"
+    writer = threading.Thread(target=pipe.write_text, args=(text if suffix == "py" else "launch: []",))
+    writer.start()
+    assert files.description(str(pipe)).file == str(pipe)
+    writer.join()
+    files.launch_files.insert(0, str(tmp_path / "includes.py"))
+    with pytest.raises(LaunchFileError, match=f"No launch file '{pipe}': not a regular file"):
+        files.description(str(pipe))
+    pipe.unlink()  # Hypothesis reads the files of all modules
 
 
 def test_a_package_has_sources_and_data(site: Site) -> None:
