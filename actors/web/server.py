@@ -130,7 +130,9 @@ class WebServer:
         self._app.add_routes([each.definition() for each in ROUTES])
         # Not below /api/: an unknown path there is an error for a program, and not the page.
         page = web.get("/{path:(?!api/).*}", PageFiles().serve, expect_handler=expect_nothing)
-        self._app.add_routes([page])
+        # The library's own routes for everything else fail at a header `Expect` that is not ASCII.
+        rest = web.route("*", "/{path:.*}", _refuse, expect_handler=expect_nothing)
+        self._app.add_routes([page, rest])
         self._app.on_response_prepare.append(_add_headers)
         self._app.on_shutdown.append(_close_sockets)
         self._app.on_cleanup.append(_close_work)
@@ -276,6 +278,15 @@ async def _handle(handler: Handler, request: web.Request) -> web.StreamResponse:
         with connection.waiting():
             await receive_body(request, most=most, seconds=limits.BODY_SEC)
         return await handler(request)
+
+
+async def _refuse(request: web.Request) -> web.StreamResponse:
+    """Refuse a request that has no route, or another method than its route."""
+    methods: set[str] = set()
+    for resource in request.app.router.resources():
+        methods |= (await resource.resolve(request))[1]
+    methods.discard("*")  # the route of this function
+    raise web.HTTPMethodNotAllowed(request.method, methods) if methods else web.HTTPNotFound
 
 
 async def _add_headers(_: web.Request, response: web.StreamResponse) -> None:

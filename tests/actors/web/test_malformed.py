@@ -217,7 +217,8 @@ def requests() -> list[bytes]:
     found += [
         request(b"GET /api/log" + query.replace(b"text", b"txt")) for query in QUERIES if b"level" in query
     ]
-    found += [request(line, header) for header in HEADERS for line in (get, b"GET /", b"GET /api/live")]
+    lines = get, b"GET /", b"GET /api/live", b"PUT /api/x"
+    found += [request(line, header) for header in HEADERS for line in lines]
     found += [request(b"POST /api/session", body=body) for body in BODIES]
     secret = b"Authorization: Bearer secret"
     found += [request(post.encode(), secret, body=body) for post in POSTS for body in CONTROL_BODIES]
@@ -257,3 +258,13 @@ async def test_well_formed_hosts_are_served(control: Site, host: str) -> None:
     """Case 74: as browsers and programs send them."""
     line = await answer(control, request(b"GET /api/topics", host=host.encode()))
     assert line.split()[1] == b"200"
+
+
+@pytest.mark.parametrize(
+    ("line", "status"),
+    [(b"PUT /api/topics", b"405"), (b"GET /api/unknown", b"404"), (b"POST /index.html", b"405")],
+)
+async def test_requests_without_a_route_say_what_is_wrong(control: Site, line: bytes, status: bytes) -> None:
+    """A path that is unknown is told from a method that its path has not."""
+    answered = await answer(control, request(line, b"Authorization: Bearer secret"))
+    assert answered.split()[1] == status
