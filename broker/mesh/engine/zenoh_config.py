@@ -27,7 +27,8 @@ MAX_BYTES: Final = limits.MAX_MESSAGE_BYTES
 SPARE_BYTES: Final = 1024 * 1024
 """For what Zenoh adds to a message, and for the header of a batch."""
 _MAX_AUTH_BYTES: Final = 1024 * 1024
-_RUST_PLACES: Final = re.compile(r" at \S+\.rs:\d+\.?")
+_UNWANTED: Final = re.compile(r" at \S+\.rs:\d+\.?|: \{\".*", re.DOTALL)
+"""Places in Zenoh's code, and the whole configuration, which has passwords and keys."""
 
 
 def make_config(options: BrokerOptions) -> zenoh.Config:
@@ -86,8 +87,8 @@ def connect_endpoints(config: zenoh.Config) -> list[str]:
 
 
 def plain_text(error: zenoh.ZError) -> str:
-    """Return the text of an error of Zenoh, without file names and lines of its Rust code."""
-    return _RUST_PLACES.sub("", str(error)).rstrip(".")
+    """Return the text of an error of Zenoh, without lines of its Rust code, and without secrets."""
+    return _UNWANTED.sub("", str(error)).rstrip(".")
 
 
 def _read(path: Path | None) -> zenoh.Config:

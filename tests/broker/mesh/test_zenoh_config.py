@@ -138,6 +138,15 @@ def test_files_of_zenoh_are_held_to_it_too(text: str, *, protected: bool, tmp_pa
         make_config(BrokerOptions(mesh_config=path, insecure=True))
 
 
+def test_errors_do_not_show_passwords_of_files(tmp_path: Path) -> None:
+    """Case 33: Zenoh shows the whole configuration if it is invalid."""
+    path = tmp_path / "zenoh.json5"
+    path.write_text("{transport: {auth: {usrpwd: {password: 'secret'}}}}")
+    with pytest.raises(ConfigurationError) as raised:
+        make_config(BrokerOptions(mesh_config=path))
+    assert str(raised.value) == f"Cannot use {path} (--mesh-config): Invalid configuration"
+
+
 def test_endpoints_of_a_file_are_kept(tmp_path: Path) -> None:
     """Also those for a mode, as Zenoh's defaults are."""
     path = tmp_path / "zenoh.json5"
