@@ -349,8 +349,9 @@ class ZenohEngine:
         asked = b"" if query.payload is None else query.payload.to_bytes()
         broker, epoch = wire.decode_ask(asked)
         mesh, source = self._host.mesh(domain), query.source_info
-        asker = broker if source is not None and str(source.source_id.zid) == zenoh_id(broker) else 0
-        if mesh.admits_query(asker):
+        if broker:  # its epoch may reset the session with that broker
+            _check_source(mesh, broker, source)
+        if mesh.admits_query(0 if source is None else broker):
             key = f"{PREFIX}/{domain}/brokers/{self._id}/graph"
             payload = self._snapshots.encode(mesh.snapshot(broker, epoch))
             query.reply(key, payload)  # pyright: ignore[reportUnknownMemberType]
@@ -358,15 +359,15 @@ class ZenohEngine:
 
 
 def _check_source(mesh: Mesh, broker: int, source: zenoh.SourceInfo | None) -> None:
-    """Raise ProtocolError if a sample in a broker's number is another session's.
+    """Raise ProtocolError if a sample or query in a broker's number is another session's.
 
     Programs need not name a source: what they send is taken, but no reason to reject the broker.
     """
     if source is None:
         if mesh.sessions.is_sourced(broker):
-            raise ProtocolError(ErrorCode.UNEXPECTED, f"a sample of {broker_id(broker)} without a source")
+            raise ProtocolError(ErrorCode.UNEXPECTED, f"a message of {broker_id(broker)} without a source")
     elif str(source.source_id.zid) != zenoh_id(broker):
-        raise ProtocolError(ErrorCode.UNEXPECTED, f"a sample of {broker_id(broker)} from another session")
+        raise ProtocolError(ErrorCode.UNEXPECTED, f"a message of {broker_id(broker)} from another session")
 
 
 def _sender(sample: zenoh.Sample, part: int) -> int:
