@@ -66,6 +66,8 @@ _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 _SPACES: Final = " \t\r\n"
 _ENDS: Final = _SPACES + ")"
 """What ends an argument without quotes."""
+_PLAIN: Final = re.compile(r"""[^\\$'"() \t\r\n]+""")
+"""Characters that mean nothing else in any place."""
 _MARK: Final = "\0"
 """Marks the number of a substitution while a string is split into words."""
 
@@ -129,11 +131,15 @@ class _Reader:
             end: A quote, or what ends an argument without quotes; empty: the string itself.
         """
         pieces: list[Piece] = []
-        literal = ""
+        literal: list[str] = []  # joined at its end: adding to a string copies it
         while (char := self._char()) and char not in end:
+            if plain := _PLAIN.match(self._text, self._at):
+                literal.append(plain[0])
+                self._at = plain.end()
+                continue
             if self._text.startswith("$(", self._at):
-                pieces += [literal, self._substitution()]
-                literal = ""
+                pieces += ["".join(literal), self._substitution()]
+                literal.clear()
                 continue
             # A backslash at the end is one: there is nothing to escape.
             if char == "\\" and self._at + 1 < len(self._text):
@@ -141,10 +147,10 @@ class _Reader:
             # In the middle of an argument they are nearly always a slip, such as a missing space.
             elif end == _ENDS and char in "'\"(":
                 raise self._error(f"{char} needs a backslash before it, or quotes around the whole argument")
-            literal += self._char()
+            literal.append(self._char())
             self._at += 1
         # Without the empty strings between adjacent substitutions, one alone is not a list.
-        return [each for each in (*pieces, literal) if each != ""]
+        return [each for each in (*pieces, "".join(literal)) if each != ""]
 
     def _substitution(self) -> Substitution:
         begin = self._at

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cProfile
 from typing import Any
 
 import pytest
@@ -150,3 +151,14 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         assert isinstance(made, str)
         assert len(made) >= len(text) - text.count("\\")
     assert isinstance(made, str | Substitution | tuple)
+
+
+@pytest.mark.parametrize("form", ["{}", "$(env {})", "$(env '{}')"])
+def test_a_long_text_is_not_read_by_character(form: str) -> None:
+    """Case 85: as many calls as for a short one; adding each character to a string would copy that."""
+    calls = []
+    for length in (10, 10_000):
+        with cProfile.Profile() as profile:
+            template(form.format("x" * length))
+        calls.append(sum(each.callcount for each in profile.getstats()))
+    assert calls[0] == calls[1]
