@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MAX_FILE_SIZE: Final = 1 << 20
 """Largest parameter file, in bytes; a larger one is a mistake."""
 
-ARGUMENT_NAME: Final = re.compile(r"[A-Za-z_~/][A-Za-z0-9_./~-]*")
+_ARGUMENT_NAME: Final = re.compile(r"[A-Za-z_~/][A-Za-z0-9_./~-]*")
 """Names that `-p` can have; files have any."""
 _EVERY_NODE: Final = "/**"
 
@@ -56,7 +56,7 @@ class ParameterOverride:
         """
         left, separator, value = text.partition(":=")
         node, colon, name = left.rpartition(":")
-        if not (separator and value) or not ARGUMENT_NAME.fullmatch(name):
+        if not (separator and value) or not _ARGUMENT_NAME.fullmatch(name):
             raise ValueError("expected name:=value or node:name:=value, such as speed:=1.5")
         if colon:
             validate_node_name(node)

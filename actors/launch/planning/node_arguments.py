@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.yaml_writer import flow_text
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
 from actors.launch.planning.namespaces import prefix_namespace
 from actors.launch.planning.parameter_values import parameter_value
-from actors.parameters.overrides import ARGUMENT_NAME
+from actors.parameters.file_parser import PARAMETERS_KEY
 from proto.untrusted_text import escape
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from actors.launch.description.process_actions import Node
     from actors.launch.description.substitutions import Scope, Text
+
+_ARGUMENT_NAME: Final = re.compile(r"/?(?!__)[A-Za-z_]\w*([./](?!__)[A-Za-z_]\w*)*", re.ASCII)
+"""Names that `-p` of rcl can have: others are syntax there, and one with a colon is another node's."""
 
 
 def ros_arguments(node: Node, scope: Scope) -> list[str]:
@@ -55,12 +59,11 @@ def _arguments(node: Node, scope: Scope) -> Iterator[str]:
     # `SetRemap`.
     for path in scope.parameter_files:
         yield from ("--params-file", path)
-    for name, value in scope.parameters.items():
-        yield from ("-p", f"{name}:={value}")
+    yield from _parameter_arguments(scope.parameters.items(), scope)
     for entry in cast("Sequence[Any]", node.parameters):
         if isinstance(entry, Mapping):
-            for name, value in parameter_texts(cast("Mapping[Text, Any]", entry), scope):
-                yield from ("-p", f"{name}:={value}")
+            texts = parameter_texts(cast("Mapping[Text, Any]", entry), scope)
+            yield from _parameter_arguments(texts, scope)
         else:
             path = str(PurePath(scope.folder, resolve(entry, scope)))
             yield from ("--params-file", scope.library.parameter_file(path))
@@ -68,6 +71,18 @@ def _arguments(node: Node, scope: Scope) -> Iterator[str]:
         yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
     for each in node.ros_arguments:
         yield resolve(each, scope)
+
+
+def _parameter_arguments(texts: Iterable[tuple[str, str]], scope: Scope) -> Iterator[str]:
+    in_file: list[str] = []
+    for name, value in texts:
+        if _ARGUMENT_NAME.fullmatch(name):
+            yield from ("-p", f"{name}:={value}")
+        else:
+            in_file.append(f"{flow_text(name)}: {value}")
+    if in_file:
+        text = f"/**: {{{PARAMETERS_KEY}: {{{', '.join(in_file)}}}}}\n"
+        yield from ("--params-file", scope.library.temporary_file("parameters.yaml", text))
 
 
 def _name(node: Node, scope: Scope) -> str | None:
@@ -101,9 +116,8 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
         if isinstance(value, Mapping):
             yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
         else:
-            if not ARGUMENT_NAME.fullmatch(name):
-                # With a colon it would be the parameter of another node.
-                raise LaunchError(f"Parameter '{escape(name)}': such a name can be in a parameter file only")
+            if not name:
+                raise LaunchError("The name of a parameter is empty")
             try:
                 yield name, flow_text(parameter_value(value, scope))
             except (LaunchError, ValueError) as error:
