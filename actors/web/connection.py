@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, cast
 
 from actors.web import limits
@@ -12,7 +13,7 @@ from proto.aio.tls import is_tls_error
 from proto.wire.addresses import Address, owned_by_one, parse_address
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator
 
     from actors.web.connection_table import Holder
 
@@ -38,6 +39,10 @@ class Owner(Protocol):
 
     def changed(self, connection: WebConnection) -> None:
         """`connection.waits` may have changed."""
+        ...
+
+    def unread(self, connection: WebConnection) -> None:
+        """The client has not read everything."""
         ...
 
     def count(self, refusal: Refusal, source: object) -> None:
@@ -99,6 +104,11 @@ class WebConnection(asyncio.BufferedProtocol):
             self._stalled = False
             self._owner.changed(self)
 
+    @property
+    def unread_bytes(self) -> int:
+        """Bytes that wait until the client reads."""
+        return 0 if self._transport is None else self._transport.get_write_buffer_size()
+
     def stop_reading(self) -> None:
         """Receive nothing more."""
         if self._transport is not None:
@@ -119,7 +129,7 @@ class WebConnection(asyncio.BufferedProtocol):
         name = transport.get_extra_info("peername")
         if name:
             self.source = self.holder = owned_by_one(parse_address(name[0]))
-        self._end_after(limits.FIRST_BYTE_SEC, Refusal.SILENT)
+        self._call_after(limits.FIRST_BYTE_SEC, partial(self._end, Refusal.SILENT))
         self._owner.opened(self)
 
     def get_buffer(self, sizehint: int) -> memoryview:  # noqa: ARG002
@@ -145,9 +155,10 @@ class WebConnection(asyncio.BufferedProtocol):
         """Called by asyncio."""
         if self._http is not None:  # before it, the time for the first byte goes on
             self._unread = True
-            self._end_after(limits.UNREAD_SEC, Refusal.UNREAD)
+            self._expect_reading()
             self._owner.changed(self)
             self._http.pause_writing()
+            self._owner.unread(self)
 
     def resume_writing(self) -> None:
         """Called by asyncio."""
@@ -168,13 +179,25 @@ class WebConnection(asyncio.BufferedProtocol):
         if http is not None:
             http.connection_lost(exc)
 
-    def _end_after(self, seconds: float, refusal: Refusal) -> None:
-        def end() -> None:
-            self._owner.count(refusal, self.source)
-            self.abort()
+    def _expect_reading(self) -> None:
+        """End it unless the client reads some of what waits: all of it may take long on a slow link."""
+        unread = self.unread_bytes
 
+        def check() -> None:
+            if self.unread_bytes < unread:
+                self._expect_reading()
+            else:
+                self._end(Refusal.UNREAD)
+
+        self._call_after(limits.UNREAD_SEC, check)
+
+    def _end(self, refusal: Refusal) -> None:
+        self._owner.count(refusal, self.source)
+        self.abort()
+
+    def _call_after(self, seconds: float, function: Callable[[], object]) -> None:
         self._stop_timer()
-        self._timer = self._loop.call_later(seconds, end)
+        self._timer = self._loop.call_later(seconds, function)
 
     def _stop_timer(self) -> None:
         if self._timer is not None:

@@ -34,8 +34,18 @@ FIRST_BYTE_SEC: Final = 10.0
 """Seconds for the first byte of a connection to arrive, which with HTTPS comes after the handshake."""
 
 UNREAD_SEC: Final = 60.0
-"""Seconds that something may wait until the client reads it; then the connection is closed. On a slow link
-they are enough for the largest that the server sends in one piece, an image."""
+"""Seconds in which a client must read some of what waits for it; all of it may take longer on a slow link."""
+
+MAX_UNREAD_BYTES: Final = 256 * 1024 * 1024
+"""Bytes that connections hold until clients read them: messages of WebSockets, which have no pieces."""
+
+MAX_HOLDER_UNREAD_BYTES: Final = 64 * 1024 * 1024
+"""Those of one user, or of one address without a user: messages of the largest that pages show, in several
+tabs."""
+
+PIECE_BYTES: Final = 128 * 1024
+"""An answer or event is given to a connection in pieces, each when the client has read the last one: it waits
+once for all clients, not copied for each of them."""
 
 MAX_CONNECTIONS: Final = 512
 """Open connections. A silent one costs a few KiB, with HTTPS 13 KiB and in mid-handshake 50 KiB."""
@@ -63,8 +73,8 @@ MAX_ACCEPTED_TOKENS: Final = 256
 MAX_STREAMS: Final = 256
 """WebSockets of browsers, streams of events and requests for images at the same time."""
 
-MAX_HOLDER_STREAMS: Final = 32
-"""Those of one user, or of one address without a user: of tens of tabs."""
+MAX_HOLDER_STREAMS: Final = 64
+"""Those of one user, or of one address without a user: of tens of tabs, or of people behind a proxy."""
 
 MAX_HELD_BYTES: Final = 64 * 1024 * 1024
 """Bodies of requests that are received or handled at the same time."""

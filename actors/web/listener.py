@@ -112,6 +112,22 @@ class WebListener:
         """Owner: a connection may wait for its client now, or not any more."""
         (self._table.wait if connection.waits else self._table.work)(connection)
 
+    def unread(self, connection: WebConnection) -> None:
+        """Owner: a client has not read everything; close one of those with most if it is too much."""
+        if connection.unread_bytes <= limits.PIECE_BYTES:
+            return
+        of_all = [each for each in self._table.connections() if each.unread_bytes]
+        of_holder = [each for each in of_all if each.holder == connection.holder]
+        for some, most in (
+            (of_holder, limits.MAX_HOLDER_UNREAD_BYTES),
+            (of_all, limits.MAX_UNREAD_BYTES),
+        ):
+            if sum(each.unread_bytes for each in some) > most:
+                largest = max(some, key=lambda each: each.unread_bytes)
+                self.count(Refusal.UNREAD_BYTES, largest.holder)
+                largest.abort()
+                return
+
     def count(self, refusal: Refusal, source: object) -> None:
         """Owner: a connection is ended."""
         self.refusals.count(refusal, source)
@@ -133,5 +149,9 @@ def _encrypted(
 ) -> Callable[[], asyncio.BaseProtocol]:
     from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - `ssl` takes milliseconds
 
+    class Transport(TlsTransport):
+        def get_write_buffer_size(self) -> int:
+            return 0 if self._raw is None else self._raw.get_write_buffer_size()
+
     budget = ReadBudget(loop)
-    return lambda: TlsTransport(connect(), context, loop=loop, budget=budget)
+    return lambda: Transport(connect(), context, loop=loop, budget=budget)

@@ -25,6 +25,7 @@ class Refusal(Enum):
     SILENT = "silent", "a connection sent nothing in time"
     TLS = "tls", "TLS failed"
     UNREAD = "unread", "a client did not read in time"
+    UNREAD_BYTES = "unread_bytes", "a connection was closed because too much was not read"
     MALFORMED = "malformed", "a request is not HTTP"
     STREAMS = "streams", "more browsers and streams than may be open"
     BODIES = "bodies", "more bodies of requests than are kept"

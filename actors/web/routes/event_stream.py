@@ -8,6 +8,8 @@ from typing import Final
 import msgspec
 from aiohttp import web
 
+from actors.web.pieces import pieces
+
 COMMENT_SEC: Final = 15.0
 """Without an event for so long, a comment is sent: proxies end silent streams, and a reader may have gone."""
 
@@ -50,7 +52,8 @@ class EventStream:
             data: JSON without line ends.
             event: Its kind.
         """
-        await self.response.write(b"event: %s\ndata: %s\n\n" % (event.encode(), data))
+        async for piece in pieces(b"event: %s\ndata: %s\n\n" % (event.encode(), data)):
+            await self.response.write(piece)
 
     async def wait(self, news: asyncio.Event) -> None:
         """Wait for news, and clear it; send comments meanwhile."""

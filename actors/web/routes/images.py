@@ -11,7 +11,7 @@ from actors.tools import graph_documents as documents
 from actors.web.image_files import ImageError
 from actors.web.images import IMAGE_TYPES
 from actors.web.routes.graph import name_in
-from actors.web.routes.responses import NotFoundError, error_response
+from actors.web.routes.responses import NotFoundError, bytes_response, error_response
 from actors.web.routes.route import IMAGE, READING, Route
 from actors.web.routes.state import state_of, workspace_of
 
@@ -41,7 +41,7 @@ def _response(newest: Image) -> web.Response:
     if isinstance(file, ImageError):
         response = error_response(422, str(file))
     else:
-        response = web.Response(body=file.body, content_type=file.content_type)
+        response = bytes_response(file.body, file.content_type)
         response.headers["Image-Size"] = f"{file.width}x{file.height}"
         response.headers["Image-Encoding"] = file.encoding
         response.headers["Cache-Control"] = "no-store"

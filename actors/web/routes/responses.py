@@ -21,6 +21,7 @@ from actors.web.forms import FormTooLargeError
 from actors.web.javascript_values import TooManyValuesError
 from actors.web.json_encoding import encode_json
 from actors.web.log_reader import TooManyLogReadersError
+from actors.web.pieces import pieces
 from actors.web.routes.event_stream import STREAM, EventStream
 from actors.web.shares import ShareUsedUpError
 from actors.web.sign_ins import TokenNotAcceptedError
@@ -80,7 +81,19 @@ def encoded_response(body: bytes, status: int = 200) -> web.Response:
         body: The document.
         status: The HTTP status.
     """
-    return web.Response(body=body, status=status, content_type="application/json")
+    return bytes_response(body, "application/json", status)
+
+
+def bytes_response(body: bytes, content_type: str, status: int = 200) -> web.Response:
+    """Return a response that is sent in pieces, each when the client has read the last one.
+
+    Args:
+        body: Its bytes.
+        content_type: Their type.
+        status: The HTTP status.
+    """
+    headers = {"Content-Length": str(len(body))}
+    return web.Response(body=pieces(body), status=status, headers=headers, content_type=content_type)
 
 
 def error_response(status: int, reason: str) -> web.Response:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 import aiohttp
 import pytest
 
+from actors.interfaces.sensor_msgs.msg import CompressedImage
 from actors.interfaces.std_msgs.msg import String
+from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.web import limits
 from actors.web.options import WebOptions
 from actors.web.routes import echo
@@ -34,7 +36,7 @@ TOPICS = b"GET /api/topics HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 @asynccontextmanager
 async def connection(
-    site: Site, address: str = "127.0.0.1"
+    site: Site, address: str = "127.0.0.1", tls: ssl.SSLContext | None = None
 ) -> AsyncGenerator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
     """Connect from an address; the kernel keeps little of what is not read."""
     sock = socket.socket()
@@ -42,7 +44,8 @@ async def connection(
     sock.setblocking(False)
     sock.bind((address, 0))
     await asyncio.get_running_loop().sock_connect(sock, ("127.0.0.1", site.server.port))
-    reader, writer = await asyncio.open_connection(sock=sock, limit=1024)
+    host = None if tls is None else "127.0.0.1"
+    reader, writer = await asyncio.open_connection(sock=sock, limit=1024, ssl=tls, server_hostname=host)
     try:
         yield reader, writer
     finally:
@@ -209,6 +212,54 @@ async def test_a_page_that_is_not_read_ends(site: Site, monkeypatch: pytest.Monk
             while not await refusals(site, "unread"):
                 writer.write(b"GET /vendor/cytoscape.esm.min.mjs HTTP/1.1\r\nHost: localhost\r\n\r\n" * 10)
                 await asyncio.sleep(0)
+
+
+@pytest.mark.parametrize("encrypted", [False, True])
+async def test_what_is_not_read_has_a_limit_for_each_holder(
+    meeting: Meeting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, encrypted: bool
+) -> None:
+    """Case 76: large answers that wait for their readers: the largest ends, and nobody else's."""
+    monkeypatch.setattr(limits, "MAX_HOLDER_UNREAD_BYTES", 500_000)
+    authority = Authority(tmp_path)
+    pair = authority.issue("127.0.0.1")
+    tls = server_context(pair.certificate, pair.key, None) if encrypted else None
+    client_tls = ssl.create_default_context(cafile=authority.ca) if encrypted else None
+    request = b"GET /vendor/cytoscape.esm.min.mjs HTTP/1.1\r\nHost: localhost\r\n\r\n" * 10
+    async with AsyncExitStack() as stack:
+        site = await Site(stack, meeting, WebOptions(port=0, tls=tls)).open()
+        connector = aiohttp.TCPConnector(local_addr=(ELSEWHERE, 0), ssl=client_tls or True)
+        site.client = await stack.enter_async_context(aiohttp.ClientSession(site.url, connector=connector))
+        async with asyncio.timeout(DEADLINE_SEC):
+            while not await refusals(site, "unread_bytes"):
+                _, writer = await stack.enter_async_context(connection(site, tls=client_tls))
+                writer.write(request)
+        assert await refusals(site, "unread") == 0
+
+
+async def test_a_large_answer_waits_once_for_all_readers(
+    site: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 76: it is sent in pieces, so that images on slow links take no memory, and arrive."""
+    monkeypatch.setattr(limits, "MAX_HOLDER_UNREAD_BYTES", 500_000)
+    size = b"\xff\xd8\xff\xc0\x00\x0b\x08\x00\x10\x00\x10\x01\x01\x11\x00"
+    file = size + bytes(20_000_000)
+    node = await meeting.node("camera")
+    publisher = node.create_publisher(
+        CompressedImage, "/camera", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    )
+    publisher.publish(CompressedImage(format="jpeg", data=file))
+    await site.json_found("/api/topics/camera")
+    async with AsyncExitStack() as stack:
+        clients = [await stack.enter_async_context(connection(site)) for _ in range(3)]
+        for reader, writer in clients:
+            writer.write(b"GET /api/topics/camera/image HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            async with asyncio.timeout(DEADLINE_SEC):
+                assert b" 200 " in await reader.readline()
+        async with asyncio.timeout(DEADLINE_SEC):
+            reader, _ = clients[0]
+            await reader.readuntil(b"\r\n\r\n")
+            assert await reader.readexactly(len(file)) == file
+    assert await refusals(site, "unread_bytes") == 0
 
 
 async def test_bodies_have_a_limit_for_each_holder(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> None:
