@@ -6,6 +6,7 @@ from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.endpoints.subscription.sequence_tracker import REMEMBERED_PUBLISHERS
 from actors.interfaces.errors import InvalidMessageError
 from actors.qos.profile import DurabilityPolicy
 from actors.tools.generic_subscription import decoder_of, profile_of
@@ -103,13 +104,24 @@ class TopicReader:
         self._feed = feed
         self._kind = kind
         self._waiting = NewestMessages(kept)
+        self._next: dict[bytes, int] = {}
+        """The number after the newest message, by publisher."""
         self.wake = wake
         self.skipped = 0
 
     def add(self, received: Received) -> None:
-        """Queue a message, if it is of the reader's type."""
-        if self._kind and not self._feed.may_publish(received.info.publisher_node, self._kind):
+        """Queue a message, if it is of the reader's type and not one that it has had."""
+        info, known = received.info, self._next
+        number, publisher = info.publication_sequence_number, info.publisher_gid
+        if self._kind and not self._feed.may_publish(info.publisher_node, self._kind):
             return
+        # A subscription that replaces another one gets latched messages again.
+        if number < known.get(publisher, 0):
+            return
+        known.pop(publisher, None)  # last, so that those that have sent nothing for long are forgotten
+        known[publisher] = number + 1
+        if len(known) > REMEMBERED_PUBLISHERS:
+            del known[next(iter(known))]
         if not self._waiting:  # otherwise the reader has been woken, and has not come yet
             self.wake()
         self.skipped += self._waiting.add(received)

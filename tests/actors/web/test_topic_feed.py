@@ -1,9 +1,23 @@
-"""How many messages wait for a reader."""
+"""Which messages wait for a reader, and how many."""
 
 from __future__ import annotations
 
+import asyncio
+from typing import TYPE_CHECKING, Any, cast
+
 from actors.endpoints.subscription.backlog import MessageInfo
-from actors.web.topic_feed import MAX_BYTES, NewestMessages, Received
+from actors.graph.snapshot import GraphSnapshot
+from actors.interfaces.codec import codec_for
+from actors.interfaces.std_msgs.msg import String
+from actors.web.topic_feed import MAX_BYTES, NewestMessages, Received, TopicFeeds
+from tests.actors.meeting import latched, until
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.node.node import Node
+    from actors.web.topic_feed import TopicReader
+    from tests.actors.meeting import Meeting
 
 INFO = MessageInfo(0, 0, 0, b"", "/talker")
 
@@ -22,3 +36,52 @@ def test_the_newest_is_kept_whatever_its_size() -> None:
         queue.add(Received(bytes(1000), INFO))
     assert queue.add(Received(bytes(MAX_BYTES + 1), INFO)) == 3
     assert len(queue) == 1
+
+
+class LateObserver:
+    """Knows an empty graph, until a test looks at it."""
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self._snapshot = GraphSnapshot()
+        self._listeners: list[Callable[[], None]] = []
+
+    def around(self, _: str) -> GraphSnapshot:
+        return self._snapshot
+
+    def on_graph(self, listener: Callable[[], None]) -> Callable[[], None]:
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener)
+
+    async def look(self) -> None:
+        self._snapshot = await self.node.get_graph()
+        for listener in self._listeners:
+            listener()
+
+
+async def test_a_reader_gets_a_latched_message_once(meeting: Meeting) -> None:
+    """It is opened before the topic is in the graph, and so subscribes again; another one has had nothing."""
+    observer = LateObserver(await meeting.node("page"))
+    feeds, woken = TopicFeeds(cast("Any", observer)), asyncio.Event()
+    decode = codec_for(String).decode
+
+    async def newest(reader: TopicReader, last: str) -> list[str]:
+        found: list[str] = []
+        while last not in found:
+            await woken.wait()
+            woken.clear()
+            found += [decode(each.data).data for each in reader.pop()]
+        return found
+
+    first = feeds.read("/chatter", 10, woken.set)
+    publisher = (await meeting.node("talker")).create_publisher(String, "chatter", latched(2))
+    await until(publisher.get_subscription_count)
+    publisher.publish(String(data="kept"))
+    assert await newest(first, "kept") == ["kept"]
+    second = feeds.read("/chatter", 10, woken.set)
+    await observer.look()
+    publisher.publish(String(data="new"))
+    assert await newest(first, "new") == ["new"]
+    assert [decode(each.data).data for each in second.pop()] == ["kept", "new"]
+    for reader in (first, second):
+        reader.close()
