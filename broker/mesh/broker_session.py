@@ -44,6 +44,9 @@ MAX_SILENT: Final = 15
 MAX_PAUSE: Final = 32
 """Heartbeats after which a broker that has left many requests unanswered is asked again, at most."""
 
+MAX_GIVEN_UP: Final = 10_000
+"""Brokers that were given up and are remembered, so that a heartbeat of theirs brings them back."""
+
 MAX_EPOCHS: Final = 10_000
 """Brokers, gone ones included, whose last epoch is remembered."""
 
@@ -259,12 +262,15 @@ class BrokerSessions:
 
     Attributes:
         memory: As given.
+        given_up: Brokers that a heartbeat of theirs brings back, and whether they are announced: they did not
+            answer when there were too many of those, or have gone silent or been rejected without a token.
     """
 
     def __init__(self, emit: Callable[[Direct], None], memory: MeshMemory) -> None:
         self._emit = emit
         self._sessions: dict[int, BrokerSession] = {}
         self.memory = memory
+        self.given_up: dict[int, bool] = {}
         memory.graphs.append(self)
         self._unanswered: OrderedDict[int, None] = OrderedDict()
         """Brokers that have not answered yet. The next one to be given up comes first."""
@@ -316,6 +322,12 @@ class BrokerSessions:
     def surplus(self) -> int | None:
         """Return a broker to give up, because too many have not answered; None if they are not too many."""
         return next(iter(self._unanswered)) if len(self._unanswered) > MAX_UNANSWERED else None
+
+    def give_up(self, broker: int, session: BrokerSession) -> None:
+        """Remember a broker that is forgotten until it sends a heartbeat."""
+        self.given_up[broker] = session.announced
+        if len(self.given_up) > MAX_GIVEN_UP:
+            del self.given_up[next(iter(self.given_up))]
 
     def answer(self, broker: int, session: BrokerSession) -> None:
         """Note that a broker has answered."""

@@ -59,9 +59,6 @@ MAX_ANSWERS_TO_STRANGERS: Final = 20
 MAX_ASKERS: Final = 10_000
 """Brokers, unknown ones included, that are known to have asked for the snapshot."""
 
-MAX_GIVEN_UP: Final = 10_000
-"""Brokers that were given up and are remembered, so that a heartbeat of theirs brings them back."""
-
 MAX_EPOCH: Final = 2**63
 """A greater epoch is refused. Brokers count epochs up from 1, so that they never get near it."""
 
@@ -119,8 +116,6 @@ class Mesh:
         self.sessions = BrokerSessions(self._out.append, memory or MeshMemory())
         self._snapshot_sent_to: dict[int, None] = {}
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
-        self._given_up: dict[int, None] = {}
-        """Brokers that are alive, and that did not answer when there were too many of those."""
         self._answers = Counter[int]()
         """By broker, its requests since the last heartbeat; 0 for strangers."""
         self._asks: dict[int, None] = {}
@@ -232,10 +227,11 @@ class Mesh:
         self.queries.expire()
         self._answers.clear()
         for broker in self._standings.beat():
-            self.add_broker(broker)
+            self.add_broker(broker, announced=self.sessions.given_up.get(broker, True))
         for broker, session in self.sessions.items():
             if session.is_silent():
                 self._forget(broker)
+                self.sessions.give_up(broker, session)
             elif session.is_snapshot_overdue():
                 self._import(broker, session)
             elif session.is_due():
@@ -280,7 +276,7 @@ class Mesh:
         if not 0 < broker <= MAX_U32 or broker == self._number:
             self._warn("ignored", broker, "it has no valid number")
             return
-        self._given_up.pop(broker, None)
+        self.sessions.given_up.pop(broker, None)
         session = self.sessions.add(broker)
         session.announced = announced
         self._ask(broker, session)
@@ -288,17 +284,16 @@ class Mesh:
         if surplus is not None:
             self.limited += 1
             self._warn("gave up", surplus, f"more than {MAX_UNANSWERED} brokers do not answer")
+            given_up = self.sessions.get(surplus) or session
             self._forget(surplus)
-            self._given_up[surplus] = None
-            if len(self._given_up) > MAX_GIVEN_UP:
-                del self._given_up[next(iter(self._given_up))]
+            self.sessions.give_up(surplus, given_up)
 
     def remove_broker(self, broker: int) -> None:
         """Remove a broker that is gone, with its endpoints; calls to it fail."""
         # Its presence has ended, so that it may begin again: the operator who restarts a faulty broker need
         # not restart others.
         self._standings.end_ban(broker)
-        self._given_up.pop(broker, None)
+        self.sessions.given_up.pop(broker, None)
         self._forget(broker)
 
     def _forget(self, broker: int) -> None:
@@ -315,10 +310,13 @@ class Mesh:
             broker: The broker.
             reason: What it has done, for the log.
         """
-        if broker in self.sessions:
+        session = self.sessions.get(broker)
+        if session is not None:
             self._warn("rejected", broker, reason)  # while its name is known
             self._standings.ban(broker)
             self._forget(broker)
+            if not session.announced:
+                self.sessions.give_up(broker, session)
             self.rejected += 1
 
     def accept_snapshot(self, broker: int, snapshot: Snapshot | None) -> None:
@@ -403,9 +401,8 @@ class Mesh:
         if session is None:
             self.ignored += 1
             # It was given up and is there, or its token was lost on a route that has just begun.
-            announced = broker in self._given_up
-            if announced or not self.sessions.has_seen(broker):
-                self.add_broker(broker, announced=announced)
+            if broker in self.sessions.given_up or not self.sessions.has_seen(broker):
+                self.add_broker(broker, announced=self.sessions.given_up.get(broker, False))
             return
         session.silent = 0
         epoch, sent = heartbeat.sent.get(self._number, (0, 0))

@@ -178,6 +178,24 @@ def test_a_broker_whose_token_was_lost_is_found_by_its_heartbeat() -> None:
     assert keys_of(attack, FAKE) == set()
 
 
+@pytest.mark.parametrize("rejected", [False, True])
+def test_a_broker_without_a_token_is_found_again_and_goes_again(*, rejected: bool) -> None:
+    """By its next heartbeat, after it was silent or rejected; the end of its heartbeats is its end again."""
+    attack = Attack()
+    attack.mesh.accept_heartbeat(FAKE, Heartbeat(1, {}))
+    if rejected:
+        attack.mesh.reject(FAKE, "test")
+    for _ in range(broker_session.MAX_SILENT + 1):
+        attack.mesh.send_heartbeat()
+    asked(attack)
+    assert (FAKE in attack.mesh.sessions) is rejected  # its ban has ended meanwhile
+    attack.mesh.accept_heartbeat(FAKE, Heartbeat(1, {}))
+    assert FAKE in attack.mesh.sessions
+    for _ in range(broker_session.MAX_SILENT + 1):
+        attack.mesh.send_heartbeat()
+    assert FAKE not in attack.mesh.sessions
+
+
 def test_a_request_whose_end_is_never_told_is_made_again() -> None:
     """Whatever becomes of it in the engine."""
     attack = Attack()
