@@ -8,7 +8,8 @@ import json
 import secrets
 import struct
 import time
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
@@ -66,6 +67,22 @@ def never_answering(endpoint: str, _url: str) -> None:
             for number in numbers:
                 key = f"{PREFIX}/brokers/{broker_id(here)}/frames/{broker_id(number)}"
                 session.put(key, frame, attachment=struct.pack(">QQQ", 1, count, 1))
+        del tokens
+
+
+def many_graphs(endpoint: str, _url: str) -> None:
+    """Case 64: such brokers in fifty graphs."""
+    frame = encode(make.request(4, 1, body=bytes(200_000)))
+    with zenoh_client(endpoint) as session:
+        session.declare_queryable("callboard/1/*/brokers/*/graph", lambda _: None)
+        graphs, name = range(50), broker_id(_number())
+        alive = session.liveliness()
+        tokens = [alive.declare_token(f"callboard/1/{graph}/alive/{name}") for graph in graphs]
+        (here,) = _brokers(session)[:1] or [1]
+        for number in range(1, 1000):
+            for graph in graphs:
+                key = f"callboard/1/{graph}/brokers/{broker_id(here)}/frames/{name}"
+                session.put(key, frame, attachment=struct.pack(">QQQ", 1, number, 1))
         del tokens
 
 
@@ -128,6 +145,40 @@ def changing_snapshots(endpoint: str, _url: str) -> None:
         _serve(session, number, declarations)
 
 
+def large_snapshots(endpoint: str, _url: str) -> None:
+    """Case 66: ten brokers at once, each with a million endpoints."""
+    declarations = [encode(frames.Node(number, f"/n{number}")) for number in range(1, 1_000_001)]
+    with ExitStack() as stack, ThreadPoolExecutor() as threads:
+        for number in (_number() for _ in range(10)):
+            session = stack.enter_context(zenoh_client(endpoint, number))
+            threads.submit(_serve, session, number, lambda: declarations)
+
+
+def epochs(endpoint: str, _url: str) -> None:
+    """Case 67: a broker that begins epoch after epoch, each of which makes others forget and ask for it."""
+    number, epoch = _number(), count(1)
+    mine = f"{PREFIX}/brokers/{broker_id(number)}"
+    with zenoh_client(endpoint, number) as session:
+        source = zenoh.SourceInfo(session.id, 0)
+
+        def answer(query: zenoh.Query) -> None:
+            if query.payload is not None:
+                _, theirs = struct.unpack(">QQ", query.payload.to_bytes())
+                snapshot = {"epoch": theirs, "version": 1, "declarations": list[bytes]()}
+                query.reply(query.key_expr, msgspec.msgpack.encode(snapshot))
+
+        kept = session.declare_queryable(f"{mine}/graph", answer), _announce(session, number)
+        others = _brokers(session)
+        while kept:
+            now = next(epoch)
+            for other in others:
+                key, payload = f"{PREFIX}/brokers/{broker_id(other)}/graph", struct.pack(">QQ", number, now)
+                session.get(key, lambda _: None, payload=payload, source_info=source)
+            heartbeat = msgspec.msgpack.encode((1, dict.fromkeys(others, (now, 0)), {}))
+            session.put(f"{mine}/heartbeat", heartbeat, source_info=source)
+            time.sleep(0.0005)
+
+
 def forged_samples(endpoint: str, _url: str) -> None:
     """Case 67: malformed samples, and well-formed ones, in the numbers of honest brokers."""
     undeclare = encode(frames.Undeclare(1))
@@ -162,9 +213,12 @@ def snapshot_queries(endpoint: str, _url: str) -> None:
 
 ATTACKS: Final = {
     "never-answering": Attack(64, never_answering, victim=MESH),
+    "many-graphs": Attack(64, many_graphs, victim=MESH),
     "tokens": Attack(65, tokens, victim=MESH),
     "large-snapshot": Attack(66, large_snapshot, 400, victim=MESH),
+    "large-snapshots": Attack(66, large_snapshots, 500, victim=MESH),
     "changing-snapshots": Attack(66, changing_snapshots, victim=MESH),
+    "epochs": Attack(67, epochs, victim=MESH),
     "forged-samples": Attack(67, forged_samples, victim=MESH),
     "large-samples": Attack(68, large_samples, victim=MESH),
     "snapshot-queries": Attack(69, snapshot_queries, victim=MESH),
