@@ -8,21 +8,18 @@ from __future__ import annotations
 
 import ast
 import difflib
-import re
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
 from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.interface_names import KINDS, PACKAGE_NAME, TYPE_NAME
 from actors.interfaces.regular_files import read_regular
 
-KINDS: Final = ("msg", "srv", "action")
 STANDARD_ROOT: Final = "actors.interfaces"
 """The Python package of the standard interface packages."""
 _STANDARD: Final = Path(__file__).parent
-_PACKAGE: Final = re.compile(r"[a-z][a-z0-9_]*")
-_TYPE: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 _GENERATED: Final = "from actors.interfaces.lazy import lazy_exports"
 """A line in every package written by `interface generate`."""
 
@@ -39,7 +36,7 @@ def known_packages() -> list[str]:
     found = set(standard_packages())
     for entry in sys.path:
         try:
-            folders = [each for each in Path(entry or ".").iterdir() if _PACKAGE.fullmatch(each.name)]
+            folders = [each for each in Path(entry or ".").iterdir() if PACKAGE_NAME.fullmatch(each.name)]
         except OSError:  # a zip file or a missing folder
             continue
         found.update(folder.name for folder in folders if any(_has(folder / kind, kind) for kind in KINDS))
@@ -59,7 +56,7 @@ def python_package(package: str, kind: str) -> str | None:
 
 def source_file(package: str, kind: str, name: str) -> Path | None:
     """Return the file with the text of an interface, or None."""
-    if not (_PACKAGE.fullmatch(package) and kind in KINDS and _TYPE.fullmatch(name)):
+    if not (PACKAGE_NAME.fullmatch(package) and kind in KINDS and TYPE_NAME.fullmatch(name)):
         return None
     if any((_STANDARD / package / each / "__init__.py").is_file() for each in KINDS):
         return None
@@ -108,7 +105,7 @@ def _names(package: str, kind: str) -> list[str]:
             return sorted(exported)
     folders = () if standard else _text_folders(package)
     names = {name for folder in folders for name in interface_files(folder, kind)}
-    return sorted(filter(_TYPE.fullmatch, names))
+    return sorted(filter(TYPE_NAME.fullmatch, names))
 
 
 def _exported(module: Path) -> list[str]:
@@ -131,7 +128,7 @@ def _folders(package: str) -> list[Path]:
     """Return the folders of a package on the import path, without importing it."""
     try:
         # Checked first: `find_spec` of a name with a dot imports the packages above it.
-        spec = find_spec(package) if _PACKAGE.fullmatch(package) else None
+        spec = find_spec(package) if PACKAGE_NAME.fullmatch(package) else None
     except (ImportError, ValueError):
         return []
     return [Path(each) for each in (spec.submodule_search_locations or ())] if spec is not None else []
@@ -142,7 +139,7 @@ def _text_folders(package: str) -> list[Path]:
 
     A module of the same name, such as Python's own `test`, hides a folder from `import`, and not its texts.
     """
-    if not _PACKAGE.fullmatch(package):
+    if not PACKAGE_NAME.fullmatch(package):
         return []
     return list(dict.fromkeys([*_folders(package), *(Path(entry or ".") / package for entry in sys.path)]))
 
@@ -159,4 +156,4 @@ def _has(folder: Path, kind: str) -> bool:
             return True
     except OSError:
         pass
-    return any(map(_TYPE.fullmatch, interface_files(folder.parent, kind)))
+    return any(map(TYPE_NAME.fullmatch, interface_files(folder.parent, kind)))

@@ -12,15 +12,14 @@ import sys
 from functools import cache
 from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, cast
+
+from actors.interfaces.interface_names import KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from importlib.abc import Loader
     from types import ModuleType
-
-KINDS: Final = ("msg", "srv", "action")
-"""As in `actors.interfaces.catalog`, whose import takes some milliseconds: the finder needs them at once."""
 
 
 class InterfaceLoader:

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.catalog import STANDARD_ROOT, interface_files, source_file, standard_packages
 from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.interface_names import PACKAGE_NAME
 from actors.interfaces.parser import parse_file
 from actors.interfaces.regular_files import is_within
 from actors.interfaces.source import module_name, render_init, render_module
-from actors.interfaces.specs import PACKAGE_NAME, PARTS
+from actors.interfaces.specs import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -30,13 +30,12 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from actors.interfaces.definition import EMPTY_MEMBER
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
+from actors.interfaces.interface_names import PACKAGE_NAME, TYPE_NAME
 from actors.interfaces.literals import idl_text, parse_value, render_value
 from actors.interfaces.specs import (
     MAX_FIELDS,
     MAX_FIXED,
-    PACKAGE_NAME,
     PARTS,
-    TYPE_NAME,
     ConstantSpec,
     FieldSpec,
     InterfaceSpec,

@@ -14,6 +14,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.interface_names import package_of_name
 from actors.interfaces.parser import PRIMITIVES, without_comment
 
 if TYPE_CHECKING:
@@ -77,8 +78,7 @@ def _nested(code: str, package: str, text_of: Callable[[str], str | None]) -> st
     match = _TYPE.match(code)
     if match is None or (match["package"] is None and match["name"] in PRIMITIVES):
         return ""
-    owner = match["package"] or package
-    # As in `parser.parse`.
-    if match["package"] is None and match["name"] == "Header" and text_of(f"{package}/msg/Header") is None:
-        owner = "std_msgs"
+    owner = match["package"] or package_of_name(
+        match["name"], package, lambda: text_of(f"{package}/msg/Header") is not None
+    )
     return f"{owner}/msg/{match['name']}"

@@ -21,14 +21,13 @@ from typing import TYPE_CHECKING, Final, NoReturn
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.idl import parse_idl
+from actors.interfaces.interface_names import PACKAGE_NAME, TYPE_NAME, package_of_name
 from actors.interfaces.literals import parse_value
 from actors.interfaces.regular_files import read_regular
 from actors.interfaces.specs import (
     MAX_FIELDS,
     MAX_FIXED,
-    PACKAGE_NAME,
     PARTS,
-    TYPE_NAME,
     ConstantSpec,
     FieldSpec,
     InterfaceSpec,
@@ -185,9 +184,7 @@ class _Reader:
                 return name
             if name in {"time", "duration"}:
                 self.fail(f"'{name}' is ROS 1's; use builtin_interfaces/{name.capitalize()}")
-            # A name alone is of the same package. ROS 1's rule for `Header` remains where there is no such
-            # message, which ROS 2 refuses.
-            package = "std_msgs" if name == "Header" and not self._has_header else self._package
+            package = package_of_name(name, self._package, lambda: self._has_header)
         if not PACKAGE_NAME.fullmatch(package):
             self.fail(f"'{package}' is not a package name")
         if not TYPE_NAME.fullmatch(name):

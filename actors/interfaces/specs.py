@@ -9,6 +9,7 @@ from textwrap import dedent
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.errors import InterfaceSyntaxError
+from actors.interfaces.interface_names import PACKAGE_NAME, TYPE_NAME
 from actors.interfaces.literals import render_value
 from proto.limits import MAX_MESSAGE_BYTES
 
@@ -22,10 +23,6 @@ MAX_FIXED: Final = MAX_MESSAGE_BYTES
 
 PARTS: Final = {"msg": ("",), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}
 """The parts of each kind of interface, in the order of their text."""
-
-
-PACKAGE_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
-TYPE_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from actors.config.environment import ament_prefixes
 from actors.interfaces import file_packages
+from actors.interfaces.interface_names import KINDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,11 +29,7 @@ def find_in_folders(fullname: str, path: Sequence[str] | None) -> ModuleSpec | N
     if "." in fullname:
         return file_packages.find_in_folders(fullname, path)
     shares = [Path(prefix) / "share" / fullname for prefix in ament_prefixes()]
-    folders = [
-        str(each)
-        for each in shares
-        if any(file_packages.has_files(each, kind) for kind in file_packages.KINDS)
-    ]
+    folders = [str(each) for each in shares if any(file_packages.has_files(each, kind) for kind in KINDS)]
     if not folders:
         return None
     spec = ModuleSpec(fullname, None, is_package=True)  # a namespace: nothing is to be executed

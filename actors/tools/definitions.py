@@ -13,9 +13,10 @@ import time
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import BrokerUnreachable
-from actors.interfaces.catalog import KINDS, source_file
+from actors.interfaces.catalog import source_file
 from actors.interfaces.described import definition_within, texts_of
 from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.interface_names import KINDS
 from actors.interfaces.message import type_name
 from actors.interfaces.parser import parse_file, read_source
 from actors.interfaces.registry import find_interface, installed_interface, source_of

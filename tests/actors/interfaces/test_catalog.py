@@ -81,6 +81,14 @@ def test_source_files(workspace: Path) -> None:
         assert source_file(*name) is None
 
 
+@pytest.mark.parametrize("name", ["catalog__text", "catalog_text_"])
+def test_a_folder_whose_name_no_package_may_have(workspace: Path, name: str) -> None:
+    """Two underscores and one at the end: what ROS and `interface generate` refuse is not listed, either."""
+    (workspace / "catalog_text").rename(workspace / name)
+    assert name not in known_packages()
+    assert source_file(name, "msg", "Wheel") is None
+
+
 @pytest.mark.parametrize(
     ("package", "text"),
     [

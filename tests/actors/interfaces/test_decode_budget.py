@@ -14,7 +14,7 @@ import msgspec
 import pytest
 
 from actors.interfaces import types
-from actors.interfaces.catalog import KINDS, python_package, standard_packages
+from actors.interfaces.catalog import python_package, standard_packages
 from actors.interfaces.codec import codec_for, decode_untyped
 from actors.interfaces.convert import message_from_fields
 from actors.interfaces.decode_budget import (
@@ -32,6 +32,7 @@ from actors.interfaces.decode_budget import (
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.fields import fields_of
 from actors.interfaces.geometry_msgs.msg import Point, PoseWithCovarianceStamped, Transform, TransformStamped
+from actors.interfaces.interface_names import KINDS
 from actors.interfaces.message import Action, Message, Service, is_message_type, type_name
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.sensor_msgs.msg import JointState, MultiEchoLaserScan, PointCloud2

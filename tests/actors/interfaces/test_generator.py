@@ -26,13 +26,14 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.generator import generate, render_package
+from actors.interfaces.interface_names import PACKAGE_NAME
 from actors.interfaces.message import Message, type_hash, type_name
 from actors.interfaces.parser import parse
 from actors.interfaces.registry import (
     find_interface,
     source_of,
 )
-from actors.interfaces.specs import PACKAGE_NAME, ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
+from actors.interfaces.specs import ConstantSpec, FieldSpec, InterfaceSpec, MessageSpec
 from tests.actors.interfaces.definitions_of_each_kind import EVERYTHING, KINDS, fields, write_package
 
 if TYPE_CHECKING:
