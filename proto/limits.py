@@ -23,6 +23,9 @@ MAX_HELLO_BYTES: Final = 4 * 1024
 MAX_TOKEN_CHARACTERS: Final = 512
 """The `auth` of a HELLO; a longer text is no token, and is not hashed."""
 
+MAX_ADDRESS_CHARACTERS: Final = 45
+"""The `client_address` of a HELLO: the longest text of an IPv6 address, whose end is written as IPv4."""
+
 FRAGMENT_BYTES: Final = 128 * 1024
 """Payload of one FRAGMENT that we send: other publisher queues are served after each."""
 

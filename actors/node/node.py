@@ -176,7 +176,14 @@ class Node(NodeGraph, NodeParameters):
             self._parameters.declare_overrides()
         self._node_runner = NodeRunner(
             self._context,
-            Connector(link, target.urls, domain=target.domain, credentials=credentials, log=log),
+            Connector(
+                link,
+                target.urls,
+                domain=target.domain,
+                client_address=options.client_address,
+                credentials=credentials,
+                log=log,
+            ),
             connect_timeout_sec=options.connect_timeout_sec,
             stop_timeout_sec=options.stop_timeout_sec,
         )

@@ -33,6 +33,9 @@ class NodeOptions:
             then 0 are the defaults, in this order.
         token: What to present to a broker with access rules, in place of the environment's or the context's
             token. `repr` hides it.
+        client_address: The IP address of the client on whose behalf the node works, if it is part of a server
+            such as a page or a gateway. Roles with `from` then apply to the node only if they apply to that
+            address, too. None (default): the node works for its own process.
         process_arguments: ROS arguments of the process, as parsed by `actors.parse_ros_arguments`; None: what
             `actors.run` found on the command line. Ignored with `use_global_arguments=False`.
         start_diagnostics_service: Tell other nodes where the node runs and what its callbacks take: the
@@ -61,13 +64,15 @@ class NodeOptions:
             the error.
 
     Raises:
-        ValueError: `domain` is not from 0 to 232, or a time is negative or NaN.
+        ValueError: `domain` is not from 0 to 232, `client_address` is no IP address, or a time is negative or
+            NaN.
         TypeError: `domain` is not an int, or a time not a number.
     """
 
     url: str | None = None
     domain: int | None = None
     token: str | None = field(default=None, repr=False)
+    client_address: str | None = None
     process_arguments: RosArguments | None = None
     start_diagnostics_service: bool = True
     connect_timeout_sec: float | None = None
@@ -83,10 +88,22 @@ class NodeOptions:
     def __post_init__(self) -> None:
         if self.domain is not None:
             require_domain(self.domain)
+        if self.client_address is not None:
+            _require_address(self.client_address)
         if self.connect_timeout_sec is not None:
             require_seconds("connect_timeout_sec", self.connect_timeout_sec)
         require_seconds("default_call_timeout_sec", self.default_call_timeout_sec)
         require_seconds("stop_timeout_sec", self.stop_timeout_sec)
+
+
+def _require_address(address: str) -> None:
+    from proto.wire.addresses import parse_client_address  # noqa: PLC0415 - few nodes have one
+
+    try:
+        parse_client_address(address)
+    except ValueError:
+        text = f"client_address must be an IP address, such as '192.0.2.7' or '2001:db8::7', not {address!r}"
+        raise ValueError(text) from None
 
 
 class NodeKeywords(TypedDict, total=False):
@@ -98,6 +115,7 @@ class NodeKeywords(TypedDict, total=False):
     url: str | None
     domain: int | None
     token: str | None
+    client_address: str | None
     process_arguments: RosArguments | None
     start_diagnostics_service: bool
     connect_timeout_sec: float | None

@@ -40,6 +40,7 @@ class Connector:
         link: The link.
         urls: Brokers, in the order in which to try them.
         domain: Which of a broker's disjoint graphs to join.
+        client_address: As for `NodeOptions`.
         credentials: What to present to a broker; None for nothing.
         log: Gets one line when no broker answers, and one when one does again.
         jitter: Returns a random factor between 0 and 1 for the pauses between attempts.
@@ -55,6 +56,7 @@ class Connector:
         urls: Sequence[BrokerUrl],
         *,
         domain: int,
+        client_address: str | None = None,
         credentials: Credentials | None = None,
         log: LinkLog,
         jitter: Callable[[], float] = random.random,
@@ -66,15 +68,15 @@ class Connector:
         self._log = log
         self._credentials = credentials or Credentials()
         self._jitter = jitter
-        self._hello = frames.Hello(
-            limits.PROTOCOL_VERSION,
-            {
-                "agent": AGENT,
-                "domain": domain,
-                "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
-                "token": link.token,
-            },
-        )
+        options: dict[str, frames.Scalar] = {
+            "agent": AGENT,
+            "domain": domain,
+            "instance": secrets.token_bytes(limits.INSTANCE_BYTES),
+            "token": link.token,
+        }
+        if client_address is not None:
+            options["client_address"] = client_address
+        self._hello = frames.Hello(limits.PROTOCOL_VERSION, options)
         self._connection: BrokerConnection | None = None
         self._warned = False
         self._retry_sec = FIRST_RETRY_SEC

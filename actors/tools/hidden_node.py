@@ -28,6 +28,7 @@ def make_hidden_node(
     url: str,
     domain: int,
     token: str | None = None,
+    client_address: str | None = None,
     shared_name: bool = False,
     use_sim_time: bool = False,
     connect_timeout_sec: float | None = None,
@@ -43,6 +44,7 @@ def make_hidden_node(
         url: The URLs of the broker.
         domain: The number of the graph.
         token: As for `Node`.
+        client_address: As for `Node`.
         shared_name: As for `Node`.
         use_sim_time: Its clock follows `/clock`.
         connect_timeout_sec: As for `Node`.
@@ -53,6 +55,7 @@ def make_hidden_node(
         url=url,
         domain=domain,
         token=token,
+        client_address=client_address,
         shared_name=shared_name,
         use_global_arguments=False,
         parameter_overrides={"start_type_description_service": False, "use_sim_time": use_sim_time},

@@ -64,11 +64,13 @@ class WebConnection(asyncio.BufferedProtocol):
         loop: The event loop.
 
     Attributes:
-        source: The address that it comes from; the network for IPv6.
+        address: The address that it comes from.
+        source: The same; the network for IPv6.
         holder: Whose connection it is: a user of the broker, or the address.
     """
 
     def __init__(self, owner: Owner, loop: asyncio.AbstractEventLoop) -> None:
+        self.address: Address = UNKNOWN
         self.source: Address = UNKNOWN
         self.holder: Holder = UNKNOWN
         self._owner, self._loop = owner, loop
@@ -128,7 +130,8 @@ class WebConnection(asyncio.BufferedProtocol):
         self._transport.set_write_buffer_limits(high=0)
         name = transport.get_extra_info("peername")
         if name:
-            self.source = self.holder = owned_by_one(parse_address(name[0]))
+            self.address = parse_address(name[0])
+            self.source = self.holder = owned_by_one(self.address)
         self._call_after(limits.FIRST_BYTE_SEC, partial(self._end, Refusal.SILENT))
         self._owner.opened(self)
 

@@ -64,6 +64,7 @@ class Observer:
         url: The broker's URLs.
         domain: The domain id.
         token: A user's, to see the graph with that user's rights; None for the environment's.
+        client_address: The address of that user's browser; None for nobody's.
         worker: The thread that all observers of the server share; None for one of its own.
 
     Entering raises NotAuthorized if the broker refuses the token, and BrokerUnreachable if no broker answers
@@ -85,7 +86,13 @@ class Observer:
     """
 
     def __init__(
-        self, url: str, domain: int, *, token: str | None = None, worker: Worker | None = None
+        self,
+        url: str,
+        domain: int,
+        *,
+        token: str | None = None,
+        client_address: str | None = None,
+        worker: Worker | None = None,
     ) -> None:
         self.url, self.domain = url, domain
         self.worker = worker or Worker()
@@ -101,6 +108,7 @@ class Observer:
             url=url,
             domain=domain,
             token=token,
+            client_address=client_address,
             shared_name=True,  # it goes on if somebody takes its name while there is no connection
             connect_timeout_sec=CONNECT_SEC,
             stop_timeout_sec=STOP_SEC,

@@ -251,7 +251,7 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
         return await handler(request)
     async with AsyncExitStack() as stack:
         with connection.waiting():
-            opening = state.users.workspace(token, connection.source)
+            opening = state.users.workspace(token, connection.address)
             workspace = await stack.enter_async_context(opening)
         if not state.listener.prove(connection, workspace.observer.node.user):
             response = error_response(503, TOO_MANY_CONNECTIONS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.errors import BrokerUnreachable, NotAuthorized
 from actors.web import limits
@@ -14,6 +14,7 @@ from actors.web.sign_ins import SignIns, TokenNotAcceptedError
 from actors.web.workspace import Workspace
 from proto.errors import CallboardError
 from proto.limits import MAX_TOKEN_CHARACTERS
+from proto.wire.addresses import owned_by_one
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable
@@ -50,6 +51,18 @@ def require_users(observer: Observer) -> None:
         )
 
 
+class _Key(NamedTuple):
+    """Whose workspace it is.
+
+    Attributes:
+        token: The hash of the token.
+        address: The address of the browser or program.
+    """
+
+    token: bytes
+    address: Address
+
+
 class _Entry:
     """A workspace, and how many use it.
 
@@ -69,7 +82,9 @@ class _Entry:
 
 
 class Users:
-    """Workspaces by tokens: opened by the first request, shared by all of a token, closed when unused.
+    """Workspaces by tokens and addresses: opened by the first request, shared by all, closed when unused.
+
+    A workspace has its own connection to the broker, which knows the address: roles may depend on it.
 
     Args:
         own: The server's own observer, of the same broker and domain.
@@ -78,35 +93,35 @@ class Users:
 
     def __init__(self, own: Observer, on_wrong: Callable[[Address], object]) -> None:
         self._own = own
-        self._entries: dict[bytes, _Entry] = {}
-        """By the hash of the token, the one used last at the end; without those that failed."""
+        self._entries: dict[_Key, _Entry] = {}
+        """The one used last at the end; without those that failed."""
         self._closing: set[asyncio.Task[None]] = set()
         self._sign_ins = SignIns(on_wrong)
 
     @asynccontextmanager
-    async def workspace(self, token: str, source: Address) -> AsyncGenerator[Workspace]:
+    async def workspace(self, token: str, address: Address) -> AsyncGenerator[Workspace]:
         """Use the workspace of a token's user.
 
         Args:
             token: As presented.
-            source: The address that it comes from: wrong tokens delay others of the same address only.
+            address: The address of the browser or program: wrong tokens delay others of the same one only.
 
         Raises:
             NotAuthorized: The broker refuses the token.
             TokenNotAcceptedError: The broker does not answer about the token.
             BrokerUnreachable: There is no broker now, or it has ended the user's session.
-            TooManyUsersError: `MAX_USERS` are active.
+            TooManyUsersError: `MAX_USERS` are active, or the user is at `MAX_USER_ADDRESSES` others.
             NoUsersError: The broker has no access rules.
         """
         if not token.isascii() or len(token) > MAX_TOKEN_CHARACTERS:
             raise NotAuthorized(UNKNOWN)
-        key = hashlib.sha256(token.encode()).digest()
+        key = _Key(hashlib.sha256(token.encode()).digest(), address)
         entry = self._entries.get(key)
         if entry is not None and entry.lost and not entry.uses:
             self._drop(key)
             entry = None
         if entry is None:
-            entry = self._new_entry(key, token, source)
+            entry = self._new_entry(key, token)
         entry.uses += 1
         if entry.expiry is not None:
             entry.expiry.cancel()
@@ -132,8 +147,11 @@ class Users:
         if self._closing:
             await asyncio.wait(self._closing)
 
-    def _new_entry(self, key: bytes, token: str, source: Address) -> _Entry:
-        entry = _Entry(asyncio.get_running_loop().create_task(self._open(key, token, source)))
+    def _new_entry(self, key: _Key, token: str) -> _Entry:
+        if sum(each.token == key.token for each in self._entries) >= limits.MAX_USER_ADDRESSES:
+            text = f"This user is at {limits.MAX_USER_ADDRESSES} other addresses; try again in a minute"
+            raise TooManyUsersError(text)
+        entry = _Entry(asyncio.get_running_loop().create_task(self._open(key, token)))
         self._entries[key] = entry
 
         def opened(opening: asyncio.Task[Workspace]) -> None:
@@ -143,9 +161,10 @@ class Users:
         entry.opening.add_done_callback(opened)
         return entry
 
-    async def _open(self, key: bytes, token: str, source: Address) -> Workspace:
-        async with self._sign_ins.attempt(key, source):
-            observer = Observer(self._own.url, self._own.domain, token=token, worker=self._own.worker)
+    async def _open(self, key: _Key, token: str) -> Workspace:
+        async with self._sign_ins.attempt(key.token, owned_by_one(key.address)):
+            own, client = self._own, str(key.address)
+            observer = Observer(own.url, own.domain, token=token, client_address=client, worker=own.worker)
             try:
                 await observer.__aenter__()
             except NotAuthorized as error:
@@ -171,7 +190,7 @@ class Users:
                 raise TooManyUsersError(f"{limits.MAX_USERS} users are signed in already; try again later")
             self._drop(unused)
 
-    def _drop(self, key: bytes) -> None:
+    def _drop(self, key: _Key) -> None:
         entry = self._entries.pop(key)
         if entry.expiry is not None:
             entry.expiry.cancel()

@@ -22,21 +22,34 @@ class Origin:
         address: The other end's address; None for a unix socket.
         encrypted: Whether it uses TLS.
         certificate_names: The names in the client's verified certificate.
+        client: The address of the client on whose behalf it is made, as its HELLO claims; None without a
+            claim. Anybody may claim anything, so it only ever takes rights away.
     """
 
     address: Address | None
     encrypted: bool = False
     certificate_names: tuple[str, ...] = ()
+    client: Address | None = None
 
     @property
     def local(self) -> bool:
-        """Whether it comes from this machine: by loopback or a unix socket."""
-        return self.address is None or self.address.is_loopback
+        """Whether it comes from this machine itself, by loopback or a unix socket, whoever its client is."""
+        return is_local(self.address)
 
-    def within(self, networks: tuple[Network, ...]) -> bool:
-        """Return whether its address belongs to one of the networks."""
-        address = self.address
-        return address is not None and any(address in network for network in networks)
+    @property
+    def addresses(self) -> tuple[Address | None, ...]:
+        """Its address and its client's, if it has one: rights need both."""
+        return (self.address,) if self.client is None else (self.address, self.client)
+
+    def __str__(self) -> str:
+        """Return it for people."""
+        where = "this machine" if self.address is None else str(self.address)
+        return where if self.client is None else f"{where} for {self.client}"
+
+
+def is_local(address: Address | None) -> bool:
+    """Return whether an address is of this machine; None is a unix socket's."""
+    return address is None or address.is_loopback
 
 
 UNKNOWN: Final = Origin(address=IPv4Address(0))

@@ -11,12 +11,14 @@ from enum import Enum
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from broker.access.credentials import TokenIndex
+from broker.access.origin import is_local
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from broker.access.origin import Network, Origin
     from broker.access.patterns import PatternSet
+    from proto.wire.addresses import Address
 
 MAX_DECISIONS: Final = 10_000
 """Decisions that one set of rights caches. Peers choose the names, so beyond it the cache is emptied."""
@@ -70,9 +72,11 @@ class Role:
     local: bool = False
     everywhere: bool = True
 
-    def applies(self, origin: Origin) -> bool:
-        """Return whether it applies to a connection."""
-        return self.everywhere or (self.local and origin.local) or origin.within(self.networks)
+    def applies(self, address: Address | None) -> bool:
+        """Return whether it applies to an address; None is a unix socket's."""
+        if self.everywhere or (self.local and is_local(address)):
+            return True
+        return address is not None and any(address in network for network in self.networks)
 
 
 class Rights:
@@ -81,18 +85,22 @@ class Rights:
     Args:
         roles: The roles that apply.
         no_role: If no role applies: why, which is the reason of each refusal.
+        denying: Further roles, of which only what they deny applies.
     """
 
-    def __init__(self, roles: tuple[Role, ...], no_role: str = "") -> None:
+    def __init__(self, roles: tuple[Role, ...], no_role: str = "", *, denying: tuple[Role, ...] = ()) -> None:
         self._roles = roles
+        self._denying = denying
         self._no_role = no_role
         self._decisions: dict[tuple[Action, str], bool] = {}
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Rights) and self._roles == other._roles
+        if not isinstance(other, Rights):
+            return False
+        return self._roles == other._roles and self._denying == other._denying
 
     def __hash__(self) -> int:
-        return hash(self._roles)
+        return hash((self._roles, self._denying))
 
     def may(self, action: Action, name: str) -> bool:
         """Return whether they allow an action on a name."""
@@ -107,7 +115,7 @@ class Rights:
         """Return whether they allow an action on a name, and why."""
         word = action.value
         # All denials before any permission: the order of roles must not matter.
-        for role in self._roles:
+        for role in (*self._roles, *self._denying):
             if (pattern := _find(role.deny, action, name)) is not None:
                 return Decision(allowed=False, reason=f"roles.{role.name}.deny.{word} has '{pattern}'")
         for role in self._roles:
@@ -181,8 +189,11 @@ class AccessRules:
     _owners: Mapping[str, str] = field(init=False, repr=False, compare=False)
     _tokens: TokenIndex = field(init=False, repr=False, compare=False)
     _certificates: Mapping[str, str] = field(init=False, repr=False, compare=False)
-    _rights: dict[tuple[Role, ...], Rights] = field(
-        init=False, repr=False, compare=False, default_factory=dict["tuple[Role, ...]", Rights]
+    _rights: dict[tuple[tuple[Role, ...], tuple[Role, ...]], Rights] = field(
+        init=False,
+        repr=False,
+        compare=False,
+        default_factory=dict["tuple[tuple[Role, ...], tuple[Role, ...]]", Rights],
     )
 
     def __post_init__(self) -> None:
@@ -212,7 +223,8 @@ class AccessRules:
             return self.principal(user, origin, token=stored)
         named = (self._certificates.get(name) for name in origin.certificate_names)
         user = next((name for name in named if name is not None), "")
-        return self.principal(user or (self.local_user if origin.local else ""), origin)
+        local = all(map(is_local, origin.addresses))
+        return self.principal(user or (self.local_user if local else ""), origin)
 
     def renewed(self, principal: Principal) -> Principal | None:
         """Return the user of a connection by these rules, which were read after it was authenticated.
@@ -234,15 +246,19 @@ class AccessRules:
         return None if found is None else Principal(user, self._rights_of(found, origin), origin, token)
 
     def _rights_of(self, user: User, origin: Origin) -> Rights:
-        roles = tuple(role for role in map(self.roles.__getitem__, user.roles) if role.applies(origin))
+        addresses = origin.addresses
+        named = [self.roles[name] for name in user.roles]
+        roles = tuple(role for role in named if all(map(role.applies, addresses)))
         if not roles:
             if not user.roles:
                 return Rights((), f"users.{user.name} has no roles")
-            where = "this machine" if origin.address is None else str(origin.address)
-            return Rights((), f"none of the roles of users.{user.name} applies to {where}")
+            return Rights((), f"none of the roles of users.{user.name} applies to {origin}")
+        # What a role denies to either address stays denied: nobody gets rid of it by claiming another client.
+        denying = tuple(role for role in named if role not in roles and any(map(role.applies, addresses)))
         if len(self._rights) >= self.max_rights:
             self._rights.clear()
-        rights = self._rights.get(roles)
+        key = roles, denying
+        rights = self._rights.get(key)
         if rights is None:
-            rights = self._rights[roles] = Rights(roles)
+            rights = self._rights[key] = Rights(roles, denying=denying)
         return rights

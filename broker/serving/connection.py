@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from broker.access.transport import address_text, is_same_user, origin_of
@@ -15,6 +16,7 @@ from proto.aio.tls import is_tls_error
 from proto.errors import ErrorCode, ProtocolError
 from proto.untrusted_text import escape, peer_text
 from proto.wire import frames
+from proto.wire.addresses import parse_client_address
 from proto.wire.codes import Capability
 from proto.wire.fragments import Reassembler
 from proto.wire.identity import agent
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
     from broker.serving.dispatcher import Dispatcher
     from broker.serving.inspections import Inspections
+    from proto.wire.addresses import Address
 
 AGENT: Final = agent("callboard-broker")
 
@@ -190,7 +193,10 @@ class Connection:
             text = f"HELLO: domain must be from 0 to {limits.MAX_DOMAIN}"
             raise ProtocolError(ErrorCode.MALFORMED, text)
         link = self._link
-        link.origin = origin_of(self.channel.extra_info)  # with the certificate: TLS is established now
+        origin = origin_of(self.channel.extra_info)  # with the certificate: TLS is established now
+        link.origin = replace(origin, client=_client_address(options))
+        if link.origin.client is not None:
+            link.address += f" for {link.origin.client}"
         if not self._dispatcher.identify(link, options.get("auth"), self._loop.time()):
             return
         link.session = next(self._sessions)
@@ -281,6 +287,16 @@ class Connection:
         )
         logger.debug("Connection from %s ended: %s", link.address, link.ending)
         self._dispatcher.close(link)
+
+
+def _client_address(options: frames.Options) -> Address | None:
+    if "client_address" not in options:
+        return None
+    try:
+        return parse_client_address(options["client_address"])
+    except ValueError:
+        text = "HELLO: client_address must be an IP address, such as 192.0.2.7 or 2001:db8::7"
+        raise ProtocolError(ErrorCode.MALFORMED, text) from None
 
 
 def _identity(options: frames.Options, key: str) -> bytes:

@@ -40,7 +40,7 @@ class Link:
         peer: Its number in that graph.
         session: Its number in the broker; 0 before the handshake.
         agent: The client's software and version, sanitized.
-        address: Its host and port, or "unix socket".
+        address: Its host and port, or "unix socket", and the address of the client that it claims to serve.
         origin: Where it comes from.
         principal: Its user; None if there are no access rules, or before the handshake.
         rejected: Why it has no user. Set if the refusal is delayed, which slows down guessing.

@@ -6,6 +6,8 @@ from functools import lru_cache
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from typing import TypeAlias
 
+from proto.limits import MAX_ADDRESS_CHARACTERS
+
 Address: TypeAlias = IPv4Address | IPv6Address
 
 
@@ -19,6 +21,18 @@ def parse_address(text: str) -> Address:
     address = ip_address(text.partition("%")[0])  # without an IPv6 zone
     mapped = address.ipv4_mapped if isinstance(address, IPv6Address) else None
     return mapped or address
+
+
+def parse_client_address(value: object) -> Address:
+    """Return the address in the option `client_address` of a HELLO.
+
+    Raises:
+        ValueError: It is no string with an address, or has an IPv6 zone, which means something on one host
+            only.
+    """
+    if isinstance(value, str) and len(value) <= MAX_ADDRESS_CHARACTERS and "%" not in value:
+        return parse_address(value)
+    raise ValueError("no address")
 
 
 def owned_by_one(address: Address) -> Address:

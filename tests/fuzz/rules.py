@@ -14,7 +14,8 @@ from broker.access.rules import Action
 from proto.untrusted_text import escape
 
 NAMES: Final = ("/a", "/a/b", "/a/b/c", "/b/a", "/secret", "/a/a/a/a/b")
-ORIGINS: Final = (LOCAL, Origin(address=ip_address("10.1.2.3")))
+FAR: Final = ip_address("10.1.2.3")
+ORIGINS: Final = (LOCAL, Origin(address=FAR), Origin(address=None, client=FAR))
 ALPHABET: Final = "/ab*_1."
 
 
@@ -37,6 +38,11 @@ def check(data: bytes) -> None:
                         decision = principal.rights.decide(action, name)
                         assert decision.reason
                         assert principal.rights.may(action, name) == decision.allowed
+                        if origin.client is not None and decision.allowed:
+                            for each in ORIGINS[:2]:  # a claim only takes rights away
+                                alone = rules.principal(user, each)
+                                assert alone is not None
+                                assert alone.rights.may(action, name)
         assert rules.authenticate(ORIGINS[1], "wrong") is None
     compare("".join(ALPHABET[byte % len(ALPHABET)] for byte in data[:60]).split("."))
 

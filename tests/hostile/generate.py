@@ -287,6 +287,14 @@ def _hello_cases() -> Iterator[Case]:
         ("domain -1", (16,), hello(domain=-1), "MALFORMED"),
         ("domain true", (16,), hello(domain=True), "MALFORMED"),
         ("a text as domain", (16,), hello(domain="0"), "MALFORMED"),
+        ("an empty client address", (83,), hello(client_address=""), "MALFORMED"),
+        ("a name as client address", (83,), hello(client_address="localhost"), "MALFORMED"),
+        ("a network as client address", (83,), hello(client_address="10.0.0.0/8"), "MALFORMED"),
+        ("an integer as client address", (83,), hello(client_address=1), "MALFORMED"),
+        ("bytes as client address", (83,), hello(client_address=b"\x7f\x00\x00\x01"), "MALFORMED"),
+        ("nil as client address", (83,), hello(client_address=None), "MALFORMED"),
+        ("a client address with a zone", (83,), hello(client_address="fe80::1%eth0"), "MALFORMED"),
+        ("a long client address", (83,), hello(client_address="1" * 3000), "MALFORMED"),
         ("too large", (1, 4), hello(filler=bytes(5000)), "TOO_LARGE"),
     ):
         yield Case(f"HELLO: {name}", cases, "start", raw, f"ERROR {code}")

@@ -57,7 +57,7 @@ async def sign_in(request: web.Request) -> web.Response:
             state.listener.count(Refusal.TOKENS, connection.source)
             return error_response(401, "That is not the token of this server")
         with connection.waiting():
-            async with state.users.workspace(token, connection.source):
+            async with state.users.workspace(token, connection.address):
                 pass  # the broker knows it
     response = json_response({})
     response.set_cookie(

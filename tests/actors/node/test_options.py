@@ -66,6 +66,9 @@ def test_bad_options_are_refused_where_they_are_made() -> None:
     """Also as keywords; an unknown keyword is a TypeError, as everywhere."""
     with pytest.raises(ValueError, match="stop_timeout_sec"):
         actors.NodeOptions(stop_timeout_sec=-1)
+    for wrong in ("", "localhost", "10.0.0.0/8", "fe80::1%eth0", "1" * 46):
+        with pytest.raises(ValueError, match="client_address must be an IP address, such as"):
+            actors.NodeOptions(client_address=wrong)
     with pytest.raises(ValueError, match="stop_timeout_sec"):
         actors.Node("n", stop_timeout_sec=-1)
     with pytest.raises(TypeError, match="strict_qo"):

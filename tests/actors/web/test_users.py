@@ -461,15 +461,75 @@ async def test_the_page_of_a_broker_on_a_unix_socket_asks_for_its_token(tmp_path
         await site.answer(site.server.token, "/api/nodes")
 
 
-async def test_roles_see_the_address_of_the_pages_process(
+@pytest.mark.parametrize(
+    ("origins", "here", "there"),
+    [
+        ('"127.0.0.1"', True, False),
+        ('"127.0.0.2"', False, False),
+        ('"127.0.0.1", "127.0.0.2"', True, True),
+        ('"local"', True, True),
+        ('"192.0.2.0/24"', False, False),
+    ],
+)
+async def test_roles_see_the_address_of_the_browser(
+    rules: Path, site: GuardedSite, guarded: Meeting, origins: str, *, here: bool, there: bool
+) -> None:
+    """Case 83: a role applies if it does at the page and at the browser, also for a user at two addresses."""
+    text = rules.read_text().replace("[roles.zoe]", f"[roles.zoe]\nfrom = [{origins}]")  # noqa: ASYNC240 - small
+    rules.write_text(text)  # noqa: ASYNC240
+    guarded.broker.reload()
+    assert [await publishes(site, address) for address in ("127.0.0.1", "127.0.0.2")] == [here, there]
+
+
+@pytest.mark.parametrize(
+    ("origin", "here", "there"), [("127.0.0.1", False, False), ("127.0.0.2", True, False)]
+)
+async def test_what_a_role_denies_at_the_page_or_at_the_browser_is_denied(
+    rules: Path, site: GuardedSite, guarded: Meeting, origin: str, *, here: bool, there: bool
+) -> None:
+    """Case 83: nobody gets rid of a denial by the address, whichever of the two has it."""
+    text = rules.read_text().replace('roles = ["zoe"]', 'roles = ["zoe", "careful"]')  # noqa: ASYNC240 - small
+    rules.write_text(f'{text}[roles.careful]\nfrom = ["{origin}"]\ndeny.publish = ["/zoe/cmd"]\n')  # noqa: ASYNC240
+    guarded.broker.reload()
+    assert [await publishes(site, address) for address in ("127.0.0.1", "127.0.0.2")] == [here, there]
+
+
+async def publishes(site: GuardedSite, address: str) -> bool:
+    """Return whether Zoe may publish below /zoe with a browser at an address, whatever headers it sends."""
+    document = {"type": "std_msgs/msg/String", "message": {"data": "hi"}}
+    headers = {"Authorization": f"Bearer {ZOE}", "X-Forwarded-For": "127.0.0.1", "X-Real-IP": "127.0.0.1"}
+    connector = aiohttp.TCPConnector(local_addr=(address, 0))
+    async with (
+        asyncio.timeout(DEADLINE_SEC),
+        aiohttp.ClientSession(site.url, connector=connector, headers=headers) as client,
+        client.post("/api/topics/zoe/cmd", json=document) as response,
+    ):
+        assert response.status in {200, 403}, await response.text()
+        return response.status == 200
+
+
+async def test_the_servers_own_token_has_the_rights_of_the_server_everywhere(
     rules: Path, site: GuardedSite, guarded: Meeting
 ) -> None:
-    """Case 83: a role of this machine applies to users of a page beside the broker, as the reference says."""
-    text = rules.read_text()  # noqa: ASYNC240 - a small file
-    for origin, status in (("local", 200), ("192.0.2.1", 403)):
-        changed = text.replace("[roles.zoe]", f'[roles.zoe]\nfrom = ["{origin}"]')
-        rules.write_text(changed)  # noqa: ASYNC240
-        guarded.broker.reload()
-        await site.answer(ZOE, "/api/session")
-        document = {"type": "std_msgs/msg/String", "message": {"data": "hi"}}
-        await site.answer(ZOE, "/api/topics/zoe/cmd", status, "POST", json=document)
+    """Case 83: it is the page's own connection, which claims to be nobody else's."""
+    text = rules.read_text().replace("[roles.full]", '[roles.full]\nfrom = ["127.0.0.1"]')  # noqa: ASYNC240
+    rules.write_text(text)  # noqa: ASYNC240
+    guarded.broker.reload()
+    assert await status_from(site, "127.0.0.2", SERVER) == 200
+    assert await names(site, SERVER) == {"/ours", "/zoe/driver"}
+
+
+async def test_a_user_is_at_a_few_addresses_at_a_time(
+    site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 76: more would take the workspaces of others; those left a minute ago do not count."""
+    monkeypatch.setattr(limits, "MAX_USER_ADDRESSES", 2)
+    monkeypatch.setattr(users, "IDLE_SEC", 3600.0)
+    before = guarded.broker.stats().connections
+    assert [await status_from(site, f"127.0.0.{n}", ZOE) for n in (2, 3, 4, 3)] == [200, 200, 503, 200]
+    assert guarded.broker.stats().connections == before + 2
+    assert await status_from(site, "127.0.0.4", OPERATOR) == 200
+    monkeypatch.setattr(users, "IDLE_SEC", 0.0)
+    assert await status_from(site, "127.0.0.2", ZOE) == 200
+    await until(lambda: guarded.broker.stats().connections == before + 2)
+    assert await status_from(site, "127.0.0.4", ZOE) == 200

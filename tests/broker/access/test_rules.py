@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
@@ -155,6 +156,63 @@ def test_a_role_applies_from_its_addresses_only() -> None:
     other = principal("watcher", Origin(address=ip_address("192.168.0.1"))).rights
     assert not other.may(Action.SEE, "/a")
     assert "192.168.0.1" in other.decide(Action.SEE, "/a").reason
+
+
+CLAIMS = """
+[local]
+user = "u"
+[users.u]
+roles = ["near", "far", "all", "shy"]
+[roles.near]
+from = ["local"]
+allow.publish = ["/near"]
+deny.publish = ["/far"]
+[roles.far]
+from = ["10.0.0.0/8", "127.0.0.1"]
+allow.publish = ["/far", "/shy"]
+[roles.all]
+allow.publish = ["/all"]
+[roles.shy]
+from = ["2001:db8::/32"]
+deny.publish = ["/all"]
+"""
+PLACES = tuple(map(ip_address, ("127.0.0.1", "10.1.2.3", "10.9.9.9", "192.0.2.1", "2001:db8::7", "::1")))
+
+
+def test_a_claimed_client_only_takes_rights_away() -> None:
+    """Case 83: whatever a connection claims, it may do only what it and its client could do by themselves."""
+
+    def allowed(origin: Origin) -> set[str]:
+        found = parse_rules(CLAIMS, "rules.toml").principal("u", origin)
+        assert found is not None
+        return {each for each in ("/near", "/far", "/all", "/shy") if found.rights.may(Action.PUBLISH, each)}
+
+    for address, client in itertools.product((None, *PLACES), PLACES):
+        claimed = allowed(Origin(address=address, client=client))
+        assert claimed <= allowed(Origin(address=address)) & allowed(Origin(address=client))
+    assert allowed(Origin(address=None, client=PLACES[-1])) == {"/near", "/all"}
+    assert allowed(Origin(address=PLACES[1], client=PLACES[2])) == {"/far", "/shy", "/all"}
+    assert allowed(Origin(address=PLACES[1], client=PLACES[0])) == {"/shy", "/all"}
+    assert allowed(Origin(address=PLACES[1], client=PLACES[3])) == {"/all"}
+    assert allowed(Origin(address=PLACES[4], client=PLACES[3])) == set()
+
+
+def test_a_connection_for_a_client_elsewhere_is_not_local() -> None:
+    """Case 83: it is nobody's without a token, also when the rules are read again."""
+    loaded = rules()
+    for client, user in (("127.0.0.1", "watcher"), ("::1", "watcher"), ("10.1.2.3", ""), ("192.0.2.1", "")):
+        for address in (None, LOOPBACK.address):
+            found = loaded.authenticate(Origin(address=address, client=ip_address(client)), None)
+            assert ("" if found is None else found.user) == user
+            assert found is None or loaded.renewed(found) == found
+    assert loaded.authenticate(Origin(address=FAR.address, client=LOOPBACK.address), None) is None
+
+
+def test_a_refusal_names_the_client() -> None:
+    """So that its reader knows which of the two addresses to look for."""
+    origin = Origin(address=LOOPBACK.address, client=ip_address("192.0.2.1"))
+    reason = principal("watcher", origin).rights.decide(Action.SEE, "/a").reason
+    assert reason == "none of the roles of users.watcher applies to 127.0.0.1 for 192.0.2.1"
 
 
 @pytest.mark.parametrize(

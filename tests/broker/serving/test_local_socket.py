@@ -5,14 +5,15 @@ from __future__ import annotations
 import asyncio
 import socket
 import sys
-from contextlib import AsyncExitStack, closing
+from contextlib import AsyncExitStack, closing, nullcontext
 from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
-from actors import Node, PublisherRefused
+from actors import Node, NotAuthorized, PublisherRefused
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
+from broker.access.credentials import hash_token
 from proto.aio.local_socket import connect_beside, listen_beside, local_name
 from proto.errors import ErrorCode
 from proto.wire import frames
@@ -125,6 +126,38 @@ async def test_access_rules_take_it_for_the_loopback_device(tmp_path: Path) -> N
         await near.flush()
         with pytest.raises(PublisherRefused, match="/far"):
             await far.flush()
+
+
+GATEWAY = f"""
+[users.gateway]
+tokens = ["{hash_token("t")}"]
+roles = ["near", "far", "any"]
+[roles.any]
+allow.node = ["/**"]
+"""
+
+
+async def test_a_node_that_works_for_a_client_has_the_rights_of_both(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Case 83: a client elsewhere takes away what is for this machine; the broker's log names the client."""
+    file = tmp_path / "access.toml"
+    file.write_text(RULES + GATEWAY)
+    async with Broker(BrokerOptions(port=0, auth=file)) as broker:
+        with pytest.raises(NotAuthorized):
+            async with Node("talker", url=broker.url, client_address="192.0.2.1", connect_timeout_sec=9):
+                pass
+        assert " for 192.0.2.1: this broker requires" in caplog.text
+        for client, may in (("127.0.0.9", True), ("192.0.2.1", False)):
+            async with Node("talker", url=broker.url, token="t", client_address=client) as node:
+                near, far = (
+                    node.create_publisher(String, "/near", 1),
+                    node.create_publisher(String, "/far", 1),
+                )
+                with nullcontext() if may else pytest.raises(PublisherRefused, match="/near"):
+                    await near.flush()
+                with pytest.raises(PublisherRefused, match="/far"):
+                    await far.flush()
 
 
 async def test_another_user_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
