@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,8 @@ from broker.access.files import load_rules
 from broker.access.origin import Origin
 from broker.access.rules import Action
 from broker.daemon.configuration import load_configuration
+from broker.errors import ConfigurationError
+from broker.options import BrokerOptions
 from proto.wire.addresses import parse_address
 from proto.wire.url import DEFAULT_PORT
 
@@ -85,6 +88,26 @@ def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
     (exposure,) = re.findall(r"exposure level for \S+: ([\d.]+)", done.stdout)
     (documented,) = re.findall(r"systemd-analyze security callboard` gives it ([\d.]+) of 10", GUIDE)
     assert float(exposure) <= float(documented)
+
+
+def test_the_password_of_a_mesh_is_copied_for_the_brokers_user(tmp_path: Path) -> None:
+    """The guide installs it for a group, which the broker refuses; the unit's command makes what it reads."""
+    make_config = pytest.importorskip("broker.mesh.engine.zenoh_config").make_config
+    (mode,) = re.findall(r"install -m (\d+) -g callboard-config /dev/stdin /etc/callboard/mesh\.auth", GUIDE)
+    (table,) = re.findall(r"```toml\n(# broker\.toml\nmesh_listen.*?)```", GUIDE, re.DOTALL)
+    (command,) = re.findall(r"^#ExecStartPre=(.*)$", UNIT, re.MULTILINE)
+    for folder in ("etc", "run"):
+        (tmp_path / folder / "callboard").mkdir(parents=True)
+    installed = tmp_path / "etc" / "callboard" / "mesh.auth"
+    installed.write_text("fleet:password\n")
+    installed.chmod(int(mode, 8))
+    options = BrokerOptions(mesh="tcp/127.0.0.1:1", mesh_auth=installed)
+    with pytest.raises(ConfigurationError, match="chmod 600"):
+        make_config(options)
+    words = command.replace("%E", f"{tmp_path}/etc").replace("%t", f"{tmp_path}/run")
+    subprocess.run(shlex.split(words), check=True)
+    path = tmp_path / tomllib.loads(table)["mesh_auth"].lstrip("/")
+    assert make_config(replace(options, mesh_auth=path))
 
 
 def test_the_container_runs_the_broker_without_rights() -> None:
