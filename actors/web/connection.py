@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 UNKNOWN: Final = parse_address("0.0.0.0")  # noqa: S104 - nobody has it
 """The address of a connection that is gone already."""
 
-READ_BYTES: Final = 64 * 1024
+RECEIVE_BYTES: Final = 64 * 1024
+"""The size of the buffer for what is received, which all connections share."""
 
 
 class Owner(Protocol):

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from actors.web import limits
-from actors.web.connection import READ_BYTES, WebConnection
+from actors.web.connection import RECEIVE_BYTES, WebConnection
 from actors.web.connection_table import ConnectionTable
 from actors.web.refusals import Refusal, Refusals
 from proto.aio.read_budget import ReadBudget
@@ -33,7 +33,7 @@ class WebListener:
         self._by_protocol: dict[asyncio.BaseProtocol, WebConnection] = {}
         self._server: asyncio.Server | None = None
         self.refusals = Refusals(self._table.__len__)
-        self.buffer = memoryview(bytearray(READ_BYTES))
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))
         self.port = 0
 
     async def listen(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
+    from actors.graph.snapshot import GraphSnapshot
     from actors.qos.profile import QoSProfile
     from actors.web.observer import Observer
 
@@ -181,7 +182,8 @@ class TopicFeed:
         self._topic = topic
         self._unused = unused
         self._readers: list[TopicReader] = []
-        self._decode: Callable[[bytes], Any] | None = None
+        self._decoder: tuple[GraphSnapshot, Callable[[bytes], Any]] | None = None
+        """Decodes messages, by the types of this graph."""
         self._types: dict[str, set[str]] | None = None
         """The types of the publishers of each node; None until they are needed after a change of the
         graph."""
@@ -223,10 +225,11 @@ class TopicFeed:
 
     def decode(self, data: bytes) -> Any:
         """Decode a message; see `TopicReader.decode`."""
-        decode = self._decode  # which the event loop may set to None
-        if decode is None:
-            decode = self._decode = decoder_of(self._observer.around(self._topic), self._topic)
-        return decode(data)
+        snapshot, found = self._observer.snapshot, self._decoder
+        if found is None or found[0] is not snapshot:
+            # Of the graph before: if the event loop replaces it meanwhile, this decoder is used once.
+            found = self._decoder = snapshot, decoder_of(self._observer.around(self._topic), self._topic)
+        return found[1](data)
 
     def may_publish(self, node: str, kind: str) -> bool:
         """Return whether a node has a publisher of a type, or is new: messages do not name their type."""
@@ -239,7 +242,7 @@ class TopicFeed:
 
     def _update_subscription(self) -> None:
         """Adapt type and QoS to the publishers: a new one may have latched messages for us, or be strict."""
-        self._decode = self._types = None
+        self._types = None
         snapshot = self._observer.around(self._topic)
         profile = profile_of(snapshot, self._topic, depth=DEPTH)
         if profile != self._profile and snapshot.count(EntryKind.PUBLISHER, self._topic):

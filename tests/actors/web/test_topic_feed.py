@@ -1,4 +1,4 @@
-"""Which messages wait for a reader, and how many."""
+"""Which messages wait for a reader, how many, and how they are decoded."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ from actors.endpoints.subscription.backlog import MessageInfo
 from actors.graph.snapshot import GraphSnapshot
 from actors.interfaces.codec import codec_for
 from actors.interfaces.std_msgs.msg import String
+from actors.web import topic_feed
 from actors.web.topic_feed import MAX_BYTES, NewestMessages, Received, TopicFeeds
 from tests.actors.meeting import latched, until
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import pytest
+
     from actors.node.node import Node
     from actors.web.topic_feed import TopicReader
     from tests.actors.meeting import Meeting
+    from tests.actors.web.site import Site
 
 INFO = MessageInfo(0, 0, 0, b"", "/talker")
 
@@ -85,3 +89,33 @@ async def test_a_reader_gets_a_latched_message_once(meeting: Meeting) -> None:
     assert [decode(each.data).data for each in second.pop()] == ["kept", "new"]
     for reader in (first, second):
         reader.close()
+
+
+async def test_a_change_of_the_graph_while_a_decoder_is_made(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thread makes it of the old graph, which may lack the type; the next message gets another."""
+    listeners: list[Callable[[], None]] = []
+    observer = site.observer
+
+    def on_graph(listener: Callable[[], None]) -> Callable[[], None]:
+        listeners.append(listener)
+        return lambda: None
+
+    monkeypatch.setattr(observer, "on_graph", on_graph)
+    made = 0
+
+    def decoder_of(*_: object) -> Callable[[bytes], int]:
+        nonlocal made
+        made += 1
+        if made == 1:
+            observer.snapshot = GraphSnapshot()
+            for listener in listeners:
+                listener()
+        number = made
+        return lambda _: number
+
+    monkeypatch.setattr(topic_feed, "decoder_of", decoder_of)
+    reader = TopicFeeds(observer).read("/chatter", 1, lambda: None)
+    assert [reader.decode(b"") for _ in range(3)] == [1, 2, 2]
+    reader.close()
