@@ -69,7 +69,7 @@ def main() -> int:
     """Try each seed with each breakage and write the table; return 1 if a breakage is not found."""
     found: dict[str, list[tuple[int, int]]] = defaultdict(list)
     jobs = [job for promise, breakage in BREAKAGES.items() for job in product([promise], breakage.seeds)]
-    # A history that is cut off leaves tasks behind, whose end would be part of the process's next one.
+    # Each in a process of its own: what a history that was cut off leaves behind must not reach another one.
     with multiprocessing.Pool(maxtasksperchild=1) as pool:
         for promise, seed, turns in pool.imap_unordered(_found_after, jobs):
             if turns is not None:
