@@ -64,13 +64,13 @@ are wrong."""
 MAX_SIGN_INS_OF_ADDRESS: Final = 8
 """Those of one address; further ones of it wait."""
 
-MAX_USERS: Final = 16
+MAX_USERS: Final = 64
 """Workspaces of the broker's users, of each token at each address; then the one that has been unused for
 longest makes room."""
 
-MAX_USER_ADDRESSES: Final = 8
-"""Addresses at which a token has a workspace, those that were left within the last minute included: one user
-leaves room for others, and cannot make the server open one workspace after the other."""
+MAX_USER_ADDRESSES: Final = 16
+"""Addresses at which a token has a workspace, those that were left within the last minute included: a team
+that shares a token leaves room for others, and cannot make the server open one workspace after the other."""
 
 MAX_ACCEPTED_TOKENS: Final = 256
 """Tokens that the broker has accepted, which are remembered, as hashes, to try them without waiting."""

@@ -28,12 +28,14 @@ def test_the_limits_are_those_of_the_code() -> None:
     """For one user or address, and for all."""
     mib, kib = 1024 * 1024, 1024
     one, total = limits.MAX_HOLDER_HELD_BYTES // mib, limits.MAX_HELD_BYTES // mib
+    unread_of_one = limits.MAX_HOLDER_UNREAD_BYTES // mib
     for text in (
         f"handshake of TLS | {limits.MAX_HOLDER_CONNECTIONS} | {limits.MAX_CONNECTIONS} |",
         f"among them | {limits.MAX_HOLDER_STREAMS} | {limits.MAX_STREAMS} |",
         f"received or handled | {one} MiB | {total} MiB |",
         f"accepted before | {limits.MAX_SIGN_INS_OF_ADDRESS} | {limits.MAX_SIGN_INS} |",
-        f"signed in | | {limits.MAX_USERS} |",
+        f"last minute count | {limits.MAX_USER_ADDRESSES} | {limits.MAX_USERS} |",
+        f"clients read them | {unread_of_one} MiB | {limits.MAX_UNREAD_BYTES // mib} MiB |",
         f"| {limits.FIRST_BYTE_SEC:g} s |",
         f"| {limits.UNREAD_SEC:g} s |",
         f"did not arrive within {limits.BODY_SEC:g} s (for signing in, {limits.SIGN_IN_SEC:g} s)",

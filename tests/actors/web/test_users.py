@@ -523,6 +523,7 @@ async def test_a_user_is_at_a_few_addresses_at_a_time(
     site: GuardedSite, guarded: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Case 76: more would take the workspaces of others; those left a minute ago do not count."""
+    assert limits.MAX_USERS >= 4 * limits.MAX_USER_ADDRESSES
     monkeypatch.setattr(limits, "MAX_USER_ADDRESSES", 2)
     monkeypatch.setattr(users, "IDLE_SEC", 3600.0)
     before = guarded.broker.stats().connections
