@@ -13,6 +13,7 @@ There are three steps, and nearly every message ends at the first:
    more than `FACTOR` times its bytes, and requires them. It sees each element, and each repetition of a key,
    stops at the first that is too small, and takes half the time of decoding.
 3. A walk over messages without these fields, which charges each default, and stops where the budget ends.
+   Of the sequences in them, those that pass a skeleton are charged by their bytes and not visited.
 
 Only fields that are left out are charged. Strings, bin and packed numbers take memory in proportion to their
 bytes, and fields cannot be of any type: there are no sequences of sequences, maps or optional values. A plain
@@ -69,6 +70,9 @@ _LIST_BYTES: Final = 56 + _GC_BYTES
 _ARRAY_BYTES: Final = 96
 _EMPTY_MAP_BYTES: Final = 64
 _PIECE_BYTES: Final = 64 * 1024
+_LOOK_STEPS: Final = 10
+"""Steps that a sequence takes which does not pass its skeleton: it is read again, by another unpacker."""
+
 _OBJECT_BYTES: Final = 64
 """An element of a default that its author has written out, about."""
 
@@ -280,16 +284,22 @@ class _Walk:
     """
 
     def __init__(self, data: Buffer, memory: int, steps: int) -> None:
-        self._view = memoryview(data)
-        self._unpacker = _unpacker()
-        self._unpacker.feed(self._view)
+        self._read(memoryview(data), 0)
         self._memory = memory
         self.steps = steps
+        # Sequences are looked at as a whole at about two levels. Each level costs the time of a skeleton, and
+        # types that contain themselves may have any number of them.
+        self._look_bytes = 2 * self._view.nbytes
+
+    def _read(self, view: memoryview, start: int) -> None:
+        self._view, self._start = view, start
+        self._unpacker = _unpacker()
+        self._unpacker.feed(view)
 
     @property
     def memory(self) -> int:
         """What is left of it."""
-        left: int = self._memory + FACTOR * self._unpacker.tell()
+        left: int = self._memory + FACTOR * (self._start + self._unpacker.tell())
         return left
 
     def messages(self, cls: MessageType) -> None:
@@ -299,6 +309,23 @@ class _Walk:
             _ExceededError: They take more than the limit.
             ValueError: They are no messages of this class; so does InvalidMessageError, with the reason.
         """
+        if self._look_bytes > 0:
+            start = self._unpacker.tell()
+            self._unpacker.skip()
+            part = self._view[start : self._unpacker.tell()]
+            self._look_bytes -= part.nbytes
+            if self._look_bytes >= 0 and budget_of(cls).is_proportionate(part, batch=True):
+                self._charge(FACTOR * part.nbytes)
+                return
+            self.steps -= _LOOK_STEPS
+            whole = self._view, self._start, self._unpacker
+            self._read(part, self._start + start)
+            self._walk(cls)
+            self._view, self._start, self._unpacker = whole
+        else:
+            self._walk(cls)
+
+    def _walk(self, cls: MessageType) -> None:
         for _ in range(self._unpacker.read_array_header()):
             self.message(cls)
 
@@ -370,6 +397,7 @@ class DecodeBudget:
         excess: Memory beyond `FACTOR` for which one byte can ask; negative if there is none.
         most: Bytes of a message, or of a batch, above which it always needs a look.
         unchecked: Bytes of a message that need no look if it has `SPARE_BYTES`.
+        always: The same if it has `LEAST_SPARE_BYTES`, which each message has.
     """
 
     def __init__(self, cls: MessageType) -> None:
@@ -378,8 +406,12 @@ class DecodeBudget:
         worst, numeric = _worst_bytes(cls)
         self.excess = worst - FACTOR
         self.most = UNCHECKED_BYTES if numeric else 1 << 62
-        left = SPARE_BYTES - self.default_bytes
-        self.unchecked = -1 if left < 0 else min(self.most, left // max(1, self.excess))
+        self.unchecked = self._bytes_within(SPARE_BYTES)
+        self.always = self._bytes_within(LEAST_SPARE_BYTES)
+
+    def _bytes_within(self, spare: int) -> int:
+        left = spare - self.default_bytes
+        return -1 if left < 0 else min(self.most, left // max(1, self.excess))
 
     @cached_property
     def _skeletons(self) -> tuple[msgspec.msgpack.Decoder[Any], msgspec.msgpack.Decoder[Any]]:
