@@ -17,7 +17,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 import msgspec
 
 from actors.interfaces.arrays import ARRAY_BY_CODE, ARRAY_BY_ELEMENT, BIG_ENDIAN, NumericArray, pack
-from actors.interfaces.decode_budget import UNCHECKED_BYTES, Allowance, budget_of, check_untyped
+from actors.interfaces.decode_budget import (
+    UNCHECKED_BYTES,
+    Allowance,
+    budget_of,
+    check_untyped,
+    shared_allowance,
+)
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.explain import explain_decoding, explain_encoding
 from actors.interfaces.fields import BINARY, SequenceWire, fields_of, nested_classes, wired
@@ -197,7 +203,7 @@ class Codec(Generic[T]):
             ),
         )
         self.budget = budget_of(cast("Any", msg_type))
-        self._unchecked = self.budget.unchecked
+        self._unchecked, self._always_decoded = self.budget.unchecked, self.budget.always
         # Bound methods as attributes save a lookup per message.
         self._encode = encoder.encode
         self._encode_into = encoder.encode_into
@@ -293,6 +299,18 @@ class Codec(Generic[T]):
             return cast("T", self._decode(data))
         except _DECODING_ERRORS as error:
             raise InvalidMessageError(explain_decoding(self.msg_type, error)) from error
+
+    def decode_held(self, data: Encoded, others: int) -> T:
+        """Return the message in `data`, which is held for some time, as others are.
+
+        Args:
+            data: As in `decode`; so are the errors.
+            others: How many may be held at the same time.
+        """
+        # An allowance takes longer than decoding a small message, so only those have one that may use it.
+        if others and len(data) > self._always_decoded:
+            return self.decode(data, shared_allowance(others))
+        return self.decode(data)
 
     def decode_batch(
         self, data: Encoded, count: int | None = None, allowance: Allowance | None = None

@@ -23,7 +23,6 @@ from actors.errors import (
     ServiceUnavailable,
 )
 from actors.interfaces.codec import codec_for
-from actors.interfaces.decode_budget import Allowance
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from proto import limits
@@ -207,7 +206,6 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     def replied(self, entries: tuple[ReplyEntry, ...]) -> None:
         """End calls with their replies. Late replies are counted and ignored."""
-        allowance = Allowance() if len(entries) > 1 else None  # one for all of the frame
         for entry in entries:
             future = self.pending.pop(entry.call, None)
             if future is None:
@@ -222,7 +220,8 @@ class ClientEndpoint(IntrospectedEndpoint):
                 continue
             self._deadlines.remove(entry.call)
             try:
-                reply = self._replies.decode(entry.body, allowance)
+                # A caller may wait for all of its calls, and keep their replies until then.
+                reply = self._replies.decode_held(entry.body, len(self.pending))
             except InvalidMessageError as error:
                 self._fail(future, RemoteError(type(error).__name__, peer_text(str(error)), self.srv_name))
                 continue

@@ -14,7 +14,6 @@ from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
 from actors.interfaces.codec import codec_for
-from actors.interfaces.decode_budget import shared_allowance
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import Message, declared_type, definition, type_name
 from proto.wire import frames
@@ -145,8 +144,7 @@ class ServiceEndpoint(DeclaredService):
         call = entry.call
         try:
             # Handlers that are suspended keep their requests.
-            allowance = shared_allowance(self._suspended) if self._suspended else None
-            request = self._requests.decode(entry.body, allowance)
+            request = self._requests.decode_held(entry.body, self._suspended)
         except InvalidMessageError as error:
             if isinstance(error, MessageBudgetError):
                 self.context.log.warning(

@@ -116,8 +116,8 @@ class Decoder:
         allowance = self._allowance
         self._renew(idle=False)
         # A busy consumer, too, gets messages that are small even with all defaults: the depth limits these.
-        small = min(batch.length * codec.budget.default_bytes, SPARE_BYTES)
-        allowance.memory = max(allowance.memory, LEAST_SPARE_BYTES, small)
+        small = batch.length * max(codec.budget.default_bytes, LEAST_SPARE_BYTES)
+        allowance.memory = max(allowance.memory, min(small, SPARE_BYTES))
         for number, message in enumerate(split_messages(batch), batch.first_sequence):
             if allowance.steps <= 0:
                 self._drop(batch.first_sequence + batch.length - number, "too many invalid ones before it")

@@ -150,8 +150,9 @@ async def test_the_parameter_services_of_a_node(meeting: Meeting) -> None:
     assert entry.status == Status.INVALID_REQUEST
 
 
-async def test_a_caller_gets_an_error_for_such_a_reply(meeting: Meeting) -> None:
-    """Case 62: of a server that is hostile; the same for several replies in one frame."""
+@pytest.mark.parametrize("frame_length", [20, 1], ids=["one frame", "a frame for each"])
+async def test_a_caller_gets_an_error_for_such_a_reply(meeting: Meeting, frame_length: int) -> None:
+    """Case 62: of a server that is hostile; calls that wait together share an allowance."""
     node = await meeting.node("node")
     client = node.create_client(Plan, "plan")
     async with link(meeting.broker, "/attacker") as server:
@@ -167,7 +168,8 @@ async def test_a_caller_gets_an_error_for_such_a_reply(meeting: Meeting) -> None
         calls = list[int]()
         while len(calls) < 20:
             calls += [entry.call for entry in (await server.next(frames.Request)).entries]
-        server.send(make.reply(1, *calls, body=starved("plans", 10_000)))
+        for start in range(0, 20, frame_length):
+            server.send(make.reply(1, *calls[start : start + frame_length], body=starved("plans", 10_000)))
         ends = await replies
     errors = [end for end in ends if isinstance(end, actors.RemoteError)]
     assert len(errors) >= 18

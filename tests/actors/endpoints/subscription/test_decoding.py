@@ -105,6 +105,19 @@ def test_messages_that_wait_share_an_allowance() -> None:
     assert len(decoder.decode(batch_of(starved("transforms", 5000)), idle=True)[0]) == 1
 
 
+def test_each_message_of_a_batch_may_leave_out_a_little() -> None:
+    """A busy reader takes from one batch what it takes from batches of one message."""
+    now = 0.0
+    decoder = Decoder(codec_for(TFMessage), "/t", get_logger("budget"), lambda: now)
+    for _ in range(200):
+        now += 1.0
+        decoder.decode(batch_of(starved("transforms", 100)), idle=False)
+    small = starved("transforms", LEAST_SPARE_BYTES // default_bytes(TransformStamped) // 2)
+    now += 1.0
+    decoded, _ = decoder.decode(batch_of(*[small] * 50), idle=False)
+    assert len(decoded) == 50
+
+
 def test_an_allowance_is_renewed_in_time() -> None:
     """Case 62: not by each quick callback, or the messages of one loop turn could use it many times."""
     now = 0.0
