@@ -74,6 +74,11 @@ def peer_address(channel: Channel) -> str | None:
     return None if channel._transport is None else channel._transport.get_extra_info("peername")[0]
 
 
+def is_closing(channel: Channel) -> bool:
+    """Return whether a channel's transport is closing; the channel hears of it in the next loop turn."""
+    return channel._transport is not None and channel._transport.is_closing()
+
+
 def holders_of(router: Router, name: str) -> dict[int, NodeRecord]:
     """Return the nodes that have a name, suspended ones included."""
     return name_holders(router.declarations, name)

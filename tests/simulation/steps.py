@@ -189,7 +189,7 @@ class Steps:
 
     def _check_ceilings(self, host: str, channel: Channel, options: BrokerOptions) -> None:
         """More than may does not wait on a link that goes on."""
-        if not channel.connected:
+        if not channel.connected or seams.is_closing(channel):
             return
         outbox = channel.outbox
         for what, waits, most in (
