@@ -12,6 +12,7 @@ from actors.logging.logger import node_logger_name
 from actors.logging.severity import severity_from_name
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.tools.node_documents import log_line
+from actors.web import limits
 from actors.web.subscription_answer import SubscriptionAnswer
 from proto.errors import CallboardError
 
@@ -26,7 +27,8 @@ TOPIC: Final = "/rosout"
 DEPTH: Final = 10_000
 """Lines that wait for this process at most: those that are kept of ten nodes that log a lot."""
 
-MAX_READERS: Final = 64
+MAX_READERS: Final = 2 * limits.MAX_HOLDER_STREAMS
+"""Readers of the log at the same time: one user's, or one address's, streams leave as many to others."""
 
 MAX_WAITING: Final = 2000
 """Lines that wait for a reader: what a page shows. The newest by their time are kept."""
