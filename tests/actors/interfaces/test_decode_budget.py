@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import tracemalloc
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
@@ -45,6 +44,7 @@ from actors.interfaces.sensor_msgs.msg import JointState, MultiEchoLaserScan, Po
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.interfaces.tf2_msgs.msg import TFMessage
 from actors.interfaces.visualization_msgs.msg import MarkerArray
+from tests.allocations import peak_bytes_once
 from tests.hostile.decode_bytes import EMPTY_MAP, starved
 
 if TYPE_CHECKING:
@@ -138,16 +138,6 @@ def full(cls: type[T], size: int) -> Iterator[T]:
                 yield cls(**{name: [element] * count})
 
 
-def peak_of(action: Callable[[], object]) -> int:
-    """Return the most memory that Python objects take while an action runs."""
-    tracemalloc.start()
-    try:
-        action()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-
-
 def refused(action: Callable[[], object]) -> int:
     """Return the most memory that is taken until a message is refused."""
 
@@ -155,7 +145,7 @@ def refused(action: Callable[[], object]) -> int:
         with pytest.raises(MessageBudgetError):
             action()
 
-    return peak_of(attempt)
+    return peak_bytes_once(attempt)
 
 
 def test_a_full_message_of_each_bundled_type_is_accepted(pytestconfig: pytest.Config) -> None:
@@ -188,7 +178,7 @@ def test_a_full_message_of_8_mib_is_decoded(cls: type[Message]) -> None:
 def test_a_full_point_cloud_of_8_mib_is_checked_without_a_copy() -> None:
     """Its data are skipped."""
     encoded = codec_for(PointCloud2).encode(PointCloud2(data=bytes(8 * MIB)))
-    assert peak_of(lambda: budget_of(PointCloud2).is_proportionate(encoded)) < MIB
+    assert peak_bytes_once(lambda: budget_of(PointCloud2).is_proportionate(encoded)) < MIB
 
 
 @pytest.mark.parametrize(
@@ -229,7 +219,7 @@ def test_numeric_sequences_hold_numbers_before_they_are_built(element: bytes) ->
         with pytest.raises(InvalidMessageError, match=r"JointState.*float64\[\]"):
             codec_for(JointState).decode(data)
 
-    assert peak_of(attempt) < FACTOR * len(data) + MIB
+    assert peak_bytes_once(attempt) < FACTOR * len(data) + MIB
 
 
 def test_a_plain_array_of_numbers_is_accepted() -> None:
@@ -265,7 +255,7 @@ def test_lengths_of_untyped_messages_are_not_believed() -> None:
         with pytest.raises(InvalidMessageError):
             decode_untyped(data)
 
-    assert peak_of(attempt) < MIB
+    assert peak_bytes_once(attempt) < MIB
 
 
 def test_untyped_numbers_and_texts_are_not_charged() -> None:
@@ -357,13 +347,13 @@ def test_defaults_are_estimated(cls: type[Message]) -> None:
     def make() -> None:
         kept.extend(cls() for _ in range(1000))
 
-    real = (peak_of(make)) / 1000
+    real = (peak_bytes_once(make)) / 1000
     assert 0.9 * real < default_bytes(cls) < 1.4 * real + 48
 
 
 def test_defaults_are_estimated_without_making_them() -> None:
     """A fixed array of fixed arrays takes more memory than there is."""
-    assert peak_of(lambda: default_bytes(Vast)) < MIB
+    assert peak_bytes_once(lambda: default_bytes(Vast)) < MIB
     assert default_bytes(Vast) > 100_000 * 1000 * 40
 
 

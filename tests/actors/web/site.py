@@ -45,6 +45,15 @@ class Site:
         """The address."""
         return self.server.url
 
+    async def first_line(self, sent: bytes) -> bytes:
+        """Send bytes as they are; return the first line of the answer, empty if there is none."""
+        async with asyncio.timeout(DEADLINE_SEC):
+            reader, writer = await asyncio.open_connection("127.0.0.1", self.server.port)
+            writer.write(sent)
+            line = await reader.readline()
+            writer.close()
+            return line
+
     async def json(self, path: str, status: int = 200, method: str = "GET", **options: Any) -> Any:
         """Return the document of an answer with this status."""
         async with self.client.request(method, path, **options) as response:

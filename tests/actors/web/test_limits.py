@@ -18,22 +18,12 @@ if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
 
 
-async def exchange(site: Site, sent: bytes) -> bytes:
-    """Return the status line that answers these bytes."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port)
-        writer.write(sent)
-        line = await reader.readline()
-        writer.close()
-        return line
-
-
 @pytest.mark.parametrize(
     "header", [b"X: " + b"x" * 20_000, b"\r\n".join(b"X%d: 1" % number for number in range(1000))]
 )
 async def test_huge_headers_are_refused(site: Site, header: bytes) -> None:
     """A long one, and many."""
-    line = await exchange(site, b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n" + header + b"\r\n\r\n")
+    line = await site.first_line(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n" + header + b"\r\n\r\n")
     assert line.split()[1] == b"400"
 
 

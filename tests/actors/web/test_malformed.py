@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +9,6 @@ import pytest
 
 from actors.web.refusals import Refusal
 from proto.limited_log import MAX_LINES
-from tests.actors.meeting import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -225,16 +223,6 @@ def requests() -> list[bytes]:
     return found
 
 
-async def answer(site: Site, sent: bytes) -> bytes:
-    """Return the first line of the answer; empty if the connection is closed without one."""
-    async with asyncio.timeout(DEADLINE_SEC):
-        reader, writer = await asyncio.open_connection("127.0.0.1", site.server.port)
-        writer.write(sent)
-        line = await reader.readline()
-        writer.close()
-        return line
-
-
 async def test_malformed_requests_are_errors_of_the_client(
     control: Site, meeting: Meeting, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -242,7 +230,7 @@ async def test_malformed_requests_are_errors_of_the_client(
     await meeting.node("server")
     caplog.set_level(logging.DEBUG, "callboard.web")
     for sent in requests():
-        line = await answer(control, sent)
+        line = await control.first_line(sent)
         # 503: there is no such service.
         assert line[9:10] in {b"1", b"2", b"3", b"4"} or line[9:12] == b"503", (line, sent[:300])
     lines = [each for each in caplog.records if each.name.startswith("callboard.web")]
@@ -256,7 +244,7 @@ async def test_malformed_requests_are_errors_of_the_client(
 )
 async def test_well_formed_hosts_are_served(control: Site, host: str) -> None:
     """Case 74: as browsers and programs send them."""
-    line = await answer(control, request(b"GET /api/topics", host=host.encode()))
+    line = await control.first_line(request(b"GET /api/topics", host=host.encode()))
     assert line.split()[1] == b"200"
 
 
@@ -266,5 +254,5 @@ async def test_well_formed_hosts_are_served(control: Site, host: str) -> None:
 )
 async def test_requests_without_a_route_say_what_is_wrong(control: Site, line: bytes, status: bytes) -> None:
     """A path that is unknown is told from a method that its path has not."""
-    answered = await answer(control, request(line, b"Authorization: Bearer secret"))
+    answered = await control.first_line(request(line, b"Authorization: Bearer secret"))
     assert answered.split()[1] == status
