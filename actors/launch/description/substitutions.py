@@ -322,7 +322,7 @@ def resolve(text: Text, scope: Scope) -> str:
         size += len(piece)
         if size > MAX_TEXT:
             start = excerpt("".join(pieces)[:MAX_SHOWN])
-            raise LaunchError(f"A text becomes longer than {MAX_TEXT} characters: it begins with {start}")
+            raise LaunchError(f"A string becomes longer than {MAX_TEXT} characters; it begins with {start}")
     scope.texts.add(size)
     return "".join(pieces)
 
