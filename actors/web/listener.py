@@ -149,9 +149,5 @@ def _encrypted(
 ) -> Callable[[], asyncio.BaseProtocol]:
     from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - `ssl` takes milliseconds
 
-    class Transport(TlsTransport):
-        def get_write_buffer_size(self) -> int:
-            return 0 if self._raw is None else self._raw.get_write_buffer_size()
-
     budget = ReadBudget(loop)
-    return lambda: Transport(connect(), context, loop=loop, budget=budget)
+    return lambda: TlsTransport(connect(), context, loop=loop, budget=budget)

@@ -393,6 +393,10 @@ class TlsTransport(asyncio.Transport, asyncio.BufferedProtocol):
         if self._raw is not None:
             self._raw.set_write_buffer_limits(high, low)
 
+    def get_write_buffer_size(self) -> int:
+        """Return how many encrypted bytes wait until the peer reads them."""
+        return 0 if self._raw is None else self._raw.get_write_buffer_size()
+
     def get_extra_info(self, name: str, default: Any = None) -> Any:
         """Return what the socket's transport knows; "ssl_object" is None until the handshake is over."""
         if name == "ssl_object":

@@ -200,7 +200,7 @@ def test_an_error_of_the_channel_ends_the_connection(run: Callable[..., None]) -
 
 
 def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
-    """Writing pauses while the peer does not read; everything arrives when it reads again."""
+    """Writing pauses while the peer does not read, and what waits is counted; it all arrives in the end."""
 
     async def test(near: End, far: End) -> None:
         near.transport.set_write_buffer_limits(high=65_536, low=1)
@@ -212,8 +212,10 @@ def test_a_full_socket_pauses_the_writer(run: Callable[..., None]) -> None:
             near.transport.write(bytes(200_000))
             sent += 200_000
             await asyncio.sleep(0)
+        assert near.transport.get_write_buffer_size() > 65_536
         far.transport.resume_reading()
         await far.until(lambda: len(far.received) == sent)
+        await near.until(lambda: not near.transport.get_write_buffer_size())
 
     run(test)
 
