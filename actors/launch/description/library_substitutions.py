@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from actors.interfaces.yaml_reader import load_yaml
 from actors.interfaces.yaml_scalars import rcl_scalar
-from actors.launch.description.substitutions import Substitution, resolve
+from actors.launch.description.substitutions import Substitution, resolve, split_command
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
@@ -33,7 +32,7 @@ class Command(Substitution):
     def perform(self, scope: Scope) -> str:
         text = resolve(self.command, scope)
         try:
-            words = shlex.split(text)
+            words = split_command(text)
         except ValueError as error:
             raise LaunchError(f"'{escape(text)}' is not a command: {error}") from None
         return scope.library.output_of(words, scope.environment).rstrip("\r\n")

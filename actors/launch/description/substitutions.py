@@ -8,6 +8,7 @@ They are data; `resolve` evaluates them in a `Scope`.
 
 from __future__ import annotations
 
+import shlex
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -30,6 +31,10 @@ whose values double each time would otherwise fill all memory."""
 
 MAX_TEXTS: Final = 256 << 20
 """Characters of all texts together, in what a launch does at its beginning, or at one event."""
+
+MAX_COMMAND: Final = 128 << 10
+"""Characters of a text that is split into words. No system starts a program with a longer argument, and the
+time that a word takes grows with the square of its length."""
 
 
 class TextCount:
@@ -325,6 +330,17 @@ def resolve(text: Text, scope: Scope) -> str:
             raise LaunchError(f"A string becomes longer than {MAX_TEXT} characters; it begins with {start}")
     scope.texts.add(size)
     return "".join(pieces)
+
+
+def split_command(text: str) -> list[str]:
+    """Split a command into words, as a shell does.
+
+    Raises:
+        ValueError: A quote is not closed, or the command is too long.
+    """
+    if len(text) > MAX_COMMAND:
+        raise ValueError(f"it has more than {MAX_COMMAND} characters")
+    return shlex.split(text)
 
 
 def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:

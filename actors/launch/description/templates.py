@@ -12,7 +12,6 @@ A `$` without a parenthesis, and quotes outside of a substitution, have no speci
 from __future__ import annotations
 
 import re
-import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -45,6 +44,7 @@ from actors.launch.description.substitutions import (
     Substitution,
     ThisLaunchFile,
     ThisLaunchFileDir,
+    split_command,
 )
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
@@ -91,7 +91,7 @@ def words(text: str) -> tuple[Text, ...]:
     pieces = _Reader(text).pieces()
     marked = (each if isinstance(each, str) else f"{_MARK}{at}{_MARK}" for at, each in enumerate(pieces))
     try:
-        split = shlex.split("".join(marked))
+        split = split_command("".join(marked))
     except ValueError as error:
         raise LaunchError(f"'{escape(text)}' cannot be split into words: {error}") from None
     return tuple(_joined(_unmarked(word, pieces)) for word in split)

@@ -13,7 +13,7 @@ from actors.launch.description.actions import EmitEvent, Shutdown
 from actors.launch.description.conditions import to_bool
 from actors.launch.description.lifecycle import LifecycleNode
 from actors.launch.description.process_actions import ExecuteProcess, Node, OutputMode, ProcessAction
-from actors.launch.description.substitutions import resolve
+from actors.launch.description.substitutions import resolve, split_command
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import dependencies
 from actors.launch.planning.namespaces import prefix_namespace
@@ -225,7 +225,7 @@ def _prefix(own: str | None, program: _Program, scope: Scope) -> str:
 
 def _words(prefix: str) -> list[str]:
     try:
-        return shlex.split(prefix)
+        return split_command(prefix)
     except ValueError as error:
         raise LaunchError(f"prefix '{escape(prefix)}' is not a command: {error}") from None
 

@@ -62,3 +62,25 @@ def test_values_that_double_are_refused(
     error = capsys.readouterr().err
     assert reason in error
     assert str(file) in error
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "- execute_process: {cmd: {long}}",
+        "- executable: {cmd: echo, launch-prefix: {long}}",
+        "- node: {pkg: a, exec: b, args: {long}}",
+        "- log: {message: '$(command {long})'}",
+    ],
+)
+def test_a_long_command_is_not_split(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], entry: str
+) -> None:
+    """Case 85: splitting takes time with the square of a word's length, so it has a limit of its own."""
+    monkeypatch.setattr(substitutions, "MAX_COMMAND", 1000)
+    file = tmp_path / "a.launch.yaml"
+    file.write_text("launch:\n" + entry.replace("{long}", "x" * 1001) + "\n", encoding="utf-8")
+    assert main(["launch", str(file), "--dry-run"]) == 1
+    error = capsys.readouterr().err
+    assert "more than 1000 characters" in error
+    assert str(file) in error
