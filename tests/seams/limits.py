@@ -44,6 +44,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "goals": (server_endpoint, "MAX_GOALS"),
     "feedback_depth": (client_goal, "FEEDBACK_DEPTH"),
     "feedback_wait_sec": (feedback_order, "MAX_WAIT_SEC"),
+    "first_retry_sec": (connector, "FIRST_RETRY_SEC"),
     "reconnect_sec": (connector, "LAST_RETRY_SEC"),
     "thread_calls": (loop_thread, "MAX_CALLS"),
     "thread_grace_sec": (loop_thread, "GRACE_SEC"),

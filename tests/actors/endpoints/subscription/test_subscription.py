@@ -37,8 +37,9 @@ GID = bytes(16)
 
 
 @pytest.fixture
-async def node(tmp_path: Path) -> AsyncIterator[actors.Node]:
-    """A running node that never finds a broker."""
+async def node(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[actors.Node]:
+    """A running node that has found no broker, and does not look again."""
+    set_limits(monkeypatch, first_retry_sec=3600)  # each failed attempt removes what a test has attached
     CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0  # callbacks run where a batch arrives
     async with actors.Node("hearer", url=f"callboard+unix://{tmp_path}/none") as running:
         yield running
