@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 from actors.config import environment
 from actors.config.context_errors import ContextError, UnknownContextError
 from actors.config.credentials import Credentials, find_credentials
-from actors.interfaces.regular_files import read_regular
+from actors.regular_files import read_regular
 from proto.errors import CallboardError
 from proto.limits import MAX_DOMAIN
 from proto.untrusted_text import escape

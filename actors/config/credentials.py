@@ -9,7 +9,7 @@ from typing import Final
 
 from actors.config import environment
 from actors.errors import NotAuthorized
-from actors.interfaces.regular_files import read_regular
+from actors.regular_files import read_regular
 from proto.limits import MAX_TOKEN_CHARACTERS
 from proto.untrusted_text import escape
 from proto.wire.tls import NO_FILES, TlsFiles

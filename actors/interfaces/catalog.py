@@ -15,7 +15,7 @@ from typing import Final
 
 from actors.interfaces.errors import UnknownInterfaceError
 from actors.interfaces.interface_names import KINDS, PACKAGE_NAME, TYPE_NAME
-from actors.interfaces.regular_files import read_regular
+from actors.regular_files import read_regular
 
 STANDARD_ROOT: Final = "actors.interfaces"
 """The Python package of the standard interface packages."""

@@ -15,9 +15,9 @@ from actors.interfaces.catalog import STANDARD_ROOT, interface_files, source_fil
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.interface_names import PACKAGE_NAME
 from actors.interfaces.parser import parse_file
-from actors.interfaces.regular_files import is_within
 from actors.interfaces.source import module_name, render_init, render_module
 from actors.interfaces.specs import PARTS
+from actors.regular_files import is_within
 
 if TYPE_CHECKING:
     from collections.abc import Callable

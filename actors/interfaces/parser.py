@@ -23,7 +23,6 @@ from actors.interfaces.fields import FieldType
 from actors.interfaces.idl import parse_idl
 from actors.interfaces.interface_names import PACKAGE_NAME, TYPE_NAME, package_of_name
 from actors.interfaces.literals import parse_value
-from actors.interfaces.regular_files import read_regular
 from actors.interfaces.specs import (
     MAX_FIELDS,
     MAX_FIXED,
@@ -35,6 +34,7 @@ from actors.interfaces.specs import (
     check_names,
     comment_text,
 )
+from actors.regular_files import read_regular
 
 if TYPE_CHECKING:
     from pathlib import Path

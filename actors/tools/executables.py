@@ -23,7 +23,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.interfaces.regular_files import read_regular_text
+from actors.regular_files import read_regular_text
 from actors.tools.prefixes import INDEX, PACKAGES, package_prefix, prefixes, python_programs
 
 if TYPE_CHECKING:

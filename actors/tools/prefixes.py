@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from actors.config import environment
-from actors.interfaces.regular_files import read_regular
+from actors.regular_files import read_regular
 
 INDEX: Final = Path("share", "ament_index", "resource_index")
 PACKAGES: Final = "packages"

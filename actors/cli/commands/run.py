@@ -93,7 +93,7 @@ def _warn_of_ros(path: Path | None, words: Sequence[str]) -> None:
     from importlib.util import find_spec
 
     from actors.cli.output import print_err
-    from actors.interfaces.regular_files import read_regular
+    from actors.regular_files import read_regular
 
     if path is None:
         return

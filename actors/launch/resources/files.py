@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.config import environment
 from actors.errors import error_text
-from actors.interfaces.regular_files import read_regular
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.description_source import LaunchLibrary
 from actors.launch.errors import LaunchError, LaunchFileError, NoLaunchFileError
@@ -27,6 +26,7 @@ from actors.launch.planning.error_location import line_in
 from actors.launch.resources.command_output import command_output
 from actors.parameters.errors import InvalidParameterFileError
 from actors.parameters.overrides import load_parameter_file
+from actors.regular_files import read_regular
 from actors.tools.executables import find_package
 from actors.tools.prefixes import is_python_program
 from proto.untrusted_text import escape

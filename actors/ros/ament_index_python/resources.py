@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path  # noqa: TC003 - as in ROS 2, annotations can be read
 
-from actors.interfaces.regular_files import read_regular_text
+from actors.regular_files import read_regular_text
 from actors.tools.prefixes import INDEX, prefixes, resource
 
 

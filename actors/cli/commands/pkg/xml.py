@@ -62,7 +62,7 @@ def _manifest(name: str) -> Element:
     from xml.etree.ElementTree import ParseError, fromstring
 
     from actors.cli.errors import CommandError
-    from actors.interfaces.regular_files import read_regular_text
+    from actors.regular_files import read_regular_text
 
     share = require_package(name, "Package not found").ros_share()
     if share is None:
