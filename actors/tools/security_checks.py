@@ -15,6 +15,7 @@ from actors.config.contexts import Contexts
 from actors.config.credentials import Credentials
 from actors.errors import TlsFailed
 from actors.graph.inspector import Inspector
+from actors.regular_files import read_regular
 from actors.tools.certificates import expiries
 from actors.tools.check import Check
 from proto.errors import CallboardError
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from proto.wire.url import BrokerUrl
 
-MAX_PEM_CHARACTERS: Final = 4 * 1024 * 1024
+MAX_PEM_BYTES: Final = 4 * 1024 * 1024
 """Far more than the authorities of a system have."""
 SOON_DAYS: Final = 30
 """A certificate that expires earlier should be renewed now."""
@@ -83,8 +84,7 @@ def _certificate(name: str, path: str) -> Check:
     """Return the check of the certificate in a file that expires first."""
     shown = f"{name}: {escape(path)}"
     try:
-        with open(path, encoding="ascii", errors="replace") as file:  # noqa: PTH123 - a path from outside
-            ends = expiries(file.read(MAX_PEM_CHARACTERS))
+        ends = expiries(read_regular(path, MAX_PEM_BYTES).decode("ascii", "replace"))
     except (OSError, ValueError) as error:
         return Check("certificates", "fail", f"{shown} cannot be read: {_reason(error)}", f"correct {name}")
     return check_expiry(shown, min(ends), time.time())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import socket
+import stat
 import sys
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
@@ -122,9 +123,14 @@ def _load_ca(context: ssl.SSLContext, path: Path | str) -> None:
 
 def _check_readable(path: Path | str) -> None:
     try:
-        open(path, "rb").close()  # noqa: PTH123 - pathlib is slower to import
+        # Each file is read more than once, which a named pipe cannot be: it would be waited for.
+        regular = stat.S_ISREG(os.stat(path).st_mode)  # noqa: PTH116 - pathlib is slower to import
+        if regular:
+            open(path, "rb").close()  # noqa: PTH123
     except OSError as error:
         raise TlsFileError(f"Cannot read {path}: {error.strerror or error}") from error
+    if not regular:
+        raise TlsFileError(f"Cannot read {path}: not a regular file")
 
 
 def _has_certificates(path: Path | str) -> bool:

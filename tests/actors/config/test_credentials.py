@@ -15,7 +15,11 @@ from actors.config.contexts import Context, Contexts, find_broker_target
 from actors.config.credentials import Credentials, Secret, find_credentials
 from actors.config.environment import InvalidEnvironmentError, own_variables
 from actors.errors import NotAuthorized
+from actors.tools.security_checks import check_files
+from proto.aio.tls import client_context
+from proto.errors import TlsFileError
 from proto.wire.tls import TlsFiles
+from tests.certificates import Authority
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -112,6 +116,19 @@ def test_a_named_pipe_is_read_only_where_the_user_names_it(
     writer.start()
     assert find_credentials().token_for("", encrypted=False) == TOKEN
     writer.join()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("field", ["ca", "certificate", "key"])
+def test_a_named_pipe_in_the_place_of_a_file_for_tls_is_not_waited_for(tmp_path: Path, field: str) -> None:
+    """Case 86: neither by connections nor by the checks of `callboard doctor`."""
+    pair, pipe = Authority(tmp_path).issue("localhost"), tmp_path / "pipe"
+    os.mkfifo(pipe)
+    files = TlsFiles(certificate=str(pair.certificate), key=str(pair.key))._replace(**{field: str(pipe)})
+    with pytest.raises(TlsFileError, match=f"Cannot read {pipe}: not a regular file"):
+        client_context(files)
+    (check,) = check_files({}, {field: str(pipe)})
+    assert "not a regular file" in check.finding
 
 
 @pytest.mark.parametrize("content", ["", "\n", "two words", "ä", "x" * 600, None])

@@ -58,6 +58,8 @@ async def test_files_that_are_missing_or_something_else(authority: Authority, tm
         return await fault(BrokerOptions(port=0, tls_cert=cert, tls_key=key, tls_client_ca=ca))
 
     assert await start(cert=missing) == f"Cannot read {missing}: No such file or directory"
+    for files in ({"cert": tmp_path}, {"key": tmp_path}, {"ca": tmp_path}):
+        assert await start(**files) == f"Cannot read {tmp_path}: not a regular file"
     assert await start(key=missing) == f"Cannot read {missing}: No such file or directory"
     assert await start(ca=missing) == f"Cannot read {missing}: No such file or directory"
     assert await start(cert=text) == f"{text} has no certificate in PEM format"
