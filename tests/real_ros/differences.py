@@ -373,6 +373,11 @@ DIFFERENCES: Final = (
         ("entities.cancelled_future",),
         "A cancelled future is done.",
     ),
+    Difference(
+        "program",
+        ("shutting_down.too_late_with_an_executor",),
+        "An ExternalShutdownException, as for a shutdown while it waits. rclpy raises an RCLError.",
+    ),
 )
 
 _CASES: Final = {(each.kind, case) for each in DIFFERENCES for case in each.cases}

@@ -111,6 +111,7 @@ def get_global_executor() -> Executor:
         from actors.ros.rclpy.executors import SingleThreadedExecutor  # noqa: PLC0415 - programs may have their own
 
         _executor = SingleThreadedExecutor()
+        _executor.is_global = True
         get_default_context().on_shutdown(_forget_global_executor)
     return _executor
 
@@ -180,7 +181,9 @@ def spin_until_future_complete(
 @contextmanager
 def _executor_of(node: Node, executor: Executor | None) -> Generator[Executor]:
     """Add a node to an executor, or the global one, within a `with` block."""
-    executor = executor or get_global_executor()
+    if executor is None:
+        node.context.ok()  # raises that the process was forked after the node was made
+        executor = get_global_executor()
     added = executor.add_node(node)
     try:
         yield executor

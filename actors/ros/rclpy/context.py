@@ -141,6 +141,11 @@ class Context:
             )
         return self._ok
 
+    @property
+    def is_shut_down(self) -> bool:
+        """Whether it has been shut down, and has not only ended, as by a signal."""
+        return self._ended
+
     def forked(self) -> None:
         """Refuse all use in a forked child."""
         self._ended = self._forked = self._initialized

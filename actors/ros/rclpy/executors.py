@@ -17,6 +17,7 @@ from actors.ros.rclpy.executor_errors import ConditionReachedException as Condit
 from actors.ros.rclpy.executor_errors import ExternalShutdownException as ExternalShutdownException
 from actors.ros.rclpy.executor_errors import ShutdownException as ShutdownException
 from actors.ros.rclpy.executor_errors import TimeoutException as TimeoutException
+from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.context import park_at_exit
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.task import Future, Task
@@ -63,11 +64,23 @@ class Executor:
 
     Args:
         context: The context; None for the default one.
+
+    Attributes:
+        is_global: Whether it is the executor of `rclpy.spin`.
+
+    Raises:
+        RuntimeError: The context is not initialized, or has been shut down: an RCLError then.
     """
+
+    is_global = False
 
     def __init__(self, *, context: Context | None = None) -> None:
         super().__init__()
         self._context = context or get_default_context()
+        if self._context.handle is None:
+            raise RuntimeError("The context must be initialized before an executor is made")
+        if not self._context.ok():
+            raise RCLError("The context of the executor has been shut down")
         self._nodes: set[Node] = set()
         self._nodes_lock = threading.RLock()
         self.work = WorkQueue(self)
@@ -151,6 +164,14 @@ class Executor:
     def is_shut_down(self) -> bool:
         """Whether it runs no further callbacks."""
         return self._is_shutdown
+
+    def end_error(self) -> BaseException:
+        """Return the exception for waits after its end, or its context's."""
+        # In rclpy the shutdown of a context shuts the global executor down, too; here it may not have got
+        # that far, since its first act is to wake those that wait.
+        if self._is_shutdown or (self.is_global and self._context.is_shut_down):
+            return ShutdownException()
+        return self._context.end_error()
 
     def has_capacity(self) -> bool:
         """Return whether another piece of work can be run now."""

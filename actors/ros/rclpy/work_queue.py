@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 from actors.ros.rclpy.executor_errors import (
     ConditionReachedException,
-    ShutdownException,
     TimeoutException,
 )
 from actors.ros.rclpy.entity import Entity, EntityExecutor
@@ -88,6 +87,10 @@ class WorkOwner(EntityExecutor, Protocol):
     @property
     def is_shut_down(self) -> bool:
         """Whether it runs no further callbacks."""
+        ...
+
+    def end_error(self) -> BaseException:
+        """Return the exception for waits after its end, or its context's."""
         ...
 
     def has_capacity(self) -> bool:
@@ -214,7 +217,7 @@ class WorkQueue:
         executor = self._executor
         # Before any work: after a shutdown no further callback begins, even if there is some in the queue.
         if executor.is_shut_down or not executor.context.ok():
-            raise ShutdownException if executor.is_shut_down else executor.context.end_error()
+            raise executor.end_error()
         if self._next_poll_sec < inf and time.monotonic() >= self._next_poll_sec:
             self._next_poll_sec = inf  # before they are moved: another thread may add one meanwhile
             _move_all(self._polled, self._ready)
