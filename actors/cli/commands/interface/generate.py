@@ -24,12 +24,20 @@ def add_arguments(parser: Parser) -> None:
 
 
 def run(options: Options) -> int:
-    """Write classes, and print which files."""
+    """Write classes, import them in another process, and print which files were written."""
     from actors.cli.errors import CommandError
-    from actors.cli.output import print_names
+    from actors.cli.output import print_names, print_warning
     from actors.interfaces import generator
+    from actors.interfaces.import_check import check_import
 
-    if not options.directory.is_dir():
-        raise CommandError(f"No directory '{options.directory}'")
-    print_names(map(str, generator.generate(options.directory, options.output)), json=options.json)
+    source: Path = options.directory
+    if not source.is_dir():
+        raise CommandError(f"No directory '{source}'")
+    written = generator.generate(source, options.output)
+    package = source.resolve().name
+    missing = check_import(source if options.output is None else options.output / package, written)
+    if missing:
+        needed = ", ".join(missing)
+        print_warning(f"{package} needs other packages, which cannot be imported here yet: {needed}")
+    print_names(map(str, written), json=options.json)
     return 0

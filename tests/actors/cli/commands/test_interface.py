@@ -331,6 +331,53 @@ def test_generate_names_file_and_line(tmp_path: Path, capsys: pytest.CaptureFixt
     assert captured.err.count("\n") == 1
 
 
+def _wheels(folder: Path, name: str, text: str = "float64 speed\n") -> Path:
+    source = folder / name / "msg"
+    source.mkdir(parents=True)
+    (source / "Wheel.msg").write_text(text)
+    return source.parent
+
+
+@pytest.mark.parametrize(
+    ("own", "place", "reason"),
+    [
+        ("x = 1\nx.y\n", "__init__.py:2: ", "AttributeError: "),
+        ("x = (\n", "__init__.py:1: ", "SyntaxError: "),
+        ("import sys\nsys.exit(3)\n", ": ", "Python has ended with 3"),
+        ("raise ImportError('no')\n", "__init__.py:1: ", "ImportError: no"),
+    ],
+)
+def test_generate_imports_what_it_has_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], own: str, place: str, reason: str
+) -> None:
+    """Case 84: in another process, with the author's own `__init__.py`; the error has its line."""
+    source = _wheels(tmp_path, "cli_import_wheels")
+    (source / "__init__.py").write_text(own)
+    assert main(["interface", "generate", str(source)]) == 1
+    error = capsys.readouterr().err
+    assert f"cannot be imported: {reason}" in error
+    assert place in error
+    assert "cli_import_wheels" not in sys.modules
+
+
+def test_generate_refuses_a_package_that_python_has(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Case 84: ROS allows its name, but nobody could import it."""
+    assert main(["interface", "generate", str(_wheels(tmp_path, "json"))]) == 1
+    assert "No module named 'json.msg'" in capsys.readouterr().err
+
+
+def test_generate_names_packages_that_are_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They may be generated afterwards."""
+    source = _wheels(tmp_path, "cli_needing", "cli_needed_wheels/Wheel wheel\n")
+    assert main(["interface", "generate", str(source)]) == 0
+    assert "cli_needing needs other packages" in capsys.readouterr().err
+    assert main(["interface", "generate", str(_wheels(tmp_path, "cli_needed_wheels"))]) == 0
+    assert main(["interface", "generate", str(source)]) == 0
+    assert not capsys.readouterr().err
+
+
 def test_generate_wants_a_directory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A missing one is named."""
     assert main(["interface", "generate", str(tmp_path / "no")]) == 1
