@@ -64,6 +64,10 @@ are wrong."""
 MAX_SIGN_INS_OF_ADDRESS: Final = 8
 """Those of one address; further ones of it wait."""
 
+RETRY_SEC: Final = 60
+"""Seconds until an address may try a token again that the broker did not accept in time: for so long the
+broker counts wrong ones."""
+
 MAX_USERS: Final = 64
 """Workspaces of the broker's users, of each token at each address; then the one that has been unused for
 longest makes room."""

@@ -30,6 +30,7 @@ ERRORS: Final = {
     "415": "The body is compressed",
     "421": "The server does not go by the name in the Host header",
     "422": "The newest message has no image that can be shown, or the type is too large for a form",
+    "429": "The broker has not accepted the token in time, after several wrong ones: try again later",
     "502": "The node that was asked has failed",
     "503": "There is no broker or no server now, or a limit is reached",
     "504": "The node that was asked has not answered in time",

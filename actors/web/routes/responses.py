@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Final
 
 import msgspec
@@ -17,6 +18,7 @@ from actors.errors import (
     ServiceUnavailable,
     WaitTimeout,
 )
+from actors.web import limits
 from actors.web.forms import FormTooLargeError
 from actors.web.javascript_values import TooManyValuesError
 from actors.web.json_encoding import encode_json
@@ -41,7 +43,7 @@ _STATUS: Final[tuple[tuple[type[Exception], int], ...]] = (
     (BrokerUnreachable, 503),
     (ShareUsedUpError, 503),
     (TooManyUsersError, 503),
-    (TokenNotAcceptedError, 503),
+    (TokenNotAcceptedError, HTTPStatus.TOO_MANY_REQUESTS),
     (TooManyTopicsError, 503),
     (TooManyLogReadersError, 503),
     (TooMuchWorkError, 503),
@@ -121,6 +123,9 @@ async def respond(
         status, reason = next(status for kind, status in _STATUS if isinstance(error, kind)), str(error)
     stream: EventStream | None = request.get(STREAM)
     if stream is None:
-        return error_response(status, reason)
+        response = error_response(status, reason)
+        if status == HTTPStatus.TOO_MANY_REQUESTS:
+            response.headers["Retry-After"] = str(limits.RETRY_SEC)
+        return response
     await stream.send({"error": reason}, "error")
     return stream.response

@@ -22,7 +22,7 @@ EVENTS: Final = "text/event-stream"
 TEXT: Final = "text/plain"
 IMAGE: Final = "image/*"
 
-READING: Final = ("401", "403", "413", "415", "421", "503")
+READING: Final = ("401", "403", "413", "415", "421", "429", "503")
 ASKING: Final = (*READING, "504")
 CONTROL: Final = ("400", *READING, "408", "502", "504")
 

@@ -17,7 +17,7 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.parameters.types import Parameter
 from actors.tools import graph_documents
-from actors.web import limits, node_watch, users
+from actors.web import limits, node_watch, observer, users
 from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
 from broker import Broker, BrokerOptions
@@ -291,6 +291,18 @@ async def test_wrong_tokens_keep_nobody_from_signing_in(
     for each in wrong:
         each.cancel()
     await asyncio.wait(wrong)
+
+
+async def test_too_many_wrong_tokens_are_told_when_to_try_again(
+    site: GuardedSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 75: with 429 (RFC 6585), not as if the server were out of order."""
+    for n in range(10):
+        await site.answer(f"{NOBODY}{n}", "/api/nodes", 401)
+    monkeypatch.setattr(observer, "CONNECT_SEC", 0.2)
+    headers = {"Authorization": f"Bearer {NOBODY}"}
+    async with site.client.get("/api/nodes", headers=headers) as response:
+        assert (response.status, response.headers["Retry-After"]) == (429, "60")
 
 
 async def test_wrong_tokens_take_no_workspace(
