@@ -30,7 +30,7 @@ from actors.web.routes import (
 )
 from actors.web.routes.request_body import check_headers, expect_nothing, receive_body, refuse_body
 from actors.web.routes.responses import error_response, respond
-from actors.web.routes.state import CONNECTION, STATE, WORKSPACE, State, state_of
+from actors.web.routes.state import CONNECTION, SHOWS_TOKEN, STATE, WORKSPACE, State, state_of
 from actors.web.security import HEADERS, SAFE_METHODS, AccessPolicy, bearer, new_token
 from actors.web.users import Users, require_users
 from actors.web.workspace import Workspace
@@ -241,8 +241,9 @@ async def _admit(handler: Handler, request: web.Request) -> web.StreamResponse:
     known = state.policy.knows_token(token)
     is_users = state.users is not None and bool(token) and not known
     reading = partial(state.policy.refuses_reading, private=state.private)
+    request[SHOWS_TOKEN] = known or is_users
     refuses = reading if safe else state.policy.refuses_control
-    if refusal := refuses(known=known or is_users):
+    if refusal := refuses(known=request[SHOWS_TOKEN]):
         return error_response(refusal.status, refusal.reason)
     connection = request[CONNECTION]
     if state.users is None or not is_users:

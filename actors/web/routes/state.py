@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from actors.web.shares import Shares
 from actors.web.workspace import Workspace
 
 if TYPE_CHECKING:
+    from collections.abc import Generator
     from contextlib import AbstractContextManager
 
     from actors.web.listener import WebListener
@@ -56,14 +58,26 @@ class State:
         """Whether reading needs a token: beyond this machine, or if the broker is not for all who use it."""
         return self.policy.private or (not self.options.read_without_token and self.own.observer.guarded)
 
-    def live_connection(self, request: web.Request) -> AbstractContextManager[None]:
-        """Count a browser or stream as long as it is connected.
+    @contextmanager
+    def live_connection(self, request: web.Request) -> Generator[None]:
+        """Count a browser or stream as long as it is connected; end it if it needs a token from now on.
 
         Raises:
             ShareUsedUpError: `MAX_HOLDER_STREAMS` of one holder, or `MAX_STREAMS`, are connected already.
         """
-        holder = request[CONNECTION].holder
-        return self._streams.use(holder, 1, share=limits.MAX_HOLDER_STREAMS, total=limits.MAX_STREAMS)
+        connection, shows_token = request[CONNECTION], request[SHOWS_TOKEN]
+
+        def check() -> None:
+            if self.private and not shows_token:  # the broker has been started again, with access rules
+                connection.abort()
+
+        share, total = limits.MAX_HOLDER_STREAMS, limits.MAX_STREAMS
+        with self._streams.use(connection.holder, 1, share=share, total=total):
+            end = self.own.observer.on_graph(check)
+            try:
+                yield
+            finally:
+                end()
 
     def body(self, request: web.Request, size: int) -> AbstractContextManager[None]:
         """Count the body of a request as long as it is needed.
@@ -77,6 +91,7 @@ class State:
 
 STATE: Final = web.AppKey("STATE", State)
 CONNECTION: Final = web.RequestKey("CONNECTION", WebConnection)
+SHOWS_TOKEN: Final = web.RequestKey("SHOWS_TOKEN", bool)
 WORKSPACE: Final = web.RequestKey("WORKSPACE", Workspace)
 
 

@@ -450,6 +450,27 @@ async def test_the_page_of_a_broker_with_rules_asks_for_its_token(guarded: Meeti
         await site.answer("", "/healthz")
 
 
+async def test_pages_without_the_token_end_when_the_broker_asks_for_it(
+    meeting: Meeting, rules: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 82: after a restart with rules; also streams, but none that has shown the token."""
+    monkeypatch.setenv("CALLBOARD_TOKEN", OPERATOR)
+    async with AsyncExitStack() as stack:
+        site = await GuardedSite(stack, meeting).open()
+        headers = {"Authorization": f"Bearer {site.server.token}"}
+        stays = await stack.enter_async_context(site.client.ws_connect("/api/live", headers=headers))
+        ends = await stack.enter_async_context(site.client.ws_connect("/api/live"))
+        stream = await stack.enter_async_context(site.client.get("/api/log"))
+        await meeting.restart_broker(auth=rules)
+        async with asyncio.timeout(DEADLINE_SEC):
+            assert (await ends.receive()).type is aiohttp.WSMsgType.CLOSED
+            with pytest.raises(aiohttp.ClientError):
+                await stream.read()
+        await Page(stays).open(1, "nodes")
+        assert await Page(stays).next()
+        await site.answer("", "/api/nodes", 401)
+
+
 async def test_reading_without_the_token_may_be_allowed(guarded: Meeting) -> None:
     """Case 82: explicitly, on loopback only."""
     async with AsyncExitStack() as stack:
