@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import aiohttp
 import pytest
 
-from actors.interfaces.sensor_msgs.msg import CompressedImage
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.sensor_msgs.msg import CompressedImage, JointState
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.web import limits
+from actors.web.live.echo_panel import SHOWN_LENGTH
 from actors.web.options import WebOptions
 from actors.web.routes import echo
 from proto.aio.tls import server_context
@@ -191,14 +191,14 @@ async def test_a_stream_that_is_not_read_ends(
     monkeypatch.setattr(limits, "UNREAD_SEC", 0.2)
     monkeypatch.setattr(echo, "UPDATE_PERIOD_SEC", 0)
     node = await meeting.node("talker")
-    publisher = node.create_publisher(String, "chatter", 20)
+    publisher = node.create_publisher(JointState, "joints", 20)
+    long = JointState(name=["x" * SHOWN_LENGTH] * 100)
     async with connection(site) as (reader, writer):
-        writer.write(b"GET /api/topics/chatter/echo HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        writer.write(b"GET /api/topics/joints/echo HTTP/1.1\r\nHost: localhost\r\n\r\n")
         await until(publisher.get_subscription_count)
         async with asyncio.timeout(DEADLINE_SEC):
             while publisher.get_subscription_count():  # more than the kernel keeps for a connection
-                for _ in range(20):
-                    publisher.publish(String(data="x" * 10_000))
+                publisher.publish(long)
                 await node.get_graph()
         await ended(reader)
     assert await refusals(site, "unread") == 1
