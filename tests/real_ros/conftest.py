@@ -50,7 +50,8 @@ def face() -> Iterator[Side]:
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as broker:
         assert broker.stdout is not None
         url = broker.stdout.readline().split()[-1]
-        side = Side(FACE_COMMAND, {"CALLBOARD_URL": url})
+        environ = {"CALLBOARD_URL": url, "PYTHONPATH": str(ROOT / "tests" / "interfaces")}  # for test_msgs
+        side = Side(FACE_COMMAND, environ)
         try:
             yield side
             side.close()

@@ -11,3 +11,7 @@ class RCLError(RuntimeError):
 
 class UnknownROSArgsError(RuntimeError):
     """ROS 2 has no such argument after `--ros-args`."""
+
+
+class NodeNameNonExistentError(RCLError):
+    """There is no node of that name."""

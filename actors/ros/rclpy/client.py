@@ -8,7 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.errors import NodeDestroyed
-from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
+from actors.ros.rclpy.destroyable import Destroyable
+from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
@@ -64,7 +65,6 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         prepare(srv_type.Response)
         self.context = context
         self._native = native
-        self._is_destroyed = False
         self._pending: dict[Future[ResponseT], _Call] = {}
         """Without a lock: a signal handler that holds it may wait for the loop, which would wait for it."""
 
@@ -108,8 +108,8 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             InvalidHandle: The client has been destroyed.
         """
         self._check(request)
-        if self._is_destroyed:
-            raise InvalidHandle(f"The client of {self.service_name} has been destroyed")
+        with self.handle:  # raises InvalidHandle
+            pass
         # The loop encodes it later, in its own thread, and the program may change it in the meantime.
         request = copied(request)
         future = Future[ResponseT]()
@@ -156,7 +156,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
         if call.given_up:
             return
-        future.set_executor(self.executor)
+        future.set_executor(self.active_executor)
         error = reply.exception()
         if error is None:
             future.set_result(rosidl_values(reply.result()))
@@ -175,7 +175,8 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def service_is_ready(self) -> bool:
         """Return whether there is a server."""
-        return self._native.service_is_ready()
+        with self.handle:
+            return self._native.service_is_ready()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
         """Wait for a server.
@@ -193,7 +194,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
 
     def destroy(self) -> None:
         """Take the client out of service; calls in flight are given up."""
-        self._is_destroyed = True
+        Destroyable.destroy(self)  # no further call begins
         calls = list[_Call]()
         while self._pending:
             call = self._pending.popitem()[1]

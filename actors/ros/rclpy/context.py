@@ -23,7 +23,7 @@ from actors.config.environment import domain_id as environment_domain
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
 from actors.ros.rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
-from actors.ros.rclpy.destroyable import Handle
+from actors.ros.rclpy.destroyable import VALID, Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.runtime.run import set_up_logging
@@ -83,7 +83,7 @@ class Context:
     @property
     def handle(self) -> Handle | None:
         """A handle once the context is initialized; None before that."""
-        return _HANDLE if self._initialized else None
+        return VALID if self._initialized else None
 
     @property
     def thread(self) -> NodeThread:
@@ -312,7 +312,6 @@ class Context:
         self.try_shutdown()
 
 
-_HANDLE: Final = Handle()
 _lock: Final = threading.RLock()
 _contexts: tuple[weakref.ref[Context], ...] = ()
 """Contexts that have been initialized. Replaced, never changed, so that every thread may read it."""

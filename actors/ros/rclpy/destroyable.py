@@ -2,35 +2,50 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
+
+from actors.ros.rclpy.exceptions import InvalidHandle
 
 if TYPE_CHECKING:
     from types import TracebackType
 
 
 class Handle:
-    """In place of rclpy's handle of a C object: programs check that there is one, and hold it."""
+    """In place of rclpy's handle of a C object, which programs hold.
+
+    Args:
+        is_valid: Whether the object has not been destroyed; otherwise a `with` block raises InvalidHandle.
+    """
+
+    def __init__(self, *, is_valid: bool) -> None:
+        self._is_valid = is_valid
 
     def __enter__(self) -> Self:
+        if not self._is_valid:
+            raise InvalidHandle("It has been destroyed")
         return self
 
     def __exit__(self, *exception: object) -> None:
         """Do nothing."""
 
 
+VALID: Final = Handle(is_valid=True)
+DESTROYED: Final = Handle(is_valid=False)
+
+
 class Destroyable:
-    """A publisher, or an entity: something with `destroy`.
+    """A publisher, or an entity: something with `destroy`."""
 
-    Attributes:
-        handle: In place of rclpy's handle.
-    """
+    _is_destroyed = False
 
-    # One for all: it has no state.
-    handle = Handle()
+    @property
+    def handle(self) -> Handle:
+        """In place of rclpy's handle."""
+        return DESTROYED if self._is_destroyed else VALID
 
     def destroy(self) -> None:
         """Take it out of service."""
-        raise NotImplementedError
+        self._is_destroyed = True
 
     def __enter__(self) -> Self:
         return self

@@ -39,7 +39,7 @@ class EntityNode(Protocol):
     """The part of a node that its entities use. A protocol, because nodes import this module."""
 
     @property
-    def executor(self) -> EntityExecutor | None:
+    def active_executor(self) -> EntityExecutor | None:
         """The executor that runs the callbacks of the node."""
         ...
 
@@ -80,14 +80,14 @@ class Entity(Destroyable):
         return None if self._node is None else self._node()
 
     @property
-    def executor(self) -> EntityExecutor | None:
-        """The executor of the node."""
+    def active_executor(self) -> EntityExecutor | None:
+        """The executor that runs the callbacks of the node."""
         node = self.node
-        return None if node is None else node.executor
+        return None if node is None else node.active_executor
 
     def notify(self) -> None:
         """Tell the executor that there may be work; in any thread."""
-        executor = self.executor
+        executor = self.active_executor
         # Without a lock. Two threads may both get through, and the entity is then twice in the queue: the
         # second time it has no work, which costs a look.
         if executor is not None and self.queued_in is not executor.work:

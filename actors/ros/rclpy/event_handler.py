@@ -100,9 +100,6 @@ class EventCalls(QueuedCalls):
             info = self._pending.pop(kind)
         return callback(info)
 
-    def destroy(self) -> None:
-        """Do nothing: the events end with the endpoint."""
-
 
 def _merged(earlier: Any, later: Any) -> Any:
     """Return one event for two: the later counts, and the sums of the changes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
+from actors.errors import NodeDestroyed
 from actors.parameters.errors import InvalidParameterException as InvalidParameterException
 from actors.parameters.errors import InvalidParameterTypeException as InvalidParameterTypeException
 from actors.parameters.errors import InvalidParameterValueException as InvalidParameterValueException
@@ -18,6 +19,7 @@ from proto.errors import InvalidNodeNameError
 from proto.errors import InvalidServiceNameError
 from proto.errors import InvalidTopicNameError
 
+InvalidHandle: TypeAlias = NodeDestroyed
 InvalidNamespaceException: TypeAlias = InvalidNamespaceError
 InvalidNodeNameException: TypeAlias = InvalidNodeNameError
 InvalidServiceNameException: TypeAlias = InvalidServiceNameError
@@ -34,10 +36,6 @@ class NotInitializedException(Exception):
 
 class NoTypeSupportImportedException(Exception):
     """A class is no message, service or action class."""
-
-
-class InvalidHandle(RuntimeError):
-    """The object has been destroyed."""
 
 
 class ROSInterruptException(Exception):

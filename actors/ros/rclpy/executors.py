@@ -7,6 +7,7 @@ import os
 import threading
 import time
 import warnings
+import weakref
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -118,7 +119,10 @@ class Executor:
                 return False
             self._nodes.add(node)
         node.executor = self
-        for entity in parts_of(node).all_entities():
+        parts = parts_of(node)
+        # Not by the node's attribute: an object that delegates to the node has just set its own.
+        parts.active_executor = weakref.ref(self)
+        for entity in parts.all_entities():
             # Messages may have arrived while no executor ran the node, when `notify` had nobody to tell.
             if entity.has_work():
                 entity.notify()
@@ -129,10 +133,10 @@ class Executor:
         """Run the node's callbacks no more."""
         with self._nodes_lock:
             self._nodes.discard(node)
-        # Not if another executor has taken the node over: its setter removes the node here, and has set the
-        # new one.
-        if node.executor is self:
-            node.executor = None
+        parts = parts_of(node)
+        # Not if another executor has taken the node over. As in rclpy, `node.executor` stays.
+        if parts.active_executor is not None and parts.active_executor() is self:
+            parts.active_executor = None
 
     def get_nodes(self) -> list[Node]:
         """Return the nodes."""

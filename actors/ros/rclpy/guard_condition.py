@@ -37,9 +37,10 @@ class GuardCondition(Entity):
 
     def trigger(self) -> None:
         """Run the callback soon, once for all triggers before that."""
-        # Before it is queued: the executor may look at once.
-        self._triggered = True
-        self.notify()
+        with self.handle:
+            # Before it is queued: the executor may look at once.
+            self._triggered = True
+            self.notify()
 
     def notify(self) -> None:
         """Tell the executor, that of the watcher if there is one, that it was triggered."""
@@ -64,4 +65,5 @@ class GuardCondition(Entity):
 
     def destroy(self) -> None:
         """Run the callback no more."""
+        super().destroy()
         self.callback = None

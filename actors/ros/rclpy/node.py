@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import weakref
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
 
 from actors.interfaces.message import Message, is_message_type
@@ -15,7 +14,7 @@ from actors.ros.rclpy.callback_groups import (
 )
 from actors.ros.rclpy.client import Client
 from actors.ros.rclpy.clock import Clock
-from actors.ros.rclpy.destroyable import Destroyable, Handle
+from actors.ros.rclpy.destroyable import DESTROYED, VALID, Destroyable, Handle
 from actors.ros.rclpy.event_handler import EventCalls
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.guard_condition import GuardCondition
@@ -32,7 +31,6 @@ from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
 from actors.ros.rclpy.imported_names import imported_names
-from actors.threads.errors import ThreadStopped
 from proto.errors import InvalidNameError
 
 if TYPE_CHECKING:
@@ -42,7 +40,7 @@ if TYPE_CHECKING:
     from actors.logging.logger import Logger
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.context import Context
-    from actors.ros.rclpy.entity import Entity
+    from actors.ros.rclpy.entity import Entity, EntityExecutor
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
     from actors.ros.rclpy.qos_overriding_options import QoSOverridingOptions
@@ -156,12 +154,12 @@ class Node(NodeParameters, NodeGraph):
 
     def get_logger(self) -> Logger:
         """Return the logger."""
-        return self._callboard.native.get_logger()
+        return self._logger
 
     @property
     def handle(self) -> Handle:
         """In place of rclpy's handle."""
-        return Destroyable.handle
+        return DESTROYED if self._callboard.destroyed else VALID
 
     @property
     def context(self) -> Context:
@@ -199,7 +197,7 @@ class Node(NodeParameters, NodeGraph):
 
     @property
     def executor(self) -> Executor | None:
-        """The executor that runs its callbacks."""
+        """The executor that runs its callbacks, or did so last."""
         executor = self._callboard.executor
         return None if executor is None else cast("Executor | None", executor())  # the setter takes no other
 
@@ -215,6 +213,12 @@ class Node(NodeParameters, NodeGraph):
             current.remove_node(self)
         if new_executor is not None:
             new_executor.add_node(self)
+
+    @property
+    def active_executor(self) -> EntityExecutor | None:
+        """The executor that runs its callbacks now."""
+        executor = self._callboard.active_executor
+        return None if executor is None else executor()
 
     @property
     def publishers(self) -> Iterator[Publisher[Any]]:
@@ -493,11 +497,13 @@ class Node(NodeParameters, NodeGraph):
             # Before callboard's node is left, so that no further callback begins on entities that are about
             # to go.
             executor.remove_node(self)
-        with suppress(ThreadStopped, LookupError):  # the thread has failed, and left all nodes
-            parts.thread.leave(parts.native)
+        parts.leave()
         # Timers exist only here: leaving callboard's node does not end them.
         for each in self.timers:
             each.destroy()
+        # The others ended with callboard's node.
+        for ended in (*parts.publishers, *parts.all_entities()):
+            Destroyable.destroy(ended)
         parts.publishers.clear()
         for entities in parts.entities.values():
             entities.clear()

@@ -16,9 +16,13 @@ from actors.graph.view import QUERY_TIMEOUT_SEC
 from actors.node.node import Node as NativeNode
 from actors.node.options import NodeOptions
 from actors.parameters.store import ParameterStore
+from actors.ros.rclpy._rclpy_pybind11 import NodeNameNonExistentError as NodeNameNonExistentError
 from actors.ros.rclpy.clock import ROSClock
+from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
+
+from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator, Sequence
@@ -37,10 +41,6 @@ _NATIVE_OVERRIDES: Final = {START_TYPE_DESCRIPTION_SERVICE_PARAM}
 """Parameters whose overrides callboard's node gets, too: it reads them when it is made."""
 
 
-class NodeNameNonExistentError(RuntimeError):
-    """There is no node of that name."""
-
-
 class NodeParts:
     """callboard's node and the endpoints of one of ROS 2's nodes.
 
@@ -55,13 +55,13 @@ class NodeParts:
     Attributes:
         context: The context.
         thread: The thread in which callboard's node lives.
-        native: callboard's node.
         clock: The clock.
         jumps: Makes the calls of its jump callbacks; the node adds it to its entities.
         allow_undeclared: Whether reading and setting undeclared parameters is no error.
         store: The parameters.
         parameters_lock: Held while they change.
-        executor: Runs the callbacks; None without one.
+        executor: Was the last to get the node; None without one.
+        active_executor: Runs the callbacks; None without one.
         publishers: The publishers.
         entities: The entities by their classes.
         destroyed: Whether the node is out of service.
@@ -84,11 +84,12 @@ class NodeParts:
         self.thread = context.thread
         self.allow_undeclared = allow_undeclared
         self.executor: weakref.ref[EntityExecutor] | None = None
+        self.active_executor: weakref.ref[EntityExecutor] | None = None
         self.publishers: list[Publisher[Any]] = []
         self.entities: dict[type[Entity], list[Any]] = {}
         self.destroyed = False
         values = {each.name: each.value for each in overrides}
-        self.native: NativeNode = self.thread.call(
+        self._native: NativeNode = self.thread.call(
             lambda: NativeNode(
                 parameter_overrides={name: values[name] for name in values.keys() & _NATIVE_OVERRIDES},
                 start_parameter_services=False,
@@ -118,6 +119,18 @@ class NodeParts:
             argument_overrides=self.native.argument_overrides,
             allow_undeclared=allow_undeclared,
         )
+
+    @property
+    def native(self) -> NativeNode:
+        """The node of callboard; raise InvalidHandle if this one has been destroyed."""
+        if self.destroyed:
+            raise InvalidHandle(f"The node {self._native.get_fully_qualified_name()} has been destroyed")
+        return self._native
+
+    def leave(self) -> None:
+        """Take callboard's node out of service."""
+        with suppress(ThreadStopped, LookupError):  # the thread has failed, and left all nodes
+            self.thread.leave(self._native)
 
     # Endpoints
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from actors.errors import NodeDestroyed, PublisherFull, WaitTimeout
+from actors.errors import PublisherFull, WaitTimeout
 from actors.interfaces.message import Message
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
@@ -57,7 +57,8 @@ class Publisher(Destroyable, Generic[MsgT]):
     @property
     def topic_name(self) -> str:
         """The full name of the topic."""
-        return self.topic
+        with self.handle:
+            return self.topic
 
     def publish(self, msg: MsgT | bytes) -> None:
         """Send a message; wait while KEEP_ALL readers have no space.
@@ -77,7 +78,7 @@ class Publisher(Destroyable, Generic[MsgT]):
             # `publish` blocks in rclpy; callboard's never does.
             except PublisherFull:
                 self._wait_for_space()
-            except (NodeDestroyed, ThreadStopped) as error:
+            except ThreadStopped as error:
                 raise InvalidHandle(str(error)) from error
             else:
                 return
@@ -85,12 +86,13 @@ class Publisher(Destroyable, Generic[MsgT]):
     def _wait_for_space(self) -> None:
         try:
             self._context.wait_for(self._thread.submit(lambda: self._native.ready(None)))
-        except (NodeDestroyed, ThreadStopped) as error:
+        except ThreadStopped as error:
             raise InvalidHandle(str(error)) from error
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions are matched."""
-        return self._native.get_subscription_count()
+        with self.handle:
+            return self._native.get_subscription_count()
 
     def assert_liveliness(self) -> None:
         """Show that the publisher is alive, if its liveliness is MANUAL_BY_TOPIC."""
@@ -107,6 +109,7 @@ class Publisher(Destroyable, Generic[MsgT]):
 
     def destroy(self) -> None:
         """Take the publisher out of service, after what it has published has been sent."""
+        super().destroy()
         self._thread.call(self._native.destroy)
 
 

@@ -54,6 +54,8 @@ _FIELDS = (
     "liveliness",
     "liveliness_lease_duration",
 )
+_SLOTS: Final = [f"_{name}" for name in (*_FIELDS, "avoid_ros_namespace_conventions")]
+"""rclpy's attributes, by which programs copy profiles and print them."""
 
 
 # callboard's profiles are frozen; rclpy's may be changed until an endpoint is made, and programs do so.
@@ -115,7 +117,14 @@ class QoSProfile:
             setattr(self, name, getattr(profile, name))
         self.avoid_ros_namespace_conventions = avoid_ros_namespace_conventions
 
+    def __getattr__(self, name: str) -> Any:
+        if name in _SLOTS:
+            return getattr(self, name[1:])
+        raise AttributeError(f"'QoSProfile' object has no attribute {name!r}")
+
     def __setattr__(self, name: str, value: Any) -> None:
+        if name in _SLOTS:
+            name = name[1:]
         policy = _POLICIES.get(name)
         super().__setattr__(name, value if policy is None else policy(value))  # an int becomes a policy
 
@@ -129,18 +138,20 @@ class QoSProfile:
         return native.QoSProfile(**{name: getattr(self, name) for name in _FIELDS})
 
     def _values(self) -> Iterator[object]:
-        for name in (*_FIELDS, "avoid_ros_namespace_conventions"):
+        for name in _SLOTS:
             yield getattr(self, name)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, QoSProfile) and list(self._values()) == list(other._values())
 
     def __str__(self) -> str:
-        names = (*_FIELDS, "avoid_ros_namespace_conventions")
-        fields = (f"{name}={value}" for name, value in zip(names, self._values(), strict=True))
+        fields = (f"{name[1:]}={value}" for name, value in zip(_SLOTS, self._values(), strict=True))
         return f"QoSProfile({', '.join(fields)})"
 
     __repr__ = __str__
+
+
+setattr(QoSProfile, "__slots__", _SLOTS)  # noqa: B010 - afterwards: they are no slots
 
 
 def profile_of(qos: QoSProfile | int) -> QoSProfile:

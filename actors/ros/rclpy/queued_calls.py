@@ -97,7 +97,7 @@ class QueuedCalls(Entity):
             task.cancel()
 
     def _create_task(self, callback: Callable[..., Any], args: Any, answer: asyncio.Future[Any]) -> None:
-        executor = self.executor
+        executor = self.active_executor
         if executor is None:  # the node was removed from the one that makes this call
             self.enqueue(partial(self._create_task, callback, args, answer))
             return
@@ -177,7 +177,7 @@ class QueuedCalls(Entity):
     def _replied(self, future: Future[Any], reply: Reply[Any]) -> None:
         if future.done():
             return
-        future.set_executor(self.executor)
+        future.set_executor(self.active_executor)
         try:
             error = reply.exception()
         except CancelledError:

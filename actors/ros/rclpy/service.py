@@ -25,6 +25,19 @@ EventT = TypeVar("EventT")
 __getattr__ = imported_names(__name__, "CallbackGroup Clock QoSProfile ServiceIntrospectionState")
 
 
+class RequestHeader:
+    """Which request a response is for.
+
+    Attributes:
+        response: The response; None until there is one.
+    """
+
+    __slots__ = ("response",)
+
+    def __init__(self) -> None:
+        self.response: Any = None
+
+
 class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, ResponseT, EventT]):
     """Serves requests. Made by `Node.create_service`."""
 
@@ -45,21 +58,33 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
 
     async def _handle(self, request: RequestT) -> ResponseT:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        response: ResponseT = await self.run(self._respond, request)
+        header = RequestHeader()
+        await self.run(self._respond, request, header)
+        response: ResponseT = header.response
         return response
 
-    def _respond(self, request: RequestT) -> Any:
+    def _respond(self, request: RequestT, header: RequestHeader) -> Any:
         response = self.callback(rosidl_values(request), self.srv_type.Response())
-        return self._respond_later(response) if inspect.iscoroutine(response) else self._checked(response)
+        if inspect.iscoroutine(response):
+            return self._respond_later(response, header)
+        return self.send_response(response, header)
 
-    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT]) -> ResponseT:
-        return self._checked(await response)
+    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT], header: RequestHeader) -> None:
+        self.send_response(await response, header)
 
-    def _checked(self, response: ResponseT) -> ResponseT:
-        """Return what to send: the handler may change its response after it has returned it."""
+    def send_response(self, response: ResponseT, header: RequestHeader) -> None:
+        """Answer a request. Called with what the handler returns; programs may replace it.
+
+        Args:
+            response: The response.
+            header: Which request it is for.
+
+        Raises:
+            TypeError: The response is not of the service's class.
+        """
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"The handler of {self.service_name} returned {response!r},"
                 f" not a {self.srv_type.Response.__qualname__}"
             )
-        return copied(response)
+        header.response = copied(response)  # the handler may change it later

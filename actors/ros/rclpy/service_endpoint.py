@@ -46,7 +46,8 @@ class ServiceEndpoint(QueuedCalls, Generic[NativeT]):
     @property
     def service_name(self) -> str:
         """The full name of the service."""
-        return self._native.srv_name
+        with self.handle:
+            return self._native.srv_name
 
     def configure_introspection(
         self,
@@ -63,4 +64,5 @@ class ServiceEndpoint(QueuedCalls, Generic[NativeT]):
 
     def destroy(self) -> None:
         """Take it out of service; calls that wait get an error."""
+        super().destroy()
         self._thread.call(self._native.destroy)

@@ -100,11 +100,13 @@ class Subscription(Entity, Generic[MsgT]):
     @property
     def topic_name(self) -> str:
         """The full name of the topic."""
-        return self.topic
+        with self.handle:
+            return self.topic
 
     def get_publisher_count(self) -> int:
         """Return how many publishers are matched."""
-        return self._native.get_publisher_count()
+        with self.handle:
+            return self._native.get_publisher_count()
 
     def has_work(self) -> bool:
         """Return whether a message waits."""
@@ -128,6 +130,7 @@ class Subscription(Entity, Generic[MsgT]):
 
     def destroy(self) -> None:
         """Take the subscription out of service."""
+        super().destroy()
         self._thread.call(self._native.destroy)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
-from actors.ros.rclpy.exceptions import InvalidHandle, ROSInterruptException
+from actors.ros.rclpy.exceptions import ROSInterruptException
 from actors.time.types import ClockType, Time
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -82,22 +82,21 @@ class Timer(Entity):
         self._last = clock.now().nanoseconds
         self._next = self._last + self._period
         self._canceled = not autostart
-        self._destroyed = False
         clock.follow(self)
 
     @property
     def timer_period_ns(self) -> int:
         """The period in nanoseconds; a new one holds from the next call on."""
-        return self._period
+        with self.handle:
+            return self._period
 
     @timer_period_ns.setter
     def timer_period_ns(self, value: int) -> None:
         self._period = int(value)
 
     def _now(self) -> int:
-        if self._destroyed:
-            raise InvalidHandle("The timer has been destroyed")
-        return self.clock.now().nanoseconds
+        with self.handle:
+            return self.clock.now().nanoseconds
 
     def is_ready(self) -> bool:
         """Return whether a call is due."""
@@ -134,7 +133,7 @@ class Timer(Entity):
 
     def rearm(self) -> None:
         """Tell the executor that the next call is due at another time."""
-        executor = self.executor
+        executor = self.active_executor
         if executor is not None:
             executor.work.timers_changed()
 
@@ -156,7 +155,7 @@ class Timer(Entity):
 
     def remaining_sec(self) -> float:
         """Return for how long the executor need not look at it: zero or less if it is due."""
-        if self._canceled or self._destroyed:
+        if self._canceled or self._is_destroyed:
             return inf
         self._apply_jump()
         rest = (self._next - self.clock.now().nanoseconds) / 1e9
@@ -175,7 +174,7 @@ class Timer(Entity):
     def take(self) -> Callable[[], Any] | None:
         """Return a call of the callback if one is due."""
         with self._lock:
-            if self._canceled or self._destroyed:
+            if self._canceled or self._is_destroyed:
                 return None
             self._apply_jump()
             now, expected = self.clock.now().nanoseconds, self._next
@@ -200,7 +199,7 @@ class Timer(Entity):
 
     def destroy(self) -> None:
         """Make no further calls."""
-        self._destroyed = True
+        super().destroy()
         self.clock.unfollow(self)
 
 

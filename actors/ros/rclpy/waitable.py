@@ -139,6 +139,3 @@ class Waitable(Entity, Generic[T]):
     def detach(self) -> None:
         """Stop running when it is removed."""
         self._node = None
-
-    def destroy(self) -> None:
-        """Do nothing: its guard conditions are its user's."""

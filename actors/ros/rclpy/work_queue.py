@@ -273,7 +273,7 @@ class WorkQueue:
                 item.queued_in = None
             # Its node has been removed, or has another executor. The executor that adds the node again looks
             # at all its entities.
-            if item.executor is not self._executor:
+            if item.active_executor is not self._executor:
                 continue
             if not self._try_begin(item):
                 continue

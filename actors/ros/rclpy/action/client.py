@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from actors.actions.states import GoalState
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
@@ -34,13 +33,6 @@ __getattr__ = imported_names(
     "CancelGoal Future GoalStatus NumberOfEntities QoSProfile UUID Waitable await_or_execute "
     "qos_profile_action_status_default qos_profile_services_default",
 )
-
-
-class GetResultResponse(NamedTuple):
-    """The terminal state of a goal, and its result."""
-
-    status: int
-    result: Any
 
 
 class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
@@ -72,20 +64,22 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
         """Ask the server to cancel the goal; wait for its response and return it."""
         return self._client.wait_for(lambda: self._native.cancel(None))
 
-    def get_result_async(self) -> Future[GetResultResponse]:
-        """Return a future of the result: its `status` and `result`."""
-        return self._client.start(self._result)
+    def get_result_async(self) -> Future[Any]:
+        """Return a future of the GetResult response, with `status` and `result`."""
+        return self._client._get_result_async(self)  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
 
-    def get_result(self) -> GetResultResponse:
-        """Wait for the result, and return it."""
-        return self._client.wait_for(self._result)
+    def get_result(self) -> Any:
+        """Wait for the GetResult response, and return it."""
+        return self._client._get_result(self)  # noqa: SLF001 # pyright: ignore[reportPrivateUsage]
 
-    async def _result(self) -> GetResultResponse:
-        # rclpy asks the server, which answers so for a goal that it does not know.
-        if not self.accepted:
-            return GetResultResponse(int(GoalState.UNKNOWN), self._client.action_type.Result())
-        outcome = await self._native.result(None)
-        return GetResultResponse(int(outcome.status), rosidl_values(outcome.result))
+    async def result(self) -> Any:
+        """Return the GetResult response; in the loop."""
+        response = self._client.action_type.Impl.GetResultService.Response()
+        # rclpy asks the server, which answers with the defaults for a goal that it does not know.
+        if self.accepted:
+            outcome = await self._native.result(None)
+            response.status, response.result = int(outcome.status), rosidl_values(outcome.result)
+        return response
 
 
 class ActionClient(QueuedCalls):
@@ -150,7 +144,7 @@ class ActionClient(QueuedCalls):
         goal = copied(goal)
         return self.start(lambda: self._send(goal, feedback_callback, goal_uuid))
 
-    def send_goal(self, goal: Any, **kwargs: Any) -> GetResultResponse | None:
+    def send_goal(self, goal: Any, **kwargs: Any) -> Any:
         """Send a goal and wait for its result.
 
         Args:
@@ -158,7 +152,7 @@ class ActionClient(QueuedCalls):
             kwargs: As for `send_goal_async`.
 
         Returns:
-            The result; None if the server has rejected the goal.
+            The GetResult response; None if the server has rejected the goal.
 
         Raises:
             TypeError: Not a goal message of this action.
@@ -167,6 +161,14 @@ class ActionClient(QueuedCalls):
         feedback_callback, goal_uuid = kwargs.get("feedback_callback"), kwargs.get("goal_uuid")
         handle = self.wait_for(lambda: self._send(goal, feedback_callback, goal_uuid))
         return handle.get_result() if handle.accepted else None
+
+    # Private, and rclpy's: there are programs that call these.
+
+    def _get_result_async(self, goal_handle: ClientGoalHandle) -> Future[Any]:
+        return self.start(goal_handle.result)
+
+    def _get_result(self, goal_handle: ClientGoalHandle) -> Any:
+        return self.wait_for(goal_handle.result)
 
     def _check(self, goal: Any) -> None:
         if not isinstance(goal, self.action_type.Goal):
@@ -210,4 +212,5 @@ class ActionClient(QueuedCalls):
         node = self.node
         if node is not None:
             node.remove_waitable(self)
+        super().destroy()
         self._thread.call(self._native.destroy)

@@ -220,4 +220,5 @@ class ActionServer(QueuedCalls):
         node = self.node
         if node is not None:
             node.remove_waitable(self)
+        super().destroy()
         self._thread.call(self._native.destroy)

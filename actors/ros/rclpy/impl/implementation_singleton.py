@@ -1,6 +1,7 @@
-"""Cannot be imported: rclpy's is its C library, which callboard does not have."""
+"""`rclpy_implementation`: rclpy's C library there, of which callboard has the errors only."""
 
-raise ImportError(
-    "rclpy.impl.implementation_singleton gives access to rclpy's C library, which callboard does not have:"
-    " use the classes of rclpy.node and its other modules instead"
-)
+from __future__ import annotations
+
+from actors.ros.rclpy import _rclpy_pybind11
+
+rclpy_implementation = _rclpy_pybind11
