@@ -39,8 +39,10 @@ def wait_for_message(
     future = Future[Any]()
     waiter = Node("_wait_for_message", context=context, use_global_arguments=False, enable_rosout=False)
     try:
-        waiter.create_subscription(msg_type, name, future.set_result, qos_profile)
+        # The executor first: none is made any more when another thread has shut the context down, which may
+        # happen as soon as others see the subscription.
         with SingleThreadedExecutor(context=context) as executor:
+            waiter.create_subscription(msg_type, name, future.set_result, qos_profile)
             executor.add_node(waiter)
             executor.spin_until_future_complete(future, time_to_wait)
     except ExternalShutdownException:
