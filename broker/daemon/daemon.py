@@ -31,6 +31,12 @@ logger: Final = logging.getLogger("callboard.broker")
 STOP_RESERVE_SEC: Final = 5.0
 """Time that a stop may take beyond `drain_timeout_sec`, on a busy machine."""
 
+MESH_SWITCH_SEC: Final = 0.0005
+"""Longest time that the event loop of a broker in a mesh keeps the GIL.
+
+Zenoh's threads need it for each message that they receive or send. With Python's 5 ms they could carry some
+200 messages a second while the loop is busy, for instance with the endpoints of another broker."""
+
 
 class Daemon:
     """A broker as a process of its own.
@@ -76,6 +82,8 @@ class Daemon:
                 # Here and not earlier: what exists now is skipped by the garbage collector from now on.
                 process.configure_process()
                 process.make_full_collections_rare()
+                if broker.options.joins_mesh:
+                    sys.setswitchinterval(MESH_SWITCH_SEC)
                 _announce(broker.url)
                 if self._options.json_logs:
                     logger.info("Listening on %s", broker.url)

@@ -51,7 +51,8 @@ class MemoryGuard:
         received: The bytes of buffers for received bytes and for TLS.
 
     Attributes:
-        freed: Whether links that held at least `MUCH_BYTES` have ended; the periodic check resets it.
+        freed: Whether links that held at least `MUCH_BYTES` have ended, or long work for brokers of a mesh;
+            the periodic check resets it.
         queued_bytes: Bytes that wait for links.
         full: Whether large messages and calls are refused; set by `relieve`.
         closed: Links closed because they held most.

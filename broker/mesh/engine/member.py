@@ -158,6 +158,9 @@ class MeshMember:
             work.go_on(STEPS)
             if budget.clock() - began > SHARE_SEC:
                 break
+        # A broker with many endpoints has come or gone: what it took, or its snapshot, is free now.
+        if busy and not any(work.pending for work in busy):
+            self._dispatcher.memory.freed = True
         self.flush()
         budget.spend(budget.clock() - began)
 

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import sys
 import tomllib
+from contextlib import asynccontextmanager
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import pytest
 
 from broker import Broker, BrokerOptions
-from broker.daemon.configuration import SETTINGS
+from broker.daemon.configuration import SETTINGS, load_configuration
+from broker.daemon.daemon import MESH_SWITCH_SEC, Daemon
+from broker.daemon.service_manager import ServiceManager
 from broker.options import DaemonOptions
 from broker.routing.router_limits import RouterLimits
+from proto.aio.tasks import cancel_and_wait
 from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
 from tests.broker.daemon.test_command import end, first_line, started
@@ -22,6 +27,7 @@ from tests.seams.brokers import dispatcher_of
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
+    from collections.abc import AsyncGenerator
     from pathlib import Path
 
 
@@ -140,3 +146,27 @@ def test_options_of_the_daemon_do_not_clash_with_those_of_the_broker() -> None:
     """Both are keys of the same file."""
     names = [*BrokerOptions.__dataclass_fields__, *DaemonOptions.__dataclass_fields__]
     assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize(("mesh", "intervals"), [("tcp/127.0.0.1:1", [MESH_SWITCH_SEC]), (None, [])])
+async def test_the_loop_of_a_broker_in_a_mesh_gives_zenohs_threads_their_turn(
+    monkeypatch: pytest.MonkeyPatch, mesh: str | None, intervals: list[float]
+) -> None:
+    """Case 66: with Python's own interval they wait 5 ms for each message while the loop is busy."""
+    set_intervals: list[float] = []
+    monkeypatch.setattr(sys, "setswitchinterval", set_intervals.append)
+    monkeypatch.setattr("proto.aio.process.configure_process", lambda: None)
+    monkeypatch.setattr("proto.aio.process.make_full_collections_rare", lambda: None)
+    listening = asyncio.Event()
+
+    @asynccontextmanager
+    async def beside(_broker: Broker) -> AsyncGenerator[None]:
+        listening.set()
+        yield
+
+    configuration = load_configuration({"port": 0, "mesh": mesh})
+    daemon = Daemon(configuration, lambda: configuration, ServiceManager({}), beside)
+    serving = asyncio.create_task(daemon.serve())
+    await until(listening.is_set)
+    await cancel_and_wait(serving)
+    assert set_intervals == intervals

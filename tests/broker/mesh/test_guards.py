@@ -135,6 +135,19 @@ def test_brokers_that_do_not_answer_are_asked_less_and_less() -> None:
     assert asked(attack) == [FAKE]  # it is there now
 
 
+def test_many_brokers_that_do_not_answer_are_not_asked_again_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 65: who announces a thousand brokers causes a thousand requests, not five thousand."""
+    monkeypatch.setattr(broker_session, "MAX_QUICKLY_ASKED", 5)
+    attack = Attack()
+    many = range(FAKE, FAKE + 20)
+    for broker in many:
+        attack.mesh.add_broker(broker)
+    assert asked(attack) == [*many]
+    fail(attack, many)
+    assert asked(attack) == []
+    assert sorted(beat(attack, 2)) == [*many]
+
+
 def test_who_announces_many_brokers_keeps_none_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 65: beyond the limit one that has not answered is given up until it sends a heartbeat."""
     monkeypatch.setattr(broker_session, "MAX_UNANSWERED", 5)

@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
+from broker.mesh import slices
 from broker.mesh.engine.engine import EngineStats
 from broker.mesh.engine.member import LAST_PING, MeshMember
 from broker.mesh.messages import Direct, Heartbeat, Snapshot
@@ -47,6 +48,27 @@ def test_a_warning_names_the_broker_if_its_name_is_known() -> None:
         "Mesh: rejected the broker robot\\n (00000002): why",
         "Mesh: rejected the broker 00000003: why",
     ]
+
+
+def test_memory_is_returned_after_long_work_for_another_broker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 66: the periodic check returns it when a broker with many endpoints has come or gone."""
+    monkeypatch.setattr(slices, "SLICE", 10)
+    dispatcher: Any = mock.Mock(options=BrokerOptions())
+    dispatcher.admission.rules, dispatcher.memory.freed = None, False
+    dispatcher.budget.clock.return_value = 0.0
+    engine: Any = mock.Mock()
+    member = MeshMember(1, dispatcher, lambda _number, _host: engine, "here")
+    mesh = member.add(Router()).mesh
+    for endpoints, freed in ((3, False), (1000, True)):
+        mesh.add_broker(OTHER)
+        mesh.snapshot(OTHER, 1)
+        nodes = tuple(frames.Node(number, f"/n{number}") for number in range(1, endpoints + 1))
+        mesh.accept_snapshot(OTHER, Snapshot(9, 0, nodes))
+        while mesh.work.pending:
+            assert not dispatcher.memory.freed
+            member.go_on_reading()
+        assert dispatcher.memory.freed is freed
+        mesh.remove_broker(OTHER)
 
 
 class Alone:
