@@ -1,8 +1,8 @@
 """Messages to bytes and back: the hot path.
 
 A message travels as a msgpack map of field name to value. msgspec does not check values while it encodes, so
-a codec decodes its own result with the typed decoder, and a wrong value raises where the message is sent.
-This check does not copy large binary fields and arrays.
+a codec decodes its own result, and a wrong value raises where the message is sent, as does a nested message
+of a class with other fields. This check does not copy large binary fields and arrays.
 
 Unknown fields are ignored when decoding; missing fields have their defaults, within `decode_budget.py`.
 """
@@ -26,7 +26,7 @@ from actors.interfaces.decode_budget import (
 )
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.explain import explain_decoding, explain_encoding
-from actors.interfaces.fields import BINARY, SequenceWire, fields_of, nested_classes, wired
+from actors.interfaces.fields import BINARY, SequenceWire, fields_of, nested_classes, strict, wired
 from actors.interfaces.literals import INTEGER_RANGE
 from actors.interfaces.message import Message, is_message_type, type_name
 from actors.interfaces.values import bytes_of
@@ -118,6 +118,8 @@ def _verify_hook(wire: type, value: Any) -> object:
 def _encodable(message: Any, *, converts: bool) -> Any:
     """Return a copy of a message in which lists in `uint8[]`, `byte[]` and `char[]` fields are bytes.
 
+    A nested message of a subclass becomes one of the field's class, without the fields that only it has.
+
     Args:
         message: The message.
         converts: As in `Codec`.
@@ -133,17 +135,27 @@ def _encodable(message: Any, *, converts: bool) -> Any:
             value = changed[name] = _converted(kind, value)
         if not kind.is_array:
             if isinstance(value, Message):
-                changed[name] = _encodable(value, converts=converts)
+                changed[name] = _as_field(kind, _encodable(value, converts=converts))
         elif isinstance(value, list | tuple):
             items = cast("list[Any]", value)
             if kind.base in BINARY:
                 changed[name] = bytes_of(items)
             elif kind.message is not None:
                 changed[name] = [
-                    _encodable(each, converts=converts) if isinstance(each, Message) else each
+                    _as_field(kind, _encodable(each, converts=converts))
+                    if isinstance(each, Message)
+                    else each
                     for each in items
                 ]
     return msgspec.structs.replace(message, **changed)
+
+
+def _as_field(kind: FieldType, message: Message) -> Message:
+    """Return an instance of a subclass of a nested message's class as one of that class."""
+    cls = cast("Any", kind.message)
+    if cls is None or type(message) is cls or not isinstance(message, cls):
+        return message
+    return cast("Message", cls(**{name: getattr(message, name) for name in cls.__struct_fields__}))
 
 
 def _converted(kind: FieldType, value: Any) -> Any:
@@ -185,23 +197,11 @@ class Codec(Generic[T]):
         self.converts = False
         encoder = msgspec.msgpack.Encoder(enc_hook=_encode_hook)
 
-        def decoder(of: Any, *, verify: bool = False) -> msgspec.msgpack.Decoder[Any]:
-            return msgspec.msgpack.Decoder(
-                of,
-                dec_hook=_verify_hook if verify else _decode_hook,
-                ext_hook=_measure_extension if verify else _extension_hook,
-            )
+        def decoder(of: Any) -> msgspec.msgpack.Decoder[Any]:
+            return msgspec.msgpack.Decoder(of, dec_hook=_decode_hook, ext_hook=_extension_hook)
 
-        # Three decoders for a type: one message, a batch of them in one call, and the check of what was
-        # just encoded.
-        one, batch, verifier = wired(
-            msg_type,
-            lambda: (
-                decoder(msg_type),
-                decoder(GenericAlias(list, (msg_type,))),
-                decoder(msg_type, verify=True),
-            ),
-        )
+        # Two decoders for a type: one message, and a batch of them in one call.
+        one, batch = wired(msg_type, lambda: (decoder(msg_type), decoder(GenericAlias(list, (msg_type,)))))
         self.budget = budget_of(cast("Any", msg_type))
         self._unchecked, self._always_decoded = self.budget.unchecked, self.budget.always
         # Bound methods as attributes save a lookup per message.
@@ -209,10 +209,23 @@ class Codec(Generic[T]):
         self._encode_into = encoder.encode_into
         self._decode = one.decode
         self._decode_batch = batch.decode
-        self._verify: Callable[[Encoded], object] = verifier.decode
-        self._verifier = verifier.decode
-        if any(cls.__struct_config__.omit_defaults for cls in nested_classes(cast("Any", msg_type))):
-            self._verify = self._verify_omitted
+        self._verify: Callable[[Encoded], object] = self._verify_first
+        self._verifier: Callable[[Encoded], object] = self._verify_first
+
+    def _verify_first(self, data: Encoded) -> None:
+        """Check what was just encoded, with a decoder that is made now: most types are only read."""
+        cls = cast("Any", self.msg_type)
+        self._verifier = wired(
+            cls,
+            lambda: (
+                msgspec.msgpack.Decoder(
+                    strict(cls), dec_hook=_verify_hook, ext_hook=_measure_extension
+                ).decode
+            ),
+        )
+        omits = any(each.__struct_config__.omit_defaults for each in nested_classes(cls))
+        self._verify = self._verify_omitted if omits else self._verifier
+        self._verify(data)
 
     def encode(self, message: T) -> bytes:
         """Return a message as msgpack, verified.

@@ -46,6 +46,24 @@ def _value_at(message: Message, path: str) -> object:
     return value
 
 
+def _wrong_class(message: Message, path: str) -> str:
+    """Return where on a path a nested message has a wrong class, and both classes; "" if none has."""
+    value: Any = message
+    at, kind = "", None
+    for step in _STEP.finditer(path):
+        name, index = step.groups()
+        if name:
+            kind = {field.name: field.type for field in fields_of(cast("Any", type(value)))}[name]
+        value = getattr(value, name) if name else value[int(index)]
+        at += step[0]
+        expected: Any = kind and kind.message
+        if kind is None or expected is None or (name and kind.is_array) or isinstance(value, expected):
+            continue
+        got = message_name(type(value)) if isinstance(value, msgspec.Struct) else type(value).__name__
+        return f"{at}: Expected {message_name(expected)}, got {got}"
+    return ""
+
+
 def _sequence_type(message: Message, path: str) -> FieldType | None:
     """Return the type of the field at the end of `path`, if it is a sequence of anything but messages."""
     owner_path, _, name = path.rpartition(".")
@@ -76,7 +94,7 @@ def _unencodable(message: Message, encode: Callable[[Any], bytes]) -> tuple[str,
     owner: Any = None
     while True:
         children: list[tuple[str, Any]] = []
-        if hasattr(value, "__struct_fields__"):
+        if isinstance(value, msgspec.Struct):
             owner = value
             children = [(f".{name}", getattr(owner, name, None)) for name in owner.__struct_fields__]
         elif type(value) is list:
@@ -115,6 +133,8 @@ def explain_encoding(message: Message, error: BaseException, encode: Callable[[A
     if isinstance(error, msgspec.ValidationError):
         path, reason = _split(error)
         try:
+            if wrong := _wrong_class(message, path):
+                return f"{name}{wrong}"
             value = _value_at(message, path)
             kind = _sequence_type(message, path)
         except (AttributeError, IndexError, KeyError, TypeError):

@@ -15,7 +15,16 @@ if TYPE_CHECKING:
 
     from tests.real_ros.sides import Side
 
-PROGRAM_MODULES = ("declaring", "entities", "names", "private_parts", "qos", "shutting_down", "times")
+PROGRAM_MODULES = (
+    "declaring",
+    "entities",
+    "names",
+    "nested",
+    "private_parts",
+    "qos",
+    "shutting_down",
+    "times",
+)
 """Modules of programs. The functions of the others are for other tests."""
 
 

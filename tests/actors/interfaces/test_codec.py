@@ -24,10 +24,25 @@ from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatus, GoalStatusAr
 from actors.interfaces.codec import Codec, codec_for, decode_untyped
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.geometry_msgs.msg import PoseWithCovariance
+from actors.interfaces.geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovariance,
+    Quaternion,
+    Vector3,
+)
 from actors.interfaces.message import Message
+from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.sensor_msgs.msg import CameraInfo, Image, JointState, LaserScan, NavSatStatus
-from actors.interfaces.std_msgs.msg import ByteMultiArray, Header, Int32MultiArray, String, UInt8MultiArray
+from actors.interfaces.std_msgs.msg import (
+    ByteMultiArray,
+    Empty,
+    Header,
+    Int32MultiArray,
+    String,
+    UInt8MultiArray,
+)
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from proto.errors import CallboardError
 
@@ -35,6 +50,15 @@ from proto.errors import CallboardError
 class Part(Message, type_name="t_msgs/msg/Part"):
     name: Annotated[str, types.AtMost(5)] = ""
     small: types.int8 = 0
+
+
+class Wider(Part):
+    comment: str = ""
+
+
+class Tree(Message, type_name="t_msgs/msg/Tree"):
+    label: str = ""
+    children: list[Tree] = []
 
 
 class All(Message, type_name="t_msgs/msg/All"):
@@ -221,7 +245,12 @@ def test_broken_messages_are_refused_cheaply(raw: bytes) -> None:
             ".parts[1].small: Expected int <= 127, got 1180591620717411303424",
         ),
         ({"part": Part(name="toolong")}, ".part.name: Expected str of length <= 5, got 'toolong'"),
-        ({"part": None}, ".part: Expected object, got None"),
+        ({"part": None}, ".part: Expected t_msgs/msg/Part, got NoneType"),
+        ({"part": {"name": "a"}}, ".part: Expected t_msgs/msg/Part, got dict"),
+        ({"part": Part}, ".part: Expected t_msgs/Part, got MessageType"),
+        ({"part": String(data="a")}, ".part: Expected t_msgs/msg/Part, got std_msgs/msg/String"),
+        ({"parts": [Part(), Empty()]}, ".parts[1]: Expected t_msgs/msg/Part, got std_msgs/msg/Empty"),
+        ({"parts": (Part(), String())}, ".parts[1]: Expected t_msgs/msg/Part, got std_msgs/msg/String"),
         ({"f": object()}, ".f: Expected float64, got object"),
         ({"f": 1j}, ".f: Expected float64, got complex"),
     ],
@@ -236,6 +265,36 @@ def test_wrong_values_raise_where_they_are_sent(changes: dict[str, Any], text: s
     expected = "t_msgs/msg/All" + text.replace(": Expected int16[]", ": Expected int16[<=3]")
     assert str(caught.value).startswith(expected)
     assert isinstance(caught.value, ValueError | CallboardError)
+
+
+def test_a_nested_message_of_another_class_is_never_sent_as_a_new_one() -> None:
+    """At any depth; what has the same fields is sent, as in ROS 2."""
+    path = Path(poses=[PoseStamped(), PoseStamped(pose=cast("Any", Point(x=1.0)))])
+    with pytest.raises(InvalidMessageError) as caught:
+        codec_for(Path).encode(path)
+    text = "nav_msgs/msg/Path.poses[1].pose: Expected geometry_msgs/msg/Pose, got geometry_msgs/msg/Point"
+    assert str(caught.value) == text
+    with pytest.raises(InvalidMessageError, match="got geometry_msgs/msg/Quaternion"):
+        codec_for(Pose).encode(Pose(position=cast("Any", Quaternion(x=1.0))))
+    path.poses[1].pose = Pose(position=cast("Any", Vector3(x=2.0)))
+    assert codec_for(Path).decode(codec_for(Path).encode(path)).poses[1].pose.position == Point(x=2.0)
+    tree = Tree(children=[Tree(label="a")])
+    assert codec_for(Tree).decode(codec_for(Tree).encode(tree)) == tree
+    tree.children[0].children = [cast("Any", String())]
+    with pytest.raises(
+        InvalidMessageError, match=r"children\[0\].children\[0\]: Expected t_msgs/msg/Tree, got"
+    ):
+        codec_for(Tree).encode(tree)
+
+
+def test_nested_messages_of_a_subclass_are_sent_without_its_own_fields() -> None:
+    """Alone and in lists; the outermost message may be of a subclass, too."""
+    wider = Wider(name="a", small=3, comment="local")
+    message = All(part=wider, parts=[wider, Part()])
+    arrived = CODEC.decode(CODEC.encode(message))
+    assert (arrived.part, arrived.parts) == (Part("a", 3), [Part("a", 3), Part()])
+    assert type(arrived.parts[0]) is Part
+    assert codec_for(Part).decode(codec_for(Part).encode(wider)) == Part("a", 3)
 
 
 def test_a_sum_beyond_int64_is_an_error() -> None:
