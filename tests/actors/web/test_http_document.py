@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from actors.web import limits
+from actors.web import limits, log_reader, topic_feed, worker
 from actors.web.server import ROUTES
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "reference" / "http.md").read_text(encoding="utf-8")
@@ -38,6 +38,10 @@ def test_the_limits_are_those_of_the_code() -> None:
         f"clients read them | {unread_of_one} MiB | {limits.MAX_UNREAD_BYTES // mib} MiB |",
         f"| {limits.FIRST_BYTE_SEC:g} s |",
         f"| {limits.UNREAD_SEC:g} s |",
+        f"have arrived | {limits.KEEPALIVE_SEC:g} s |",
+        f"a user reads at the same time | {topic_feed.MAX_TOPICS} |",
+        f"of all who are no user | {log_reader.MAX_READERS} |",
+        f"thread which makes them | {worker.MAX_WAITING} |",
         f"did not arrive within {limits.BODY_SEC:g} s (for signing in, {limits.SIGN_IN_SEC:g} s)",
         f"{limits.MAX_BODY_BYTES // mib} MiB (for signing in, {limits.MAX_SIGN_IN_BYTES // kib} KiB)",
     ):
