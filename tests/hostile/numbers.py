@@ -29,7 +29,8 @@ def find_tests() -> dict[int, list[str]]:
     """Return the tests of each number, as `file::test`; byte-level cases as `file: name`."""
     tests: dict[int, list[str]] = defaultdict(list)
     for path in sorted(TESTS.rglob("test_*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(text)) if _CASES.search(text) else ():
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.name.startswith("test_"):
                 for number in numbers_in(ast.get_docstring(node) or ""):
                     tests[number].append(f"{path.relative_to(TESTS.parent)}::{node.name}")
