@@ -202,7 +202,7 @@ async def test_nodes_leave_a_broker_whose_process_blocks_and_reconnect(system: S
     embedder = await system.python("-c", EMBEDDER, str(system.port))
     await embedder.wait_for_line("up")
     async with actors.Node("hearer", url=system.url) as node:
-        received = aiter(node.create_subscription(Int64, "numbers", qos_profile=10))
+        received = aiter(node.create_subscription(Int64, "numbers", qos_profile=1000))  # none is dropped
         client = node.create_client(AddTwoInts, "nobody")
         async with asyncio.timeout(DEADLINE_SEC):
             assert (await anext(received)).data == 1

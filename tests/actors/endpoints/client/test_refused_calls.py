@@ -103,7 +103,7 @@ async def test_two_large_calls_at_once_succeed(slow: Slow) -> None:
 
 async def test_refused_calls_are_sent_in_order(slow: Slow, monkeypatch: pytest.MonkeyPatch) -> None:
     """Calls that are made while others wait are sent after them, if the broker answers within the delay."""
-    set_limits(monkeypatch, refused_call_delay_sec=0.3)
+    set_limits(monkeypatch, refused_call_delay_sec=1.0)
     slow.client = slow.node.create_client(Blow, "blow")
     calls = [await slow.first()]
     for number in range(1, 4):
