@@ -226,6 +226,8 @@ class Observer:
     def around(self, name: str) -> GraphSnapshot:
         """Return the part of the graph that has a name: what a look at one thing need not search for.
 
+        A thread may call it. The first call after a change of the graph takes as long as the graph is large.
+
         Args:
             name: The full name of a topic, service, action or node. The endpoints of a node and the services
                 and topics of an action are included.
@@ -309,10 +311,14 @@ class Observer:
     async def _follow(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
             began = time.monotonic()
-            self.snapshot = NODE_NAMES.without_own(watch.snapshot)
+            seen = NODE_NAMES.without_own(watch.snapshot)
             self._reported.set()
-            for listener in tuple(self._graph_listeners):
-                listener()
+            # Each stream and each reader of a topic changes this process's own nodes only. The same object as
+            # before says that everything made of it is still good.
+            if seen != self.snapshot:
+                self.snapshot = seen
+                for listener in tuple(self._graph_listeners):
+                    listener()
             spent = time.monotonic() - began
             # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
             await asyncio.sleep(max(CHANGE_PERIOD_SEC, MAX_CHANGE_SHARE * spent))

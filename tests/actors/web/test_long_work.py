@@ -16,13 +16,17 @@ from actors.tools import graph_documents, overview
 from actors.tools.overview import Samples
 from actors.web import calls, javascript_values
 from actors.web.live import echo_panel, overview_panel, panel
+from actors.web.node_names import NODE_NAMES
 from actors.web.routes import calls as call_routes
 from actors.web.routes import graph as graph_routes
+from proto.wire.codes import EntryKind
+from tests.actors.meeting import until
 from tests.actors.web.site import Page
 
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from actors.graph.snapshot import GraphSnapshot
     from tests.actors.meeting import Meeting
     from tests.actors.web.site import Site
 
@@ -91,6 +95,33 @@ async def test_a_document_is_made_once_for_all_who_ask(
     node.create_subscription(String, "/chatter", lambda _: None)
     await site.json_until("/api/graph", lambda graph: len(graph["nodes"]) == 2)
     assert len(made.threads) > 1
+
+
+async def test_what_the_page_itself_reads_is_no_change_of_the_graph(
+    site: Site, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 77: streams open and close all the time; no document is made again for their subscriptions."""
+    await publish(meeting, site)
+    observer, reported = site.observer, list[int]()
+    made = Calls(monkeypatch, graph_routes, "document_of")
+    await site.json("/api/graph")
+    seen, original = observer.snapshot, NODE_NAMES.without_own
+
+    def without_own(snapshot: GraphSnapshot) -> GraphSnapshot:
+        reported.append(snapshot.count(EntryKind.SUBSCRIPTION, "/chatter"))
+        return original(snapshot)
+
+    monkeypatch.setattr(NODE_NAMES, "without_own", without_own)
+    end = observer.on_graph(lambda: reported.append(-1))
+    own = observer.node.create_subscription(String, "/chatter", lambda _: None)
+    await until(lambda: 1 in reported)
+    observer.node.destroy_subscription(own)
+    await until(lambda: reported[-1] == 0)
+    end()
+    assert -1 not in reported
+    assert observer.snapshot is seen
+    await site.json("/api/graph")
+    assert len(made.threads) == 1
 
 
 async def test_panels_work_in_the_thread(
