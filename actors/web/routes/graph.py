@@ -86,10 +86,9 @@ def _one(find: Callable[..., dict[str, Any] | None], noun: str) -> Callable[[web
     async def handler(request: web.Request) -> web.Response:
         workspace, name = workspace_of(request), name_in(request)
         observer = workspace.observer
-        part = observer.around(name)
 
         def made() -> bytes:
-            found = find(part, name, observer.broker_names())
+            found = find(observer.around(name), name, observer.broker_names())
             if found is None:
                 raise NotFoundError(f"There is no {noun} {name!r}")
             return encode_json(found)

@@ -17,6 +17,7 @@ from actors.tools.overview import Samples
 from actors.web import calls, javascript_values
 from actors.web.live import echo_panel, overview_panel, panel
 from actors.web.node_names import NODE_NAMES
+from actors.web.observer import Observer
 from actors.web.routes import calls as call_routes
 from actors.web.routes import graph as graph_routes
 from proto.wire.codes import EntryKind
@@ -39,6 +40,7 @@ DOCUMENTS: Final[tuple[tuple[str, Any, str], ...]] = (
     ("/api/overview", overview.Overview, "as_dict"),
     ("/api/overview", Samples, "add"),
     ("/api/topics/chatter", graph_documents, "mismatches_of"),
+    ("/api/topics/chatter", Observer, "around"),
     ("/api/topics/chatter/form", call_routes, "form_of"),
 )
 
