@@ -143,6 +143,10 @@ class MeshImports:
         for frame in snapshot.declarations:
             if frame.id not in known.ids:  # type: ignore[union-attr]
                 self._declare(broker, known, frame)
+                # There are too many. So are the others, which need not be decoded again.
+                if frame.id not in known.ids:  # type: ignore[union-attr]
+                    self._count_refused(len(numbers) - len(known.ids) - 1)
+                    return
             yield
 
     def accept_change(self, broker: int, change: Change) -> bool:
@@ -218,9 +222,12 @@ class MeshImports:
         self._deliver(deliveries)
 
     def _refuse(self, broker: int, text: str) -> None:
-        self.refused += 1
-        self._router.refusals.count += 1
+        self._count_refused(1)
         self._report_refusal(broker, text)
+
+    def _count_refused(self, count: int) -> None:
+        self.refused += count
+        self._router.refusals.count += count
 
     def _remove(self, broker: int, known: _Broker, number: int) -> None:
         endpoint = known.ids.pop(number, 0)

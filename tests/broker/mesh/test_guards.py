@@ -16,7 +16,7 @@ from tests.broker.mesh.network import MeshBroker
 from tests.seams.brokers import endpoint_keys
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
 FAKE = 1000
 """The first number of brokers that do not answer."""
@@ -285,6 +285,33 @@ def test_a_snapshot_is_no_more_imported_when_its_broker_has_gone(monkeypatch: py
     attack.mesh.remove_broker(THERE)
     finish(attack)
     assert keys_of(attack, THERE) == set()
+
+
+def test_a_snapshot_is_decoded_no_further_than_the_limit_of_endpoints() -> None:
+    """Case 66: what is beyond it counts as refused, and keeps nothing out of a later snapshot within it."""
+    attack = Attack(max_endpoints=6)
+    decoded = 0
+
+    class Declarations(tuple[frames.Frame, ...]):
+        __slots__ = ()
+
+        def __iter__(self) -> Iterator[frames.Frame]:
+            nonlocal decoded
+            for each in super().__iter__():
+                decoded += 1
+                yield each
+
+    def take(version: int, declarations: tuple[frames.Frame, ...]) -> set[int]:
+        attack.mesh.accept_heartbeat(THERE, Heartbeat(version, {HERE: (1, attack.number[THERE])}))
+        assert asked(attack) == [THERE]
+        attack.mesh.accept_snapshot(THERE, Snapshot(1, version, declarations))
+        finish(attack)
+        return keys_of(attack, THERE)
+
+    assert take(50, Declarations(nodes(100))) == set(range(10, 16))
+    assert decoded == 100 + 7
+    assert attack.broker.router.refusals.count == attack.mesh.counts()["refused"] == 94
+    assert take(51, nodes(5, first=200)) == set(range(200, 205))
 
 
 def test_snapshots_that_are_imported_share_a_limit_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
