@@ -127,7 +127,7 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
     atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers
-    os.environ["XDG_CONFIG_HOME"] = os.environ["XDG_STATE_HOME"] = folder.name
+    os.environ.update(dict.fromkeys(("XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_CACHE_HOME"), folder.name))
     if sys.dont_write_bytecode and sys.pycache_prefix is None:
         _cache_bytecode(config.rootpath / ".pytest_cache" / "bytecode")
 

@@ -14,6 +14,7 @@
     AMENT_PREFIX_PATH    folders that packages of ROS 2 are installed in
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
+    XDG_CACHE_HOME       parent folder of files that can be written again; ~/.cache if unset
     ROS_DOMAIN_ID        the same as CALLBOARD_DOMAIN, for programs written for ROS 2, if that is unset
     ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
     AMENT_PREFIX_PATH    folders where such programs find interface packages, in share
@@ -209,6 +210,11 @@ def config_folder(environ: Mapping[str, str] | None = None) -> str:
 def state_folder(environ: Mapping[str, str] | None = None) -> str:
     """Return the folder of callboard's logs, which need not exist."""
     return _own_folder("XDG_STATE_HOME", "~/.local/state", environ)
+
+
+def cache_folder(environ: Mapping[str, str] | None = None) -> str:
+    """Return the folder of what callboard can write again, which need not exist."""
+    return _own_folder("XDG_CACHE_HOME", "~/.cache", environ)
 
 
 def log_level(environ: Mapping[str, str] | None = None) -> str | None:

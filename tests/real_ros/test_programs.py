@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 PROGRAM_MODULES = (
     "declaring",
     "entities",
+    "index",
     "names",
     "nested",
     "private_parts",

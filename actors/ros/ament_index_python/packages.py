@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path  # noqa: TC003 - as in ROS 2, annotations can be read
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from actors.ros.ament_index_python.resources import get_resources
-from actors.tools.executables import find_package
+from actors.tools.executables import DataPackage, find_package
 from actors.tools.prefixes import PACKAGES
 
 if TYPE_CHECKING:
@@ -52,6 +52,8 @@ def get_package_share_directory(package_name: str, print_warning: bool = True) -
 
 def _package(name: str) -> Package:
     found = find_package(name)
+    if found is None and (prefix := get_packages_with_prefixes().get(name)):
+        return DataPackage(Path(prefix), name)  # one of callboard's own
     if found is None:
         raise PackageNotFoundError(
             f"No package '{name}' is installed, in this Python or in AMENT_PREFIX_PATH"

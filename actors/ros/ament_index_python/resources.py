@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path  # noqa: TC003 - as in ROS 2, annotations can be read
 
 from actors.regular_files import read_regular_text
-from actors.tools.prefixes import INDEX, prefixes, resource
+from actors.ros.ament_index_python.search_paths import search_folders
+from actors.tools.prefixes import INDEX
 
 
 class InvalidResourceTypeNameError(ValueError):
@@ -37,11 +38,11 @@ def get_resource_path(resource_type: str, resource_name: str) -> Path:
         InvalidResourceNameError: There can be no such name.
     """
     _check(resource_type, resource_name)
-    prefix = resource(resource_type, resource_name)
+    prefix = _prefix(resource_type, resource_name)
     if prefix is None:
         raise LookupError(
             f"No resource '{resource_name}' of type '{resource_type}' in any of: "
-            f"{', '.join(map(str, prefixes()))}"
+            f"{', '.join(map(str, search_folders()))}"
         )
     return prefix / INDEX / resource_type / resource_name
 
@@ -54,7 +55,7 @@ def get_resources(resource_type: str) -> dict[str, str]:
     """
     _check_type(resource_type)
     found: dict[str, str] = {}
-    for prefix in prefixes():
+    for prefix in search_folders():
         folder = prefix / INDEX / resource_type
         for each in sorted(folder.iterdir()) if folder.is_dir() else ():
             if each.is_file() and not each.name.startswith("."):
@@ -64,7 +65,7 @@ def get_resources(resource_type: str) -> dict[str, str]:
 
 def get_resource_types() -> set[str]:
     """Return the types of resources that there are."""
-    folders = [each / INDEX for each in prefixes() if (each / INDEX).is_dir()]
+    folders = [each / INDEX for each in search_folders() if (each / INDEX).is_dir()]
     return {each.name for folder in folders for each in folder.iterdir() if each.is_dir()}
 
 
@@ -76,8 +77,12 @@ def has_resource(resource_type: str, resource_name: str) -> str | bool:
         InvalidResourceNameError: There can be no such name.
     """
     _check(resource_type, resource_name)
-    found = resource(resource_type, resource_name)
+    found = _prefix(resource_type, resource_name)
     return False if found is None else str(found)
+
+
+def _prefix(resource_type: str, name: str) -> Path | None:
+    return next((each for each in search_folders() if (each / INDEX / resource_type / name).is_file()), None)
 
 
 def _check(resource_type: str, resource_name: str) -> None:

@@ -1,21 +1,19 @@
-"""Message classes by their types."""
+"""Classes of interfaces by their types."""
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
-
-from actors.ros.rosidl_runtime_py.utilities import get_message
 
 if TYPE_CHECKING:
     from actors.interfaces.slot_types import NamespacedType
 
 
 def import_message_from_namespaced_type(message_type: NamespacedType) -> Any:
-    """Return the class of a type that another message contains.
+    """Return the class of a type, such as one that a message contains.
 
     Raises:
-        ValueError: It is no type of a message file.
-        AttributeError: There is no such message.
+        AttributeError: There is no such interface.
         ModuleNotFoundError: There is no such package.
     """
-    return get_message("/".join(message_type.namespaced_name()))
+    return getattr(importlib.import_module(".".join(message_type.namespaces)), message_type.name)

@@ -2,11 +2,51 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 from actors.interfaces.action import is_action_type
 from actors.interfaces.message import Service, is_message_type
+from actors.interfaces.slot_types import NamespacedType
+from actors.ros.rosidl_runtime_py.import_message import import_message_from_namespaced_type
+
+_PARTS = 3
+"""Of a name: the package, the kind and the type."""
+
+
+def get_namespaced_type(identifier: str) -> NamespacedType:
+    """Return the type of an interface: "std_msgs/msg/String".
+
+    Raises:
+        ValueError: This is no such name.
+    """
+    return _namespaced_type(identifier, "")
+
+
+def get_message_namespaced_type(identifier: str) -> NamespacedType:
+    """Return the type of a message: "std_msgs/msg/String" or "std_msgs/String".
+
+    Raises:
+        ValueError: This is no such name.
+    """
+    return _namespaced_type(identifier, "msg")
+
+
+def get_service_namespaced_type(identifier: str) -> NamespacedType:
+    """Return the type of a service: "std_srvs/srv/SetBool" or "std_srvs/SetBool".
+
+    Raises:
+        ValueError: This is no such name.
+    """
+    return _namespaced_type(identifier, "srv")
+
+
+def get_action_namespaced_type(identifier: str) -> NamespacedType:
+    """Return the type of an action: "nav2_msgs/action/Spin" or "nav2_msgs/Spin".
+
+    Raises:
+        ValueError: This is no such name.
+    """
+    return _namespaced_type(identifier, "action")
 
 
 def get_interface(identifier: str) -> Any:
@@ -20,12 +60,7 @@ def get_interface(identifier: str) -> Any:
         AttributeError: The package has no such interface.
         ModuleNotFoundError: There is no such package.
     """
-    package, *kind, name = identifier.split("/")
-    if len(kind) != 1 or not (package and kind[0] and name):
-        raise ValueError(
-            f"Expected the name of an interface, such as std_msgs/msg/String; got '{identifier}'"
-        )
-    return getattr(importlib.import_module(f"{package}.{kind[0]}"), name)
+    return import_message_from_namespaced_type(get_namespaced_type(identifier))
 
 
 def get_message(identifier: str) -> Any:
@@ -36,7 +71,7 @@ def get_message(identifier: str) -> Any:
         AttributeError: The package has no such message.
         ModuleNotFoundError: There is no such package.
     """
-    interface = get_interface(identifier)
+    interface = import_message_from_namespaced_type(get_message_namespaced_type(identifier))
     if not is_message(interface):
         raise ValueError(f"Expected the name of a message; got '{identifier}'")
     return interface
@@ -50,7 +85,7 @@ def get_service(identifier: str) -> Any:
         AttributeError: The package has no such service.
         ModuleNotFoundError: There is no such package.
     """
-    interface = get_interface(identifier)
+    interface = import_message_from_namespaced_type(get_service_namespaced_type(identifier))
     if not is_service(interface):
         raise ValueError(f"Expected the name of a service; got '{identifier}'")
     return interface
@@ -64,7 +99,7 @@ def get_action(identifier: str) -> Any:
         AttributeError: The package has no such action.
         ModuleNotFoundError: There is no such package.
     """
-    interface = get_interface(identifier)
+    interface = import_message_from_namespaced_type(get_action_namespaced_type(identifier))
     if not is_action(interface):
         raise ValueError(f"Expected the name of an action; got '{identifier}'")
     return interface
@@ -83,3 +118,14 @@ def is_service(interface: object) -> bool:
 def is_action(interface: object) -> bool:
     """Return whether this is an action class."""
     return is_action_type(interface)
+
+
+def _namespaced_type(identifier: str, kind: str) -> NamespacedType:
+    parts = identifier.split("/")
+    if len(parts) == _PARTS - 1:
+        parts.insert(1, kind)
+    if len(parts) != _PARTS or not all(parts):
+        raise ValueError(
+            f"Expected the name of an interface, such as std_msgs/msg/String; got '{identifier}'"
+        )
+    return NamespacedType(parts[:-1], parts[-1])

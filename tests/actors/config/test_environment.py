@@ -11,6 +11,7 @@ import pytest
 from actors.config.environment import (
     InvalidEnvironmentError,
     broker_url,
+    cache_folder,
     color_wish,
     config_folder,
     domain_id,
@@ -134,6 +135,7 @@ def test_folders_are_where_the_standard_says() -> None:
     for folder, variable, usual in (
         (config_folder, "XDG_CONFIG_HOME", "~/.config"),
         (state_folder, "XDG_STATE_HOME", "~/.local/state"),
+        (cache_folder, "XDG_CACHE_HOME", "~/.cache"),
     ):
         assert folder({variable: "/x"}) == "/x/callboard"
         assert folder({}) == folder({variable: "x"}) == str(Path(usual).expanduser() / "callboard")

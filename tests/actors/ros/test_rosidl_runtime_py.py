@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -33,13 +34,16 @@ def test_interfaces_are_found_by_name() -> None:
     assert utilities.get_service("std_srvs/srv/SetBool") is SetBool
     assert utilities.get_action("example_interfaces/action/Fibonacci") is Fibonacci
     assert utilities.get_interface("std_srvs/srv/SetBool") is SetBool
+    assert utilities.get_message("std_msgs/String") is String
+    assert utilities.get_service("std_srvs/SetBool") is SetBool
+    assert utilities.get_action("example_interfaces/Fibonacci") is Fibonacci
     assert rosidl_runtime_py.import_message_from_namespaced_type(Header.SLOT_TYPES[0]) is Time  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("get", "name", "error"),
     [
-        (utilities.get_message, "std_msgs/String", ValueError),
+        (utilities.get_interface, "std_msgs/String", ValueError),
         (utilities.get_message, "std_msgs//String", ValueError),
         (utilities.get_message, "std_srvs/srv/SetBool", ValueError),
         (utilities.get_service, "std_msgs/msg/String", ValueError),
@@ -81,3 +85,42 @@ def test_messages_are_rendered() -> None:
         "stamp": NamespacedType(["builtin_interfaces", "msg"], "Time"),
         "frame_id": UnboundedString(),
     }
+
+
+def test_interfaces_are_listed_by_kind() -> None:
+    """Those of packages that have any, without parts of services and actions."""
+    packages = ["std_srvs", "example_interfaces"]
+    services = {"std_srvs": ["srv/Empty", "srv/SetBool", "srv/Trigger"]}
+    assert services.items() <= rosidl_runtime_py.get_service_interfaces(packages).items()
+    assert "std_srvs" not in rosidl_runtime_py.get_message_interfaces(packages)
+    assert rosidl_runtime_py.get_action_interfaces() == {
+        "action_tutorials_interfaces": ["action/Fibonacci"],
+        "example_interfaces": ["action/Fibonacci"],
+        "tf2_msgs": ["action/LookupTransform"],
+    }
+    assert rosidl_runtime_py.get_interfaces(["std_srvs"]) == services
+    assert "std_srvs" in rosidl_runtime_py.get_interface_packages()
+    with pytest.raises(LookupError, match="no_such_msgs"):
+        rosidl_runtime_py.get_interfaces(["no_such_msgs"])
+
+
+@pytest.mark.parametrize("name", ["std_srvs/srv/SetBool", "std_srvs/srv/SetBool.srv"])
+def test_an_interface_has_a_file(name: str) -> None:
+    """With or without its ending."""
+    assert Path(rosidl_runtime_py.get_interface_path(name)).read_text().startswith("bool data\n---\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("String", ValueError),
+        ("std_msgs//String", ValueError),
+        ("std_msgs/../String", ValueError),
+        ("no_such_msgs/msg/String", LookupError),
+        ("std_msgs/msg/Strong", LookupError),
+    ],
+)
+def test_no_interface_has_no_file(name: str, error: type[Exception]) -> None:
+    """The error is that of ROS 2."""
+    with pytest.raises(error):
+        rosidl_runtime_py.get_interface_path(name)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.ros import ament_index_python as index
+from actors.ros.interface_resources import MAX_FOLDERS, interface_prefix
 from actors.tools.prefixes import INDEX
 
 if TYPE_CHECKING:
@@ -57,3 +58,44 @@ def test_names_are_no_paths() -> None:
         index.get_resources("")
     with pytest.raises(index.InvalidResourceNameError):
         index.get_resource("plugins", "..")
+
+
+def test_bundled_interface_packages_are_installed(prefix: Path) -> None:
+    """As folders with the texts of their types, which another package of the same name replaces."""
+    share = index.get_package_share_path("std_srvs")
+    assert (share / "srv" / "SetBool.srv").read_text().split() == [
+        "bool",
+        "data",
+        "---",
+        "bool",
+        "success",
+        "string",
+        "message",
+    ]
+    content, folder = index.get_resource("rosidl_interfaces", "std_srvs")
+    assert content.splitlines() == ["srv/Empty.srv", "srv/SetBool.srv", "srv/Trigger.srv"]
+    assert index.get_package_prefix("std_srvs") == folder == index.get_search_paths()[-1]
+    assert {"std_msgs", "example_interfaces"} <= index.get_packages_with_prefixes().keys()
+    (prefix / INDEX / "packages" / "std_srvs").touch()
+    assert index.get_package_prefix("std_srvs") == str(prefix)
+
+
+def test_the_folders_of_other_versions_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All but the newest."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = tmp_path / "callboard" / "interfaces"
+    for name in "abcd":
+        (folder / name).mkdir(parents=True)
+    prefix = interface_prefix()
+    kept = set(folder.iterdir())
+    assert prefix in kept
+    assert len(kept) == MAX_FOLDERS
+
+
+def test_a_cache_that_cannot_be_written_to_is_not_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The folder is a temporary one then."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    assert (interface_prefix() / "share" / "std_msgs" / "msg" / "String.msg").is_file()
