@@ -10,6 +10,7 @@ WEB_READY := $(VENV)/.web-ready
 ROS2 := build/ros2
 ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
+NPM_READY := $(NPM)/.ready
 
 .PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
 .DEFAULT_GOAL := check
@@ -23,9 +24,11 @@ $(DEMO_READY): pyproject.toml
 	@touch $@
 
 # Ten times as much, which the demo need not wait for.
+EXTRAS ?= dev
+
 $(READY): $(DEMO_READY)
 	@echo "Installing the tools of tests and checks (once) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(EXTRAS)]'
 	@touch $@
 
 demo: $(DEMO_READY)
@@ -138,14 +141,18 @@ hostile: $(READY)
 	@$(BIN)/python -m tests.hostile.attack --json build/hostile.json $(if $(PEERS),--peers) $(ATTACKS)
 
 # The page in Chromium, and the types of its scripts. Needs npm; on Debian it installs Chromium if that is missing.
-$(WEB_READY): $(READY) tests/browser/package.json
+$(NPM_READY): tests/browser/package.json
 	@command -v npm >/dev/null || { echo "make web-test needs npm (Debian: apt install npm)"; exit 1; }
+	@echo "Adding npm packages to $(NPM) (once) ..."
+	@mkdir -p $(NPM) && cp tests/browser/package.json $(NPM)/ && npm install --silent --no-audit --no-fund --prefix $(NPM)
+	@touch $@
+
+$(WEB_READY): $(READY) $(NPM_READY)
 	@command -v chromium >/dev/null || command -v chromium-browser >/dev/null || { \
 		echo "Installing Chromium ..." && apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium \
 		>/dev/null; } || { echo "make web-test needs Chromium (Debian: apt install chromium)"; exit 1; }
-	@echo "Adding Playwright to $(VENV), and npm packages to $(NPM) (once) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,browser]'
-	@mkdir -p $(NPM) && cp tests/browser/package.json $(NPM)/ && npm install --silent --no-audit --no-fund --prefix $(NPM)
+	@$(BIN)/python -c 'import playwright' 2>/dev/null || { echo "Adding Playwright to $(VENV) (once) ..." && \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,browser]'; }
 	@touch $@
 
 web-types: $(WEB_READY)
@@ -162,8 +169,10 @@ web-unit: web-types
 	@cp -r tests/browser/unit build/web/ && echo '{"type": "module"}' > build/web/package.json
 	@cd build/web && node --test --test-reporter=dot unit/*.test.mjs
 
+WEB_WORKERS ?= auto
+
 web-test: web-unit
-	@$(BIN)/python -m pytest --numprocesses=auto tests/browser $(PYTEST_FLAGS)
+	@$(BIN)/python -m pytest --numprocesses=$(WEB_WORKERS) tests/browser $(PYTEST_FLAGS)
 
 # The page in front of 500 nodes: how long it loads and answers, what it holds, what it costs the broker.
 web-bench: $(WEB_READY)
