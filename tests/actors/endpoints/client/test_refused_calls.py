@@ -22,7 +22,13 @@ if TYPE_CHECKING:
 
     from tests.actors.meeting import Meeting
 
-SIZE = 5 * 1024 * 1024
+MIB = 1024 * 1024
+LIMIT = MIB
+"""Bytes of calls that may wait for the server."""
+SIZE = LIMIT * 5 // 8
+"""Of a call beside which no other one fits."""
+FIRST_SIZE = 16 * MIB
+"""Much more than the kernel keeps for a connection that is not read."""
 
 
 class Slow:
@@ -50,7 +56,7 @@ class Slow:
     async def first(self) -> asyncio.Future[Blow.Response]:
         """Make call 0, which uses up the limit, and wait until the broker has it."""
         before = self.meeting.broker.stats().pending_calls
-        call = self.call(0, 8 * SIZE)
+        call = self.call(0, FIRST_SIZE)
         await until(lambda: self.meeting.broker.stats().pending_calls > before)
         return call
 
@@ -80,7 +86,7 @@ def _number(body: bytes) -> int:
 
 @pytest.fixture
 async def slow(meeting: Meeting) -> AsyncIterator[Slow]:
-    await meeting.restart_broker(keepalive_sec=60)
+    await meeting.restart_broker(keepalive_sec=60, max_queued_call_bytes=LIMIT)
     async with AsyncExitStack() as stack:
         server = await stack.enter_async_context(link(meeting.broker, "/server"))
         server.send(frames.Service(1, 0, "/blow", type_name(Blow), type_hash(Blow), None))
