@@ -45,7 +45,10 @@ ResponseT = TypeVar("ResponseT")
 EventT = TypeVar("EventT")
 """As in rclpy, for annotations."""
 
-__getattr__ = imported_names(__name__, "CallbackGroup Clock Context QoSProfile ServiceIntrospectionState")
+__getattr__ = imported_names(
+    __name__,
+    "CallbackGroup Clock Context QoSProfile ServiceIntrospectionState SrvType SrvTypeRequest SrvTypeResponse",
+)
 
 
 class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT, EventT]):

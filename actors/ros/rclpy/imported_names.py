@@ -58,6 +58,7 @@ NAMES_BY_HOME: Final = {
     "actors.ros.rclpy.task": "Future",
     "actors.ros.rclpy.timer": "Timer TimerInfo",
     "actors.ros.rclpy.topic_endpoint_info": "TopicEndpointInfo",
+    "actors.ros.rclpy.type_support": "MsgType SrvType SrvTypeRequest SrvTypeResponse",
     "actors.ros.rclpy.utilities": "get_default_context timeout_sec_to_nsec",
     "actors.ros.rclpy.validate_full_topic_name": "validate_full_topic_name",
     "actors.ros.rclpy.validate_namespace": "validate_namespace",

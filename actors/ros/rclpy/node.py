@@ -52,14 +52,15 @@ __getattr__ = imported_names(
     __name__,
     "Context Executor FloatingPointRange IntegerRange InvalidHandle "
     "InvalidParameterTypeException InvalidParameterValueException InvalidTopicNameException "
-    "ListParametersResult MessageInfo PARAMETER_SEPARATOR_STRING Parameter "
+    "ListParametersResult MessageInfo MsgType PARAMETER_SEPARATOR_STRING Parameter "
     "ParameterAlreadyDeclaredException ParameterDescriptor ParameterEvent "
     "ParameterImmutableException ParameterNotDeclaredException ParameterType "
     "ParameterUninitializedException ParameterValue PublisherEventCallbacks "
     "QoSOverridingOptions ROSClock RcutilsLogger SetParametersResult SubscriptionEventCallbacks "
     "TimerInfo TopicEndpointInfo Waitable expand_topic_name get_logger "
     "qos_profile_parameter_events validate_full_topic_name validate_namespace "
-    "validate_node_name validate_parameter_name validate_topic_name",
+    "validate_node_name validate_parameter_name validate_topic_name SrvType "
+    "SrvTypeRequest SrvTypeResponse",
 )
 
 

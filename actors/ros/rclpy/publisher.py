@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MsgT = TypeVar("MsgT", bound=Message)
 
-__getattr__ = imported_names(__name__, "CallbackGroup Duration PublisherEventCallbacks QoSProfile")
+__getattr__ = imported_names(__name__, "CallbackGroup Duration MsgType PublisherEventCallbacks QoSProfile")
 
 
 class Publisher(Destroyable, Generic[MsgT]):

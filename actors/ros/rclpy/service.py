@@ -22,7 +22,10 @@ ResponseT = TypeVar("ResponseT")
 EventT = TypeVar("EventT")
 """As in rclpy, for annotations."""
 
-__getattr__ = imported_names(__name__, "CallbackGroup Clock QoSProfile ServiceIntrospectionState")
+__getattr__ = imported_names(
+    __name__,
+    "CallbackGroup Clock QoSProfile ServiceIntrospectionState SrvType SrvTypeRequest SrvTypeResponse",
+)
 
 
 class RequestHeader:

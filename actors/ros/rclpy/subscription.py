@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 MsgT = TypeVar("MsgT", bound=Message)
 
-__getattr__ = imported_names(__name__, "CallbackGroup QoSProfile SubscriptionEventCallbacks")
+__getattr__ = imported_names(__name__, "CallbackGroup MsgType QoSProfile SubscriptionEventCallbacks")
 
 
 class MessageInfo(TypedDict):

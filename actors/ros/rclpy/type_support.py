@@ -15,6 +15,11 @@ SrvT = TypeVar("SrvT")
 SrvRequestT = TypeVar("SrvRequestT")
 SrvResponseT = TypeVar("SrvResponseT")
 SrvEventT = TypeVar("SrvEventT")
+MsgType = TypeVar("MsgType")
+SrvType = TypeVar("SrvType")
+SrvTypeRequest = TypeVar("SrvTypeRequest")
+SrvTypeResponse = TypeVar("SrvTypeResponse")
+"""The last four: older names, which programs import from the modules that have used them."""
 
 
 def _is_service_type(srv_type: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rclpy import client, node, publisher, service, subscription
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -234,3 +235,10 @@ def implementation():
     """Import the module of C."""
     names = ("RCLError", "InvalidHandle", "UnknownROSArgsError", "NodeNameNonExistentError")
     return [issubclass(getattr(rclpy_implementation, each), Exception) for each in names]
+
+
+def type_variables():
+    """Import the older names of type variables, as programs do for annotations."""
+    names = ("MsgType", "SrvType", "SrvTypeRequest", "SrvTypeResponse")
+    modules = (client, node, publisher, service, subscription)
+    return {each.__name__.split(".")[-1]: [name for name in names if hasattr(each, name)] for each in modules}
