@@ -317,8 +317,9 @@ class Observer:
             # before says that everything made of it is still good.
             if seen != self.snapshot:
                 self.snapshot = seen
-                for listener in tuple(self._graph_listeners):
-                    listener()
+            # In any case: a broker that was started again may have the same graph, and other rules.
+            for listener in tuple(self._graph_listeners):
+                listener()
             spent = time.monotonic() - began
             # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
             await asyncio.sleep(max(CHANGE_PERIOD_SEC, MAX_CHANGE_SHARE * spent))
