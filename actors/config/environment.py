@@ -18,6 +18,9 @@
     ROS_DOMAIN_ID        the same as CALLBOARD_DOMAIN, for programs written for ROS 2, if that is unset
     ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
     AMENT_PREFIX_PATH    folders where such programs find interface packages, in share
+    RCUTILS_CONSOLE_OUTPUT_FORMAT  such programs' log lines, as in ROS 2
+    RCUTILS_COLORIZED_OUTPUT       1: such programs colour log lines; 0: they do not
+    RCUTILS_LOGGING_USE_STDOUT     1: such programs write the log to stdout
     NO_COLOR             set to anything: no colours
     FORCE_COLOR          set to anything: colours, also where there is no terminal
 

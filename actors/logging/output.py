@@ -6,13 +6,16 @@
 from __future__ import annotations
 
 import logging
+import re
 import sys
+import time
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from actors.config import environment
 from actors.logging.severity import ROOT_NAME, LoggingSeverity, severity_from_name
-from actors.logging.terminal_text import log_line
+from actors.logging.terminal_text import escape_controls, in_color, log_line
+from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -51,11 +54,14 @@ class RosFormatter(logging.Formatter):
 
     Args:
         color: Whether to colour a line by its level.
+        pattern: The line in place of ROS 2's usual one, with ROS 2's names in braces, such as
+            "{severity} {name}: {message}"; what else is in braces stays. None: the usual one.
     """
 
-    def __init__(self, *, color: bool = False) -> None:
+    def __init__(self, *, color: bool = False, pattern: str | None = None) -> None:
         super().__init__()
         self._color = color
+        self._pattern = pattern
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line, or several if the message has line ends or a traceback.
@@ -65,7 +71,42 @@ class RosFormatter(logging.Formatter):
         """
         label = _LABELS.get(record.levelno, record.levelname)
         name = record.name.removeprefix(ROOT_NAME + ".")
-        return log_line(label, stamp_ns(record), name, full_text(record), color=self._color)
+        if self._pattern is None:
+            return log_line(label, stamp_ns(record), name, full_text(record), color=self._color)
+        line = _PLACE.sub(lambda place: _value(place[1], record, label, name), self._pattern)
+        return in_color(line, label) if self._color else line
+
+
+_PLACE: Final = re.compile(
+    "{(severity|name|message|function_name|file_name|line_number|time|time_as_nanoseconds|date_time_with_ms)}"
+)
+
+
+def _value(kind: str, record: logging.LogRecord, label: str, name: str) -> str:
+    """Return what a pattern has for a name in braces."""
+    stamp = stamp_ns(record)
+    seconds, nanoseconds = divmod(stamp, 10**9)
+    match kind:
+        case "severity":
+            value = label
+        case "name":
+            value = escape(name)
+        case "message":
+            value = escape_controls(full_text(record))
+        case "function_name":
+            value = escape(record.funcName or "")
+        case "file_name":
+            value = escape(record.pathname)
+        case "line_number":
+            value = str(record.lineno)
+        case "time":
+            value = f"{seconds}.{nanoseconds:09d}"
+        case "date_time_with_ms":
+            value = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(seconds))
+            value += f".{nanoseconds // 10**6:03d}"
+        case _:
+            value = str(stamp)
+    return value
 
 
 class _RosHandler(logging.StreamHandler["TextIO"]):
@@ -75,9 +116,9 @@ class _RosHandler(logging.StreamHandler["TextIO"]):
 # By stream, because `sys.stderr` may be replaced at any time (pytest and `contextlib.redirect_stderr` do).
 # Only one is kept: a handler would keep a closed stream alive.
 @lru_cache(maxsize=1)
-def _handler(stream: TextIO, *, color: bool) -> _RosHandler:
+def _handler(stream: TextIO, *, color: bool, pattern: str | None = None) -> _RosHandler:
     handler = _RosHandler(stream)
-    handler.setFormatter(RosFormatter(color=color))
+    handler.setFormatter(RosFormatter(color=color, pattern=pattern))
     return handler
 
 
@@ -93,6 +134,7 @@ def configure_logging(
     stream: TextIO | None = None,
     color: bool | None = None,
     only_fatal: bool = False,
+    pattern: str | None = None,
 ) -> None:
     """Send all log records of this process to a stream in ROS 2's format. For scripts, not for libraries.
 
@@ -105,6 +147,7 @@ def configure_logging(
         color: Whether to use colours; None: as NO_COLOR and FORCE_COLOR say, else if it is a terminal.
         only_fatal: Whether to write only fatal records of callboard's loggers. The others go to `/rosout` and
             to the program's own handlers nevertheless.
+        pattern: The line in place of ROS 2's usual one, as `RosFormatter` gets it.
 
     Raises:
         ValueError: The level is unknown.
@@ -118,7 +161,8 @@ def configure_logging(
     if root.handlers and stream is None:
         return
     target = sys.stderr if stream is None else stream
-    handler = _handler(target, color=_wants_color(target) if color is None else color)
+    color = _wants_color(target) if color is None else color
+    handler = _handler(target, color=color, pattern=pattern)
     handler.filters = [_is_fatal_or_foreign] if only_fatal else []
     root.addHandler(handler)
 

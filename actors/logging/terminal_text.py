@@ -39,6 +39,9 @@ def log_line(label: str, stamp_ns: int, name: str, message: str, *, color: bool)
     """
     seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
     text = f"[{label}] [{seconds}.{nanoseconds:09d}] [{escape(name)}]: {escape_controls(message)}"
-    if color and label in LEVEL_COLORS:
-        return f"{LEVEL_COLORS[label]}{text}{RESET}"
-    return text
+    return in_color(text, label) if color else text
+
+
+def in_color(text: str, label: str) -> str:
+    """Return a text in the colour of a level, if that has one."""
+    return f"{LEVEL_COLORS[label]}{text}{RESET}" if label in LEVEL_COLORS else text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable
 from typing import Any, Protocol, TypeAlias, TypeVar
 
@@ -88,6 +89,13 @@ class ParameterCallbacks:
             for callback in tuple(self.on_set):
                 outcome = callback([*parameters])
                 # The first refusal decides; later callbacks are not asked.
+                if getattr(outcome, "successful", None) is None:
+                    warnings.warn(
+                        f"The on-set callback {callback!r} returned {outcome!r}, not a SetParametersResult:"
+                        " the values are refused",
+                        stacklevel=2,
+                    )
+                    return "an on-set callback returned no SetParametersResult"
                 if not outcome.successful:
                     return outcome.reason or "an on-set callback refused it"
             return ""

@@ -149,10 +149,15 @@ def _from_program(traceback: TracebackType | None) -> TracebackType | None:
     return first or traceback
 
 
-def set_up_logging(arguments: RosArguments) -> None:
-    """Send the process's log to stderr, with the levels of the arguments and the environment."""
+def set_up_logging(arguments: RosArguments, **output: Any) -> None:
+    """Send the process's log to stderr, with the levels of the arguments and the environment.
+
+    Args:
+        arguments: The arguments.
+        output: Further options of `configure_logging`.
+    """
     level = arguments.log_level or environment.log_level() or LoggingSeverity.INFO
-    configure_logging(level, only_fatal=not arguments.stdout_logs)
+    configure_logging(level, only_fatal=not arguments.stdout_logs, **output)
     for name, severity in arguments.logger_levels:
         get_logger(name).set_level(severity)
 

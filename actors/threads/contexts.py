@@ -50,6 +50,12 @@ class Contexts:
                 return
         raise LookupError(f"{value!r} has not been entered in this thread")
 
+    def leave_soon(self, value: object) -> None:
+        """Leave a context if it is entered; an error of its end is one of the thread."""
+        for held in self._held:
+            if value is held.context or value is held.value:
+                held.leave_soon()
+
     async def leave_all(self) -> None:
         """Leave all contexts."""
         while self._held:
@@ -110,6 +116,10 @@ class HeldContext:
         if not self.entered.done():
             self.task.result()
         return self.value
+
+    def leave_soon(self) -> None:
+        """Leave it, without waiting."""
+        self._leave.set()
 
     async def leave(self) -> None:
         """Leave it; raise its error."""

@@ -153,6 +153,19 @@ class NodeThread:
         """
         self._thread.call(self._contexts.leave(context), None)
 
+    def leave_soon(self, context: AbstractAsyncContextManager[Any]) -> None:
+        """Leave a node without waiting for it, in any thread, in finalizers, too.
+
+        An error of its end ends the thread. It is none if the node is not entered.
+
+        Args:
+            context: As for `leave`.
+
+        Raises:
+            ThreadStopped: The thread does not run.
+        """
+        self._thread.post(self._contexts.leave_soon, context)
+
     @overload
     def call(self, work: Coroutine[Any, Any, T], timeout_sec: float | None = ...) -> T: ...
 

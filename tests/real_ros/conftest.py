@@ -40,8 +40,8 @@ def real(real_environ: dict[str, str]) -> Iterator[Side]:
 
 
 @pytest.fixture(scope="session")
-def face() -> Iterator[Side]:
-    """callboard's ROS face, with a broker.
+def face_url() -> Iterator[str]:
+    """The URL of a broker for callboard's ROS face.
 
     The broker is a process, too: as long as a thread ran one here, simulated histories of this worker counted
     what its channels did.
@@ -49,14 +49,19 @@ def face() -> Iterator[Side]:
     command = (sys.executable, "-m", "broker", "--port", "0")
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as broker:
         assert broker.stdout is not None
-        url = broker.stdout.readline().split()[-1]
-        environ = {"CALLBOARD_URL": url, "PYTHONPATH": str(ROOT / "tests" / "interfaces")}  # for test_msgs
-        side = Side(FACE_COMMAND, environ)
         try:
-            yield side
-            side.close()
+            yield broker.stdout.readline().split()[-1]
         finally:
             broker.terminate()  # `with` waits for its end
+
+
+@pytest.fixture(scope="session")
+def face(face_url: str) -> Iterator[Side]:
+    """callboard's ROS face."""
+    environ = {"CALLBOARD_URL": face_url, "PYTHONPATH": str(ROOT / "tests" / "interfaces")}  # for test_msgs
+    side = Side(FACE_COMMAND, environ)
+    yield side
+    side.close()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -380,6 +380,16 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
+        ("actions.wrong_answers_to_cancellations",),
+        "The response to a cancellation that is rejected has the code for it, as in C++. rclpy's has none.",
+    ),
+    Difference(
+        "program",
+        ("actions.wrong_result",),
+        "A result that is None is an empty one. rclpy raises an AttributeError where the server spins.",
+    ),
+    Difference(
+        "program",
         ("shutting_down.too_late_with_an_executor",),
         "An ExternalShutdownException, as for a shutdown while it waits. rclpy raises an RCLError.",
     ),

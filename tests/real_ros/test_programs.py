@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tests.real_ros.sides import Side
 
 PROGRAM_MODULES = (
+    "actions",
     "declaring",
     "entities",
     "index",
@@ -25,6 +26,7 @@ PROGRAM_MODULES = (
     "qos",
     "shutting_down",
     "times",
+    "waitables",
 )
 """Modules of programs. The functions of the others are for other tests."""
 

@@ -9,7 +9,7 @@ import threading
 import warnings
 import weakref
 from concurrent.futures import CancelledError
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from inspect import ismethod
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar
 
@@ -25,12 +25,15 @@ from actors.ros.process_thread import process_thread
 from actors.ros.rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
 from actors.ros.rclpy.destroyable import VALID, Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
+from actors.ros.rclpy.console_output import console_output
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.runtime.run import set_up_logging
+from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator, Sequence
     from concurrent.futures import Future as Reply
+    from contextlib import AbstractAsyncContextManager
     from types import TracebackType
 
     from actors.threads.node_thread import NodeThread
@@ -74,6 +77,8 @@ class Context:
         # Weak, as in rclpy: a node that a program drops is destroyed with its last reference, not with the
         # context.
         self._nodes: tuple[weakref.ref[ContextNode], ...] = ()
+        self._natives: weakref.WeakSet[AbstractAsyncContextManager[Any]] = weakref.WeakSet()
+        """The nodes of callboard. Some outlive theirs: those of publishers that a program keeps."""
         self._executors: tuple[weakref.ref[ContextExecutor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
         self._waits: tuple[Reply[Any], ...] = ()
@@ -111,7 +116,8 @@ class Context:
             RuntimeError: It has been initialized before, or the domain is negative.
             UnknownROSArgsError: A ROS argument is unknown.
             RCLError: A ROS argument is wrong.
-            InvalidEnvironmentError: The domain of the environment is not an integer from 0 to 232.
+            InvalidEnvironmentError: The domain of the environment is not an integer from 0 to 232, or a
+                variable of the log is neither 0 nor 1.
         """
         with self._lock:
             if domain_id is not None and domain_id < 0:
@@ -121,7 +127,7 @@ class Context:
             self.arguments = _parsed(sys.argv if args is None else args)
             self.domain_id = environment_domain(ros=True) if domain_id is None else domain_id
             if initialize_logging:
-                set_up_logging(self.arguments)
+                set_up_logging(self.arguments, **console_output())
             # After everything that can fail: no thread starts for a context with wrong arguments.
             self._thread = _thread_for(self)
             self._initialized = self._ok = True
@@ -163,6 +169,10 @@ class Context:
         """Forget a node."""
         with self._lock:
             self._nodes = tuple(each for each in self._nodes if each() not in {None, node})
+
+    def track_native(self, native: AbstractAsyncContextManager[Any]) -> None:
+        """Leave a node of callboard when the context is shut down, if it has not been left by then."""
+        self._natives.add(native)
 
     def track_executor(self, executor: ContextExecutor) -> None:
         """Wake an executor when the context ends."""
@@ -228,6 +238,7 @@ class Context:
         # First, so that spinning threads stop before their nodes are destroyed.
         self.end()
         with ExitStack() as last_first:  # after an error it still calls the others
+            last_first.callback(self._leave_natives)
             for callback in reversed(callbacks):
                 last_first.callback(_call, callback)
             for each in reversed(nodes):
@@ -235,6 +246,12 @@ class Context:
                 if node is not None:
                     last_first.callback(node.destroy_node)
         return True
+
+    def _leave_natives(self) -> None:
+        for native in tuple(self._natives):
+            with suppress(ThreadStopped, LookupError):  # it has been left
+                if self._thread is not None:
+                    self._thread.leave(native)
 
     def on_shutdown(self, callback: Callable[[], object]) -> None:
         """Call a function when the context is shut down, or at once if it has been.

@@ -34,8 +34,13 @@ DESTROYED: Final = Handle(is_valid=False)
 
 
 class Destroyable:
-    """A publisher, or an entity: something with `destroy`."""
+    """A publisher, or an entity: something with `destroy`.
 
+    Attributes:
+        lifeline: Keeps callboard's node in service, for those that are of use without the node.
+    """
+
+    lifeline: object = None
     _is_destroyed = False
 
     @property

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, TYPE_CHECKING, cast
 
+from actors.ros.rclpy.destroyable import Handle
 from actors.ros.rclpy.entity import Entity
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -14,6 +15,14 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
 
 __getattr__ = imported_names(__name__, "CallbackGroup Context get_default_context")
+
+
+class GuardHandle(Handle):
+    """A handle by which the wait sets of waitables get guard conditions."""
+
+    def __init__(self, guard: GuardCondition, *, is_valid: bool) -> None:
+        super().__init__(is_valid=is_valid)
+        self.guard = guard
 
 
 class GuardCondition(Entity):
@@ -27,13 +36,19 @@ class GuardCondition(Entity):
     def __init__(
         self,
         callback: Callable[[], Any] | None,
-        callback_group: CallbackGroup,
+        callback_group: CallbackGroup | None,
         context: Context | None = None,
     ) -> None:
-        super().__init__(callback_group)
+        # None in a waitable, which runs in its own group.
+        super().__init__(cast("CallbackGroup", callback_group))
         self.callback = callback
         self.watcher: Entity | None = None
         self._triggered = False
+
+    @property
+    def handle(self) -> GuardHandle:
+        """In place of rclpy's handle; waitables add it to wait sets."""
+        return GuardHandle(self, is_valid=not self._is_destroyed)
 
     def trigger(self) -> None:
         """Run the callback soon, once for all triggers before that."""

@@ -30,6 +30,7 @@ from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
 from actors.ros.rclpy.timer import Rate, Timer
 from actors.ros.rclpy.utilities import get_default_context
+from actors.ros.rclpy.waitable import Waitable, WaitableEntity
 from actors.ros.rclpy.imported_names import imported_names
 from proto.errors import InvalidNameError
 
@@ -57,7 +58,7 @@ __getattr__ = imported_names(
     "ParameterImmutableException ParameterNotDeclaredException ParameterType "
     "ParameterUninitializedException ParameterValue PublisherEventCallbacks "
     "QoSOverridingOptions ROSClock RcutilsLogger SetParametersResult SubscriptionEventCallbacks "
-    "TimerInfo TopicEndpointInfo Waitable expand_topic_name get_logger "
+    "TimerInfo TopicEndpointInfo expand_topic_name get_logger "
     "qos_profile_parameter_events validate_full_topic_name validate_namespace "
     "validate_node_name validate_parameter_name validate_topic_name SrvType "
     "SrvTypeRequest SrvTypeResponse",
@@ -134,6 +135,7 @@ class Node(NodeParameters, NodeGraph):
         if not self._context.track_node(self):  # another thread has shut it down meanwhile
             self.destroy_node()
             raise NotInitializedException("cannot create node")
+        self._callboard.track()
 
     # Identity
 
@@ -252,18 +254,24 @@ class Node(NodeParameters, NodeGraph):
         yield from self._callboard.of(GuardCondition)
 
     @property
-    def waitables(self) -> Iterator[Entity]:
+    def waitables(self) -> Iterator[Waitable[Any] | Entity]:
         """Its other entities, such as action servers."""
         kinds = (Subscription, Client, Service, Timer, GuardCondition)
-        yield from (each for each in self._callboard.all_entities() if not isinstance(each, kinds))
+        for each in self._callboard.all_entities():
+            if isinstance(each, WaitableEntity):
+                yield each.waitable
+            elif not isinstance(each, kinds):
+                yield each
 
-    def add_waitable(self, waitable: Entity) -> None:
+    def add_waitable(self, waitable: Waitable[Any] | Entity) -> None:
         """Run the callbacks of another entity, such as an action server."""
-        self._callboard.add(waitable)
+        self._callboard.add(WaitableEntity(waitable) if isinstance(waitable, Waitable) else waitable)
 
-    def remove_waitable(self, waitable: Entity) -> None:
+    def remove_waitable(self, waitable: Waitable[Any] | Entity) -> None:
         """Stop running the callbacks of an entity that was added."""
-        self._callboard.detach(waitable)
+        for each in self._callboard.all_entities():
+            if each is waitable or (isinstance(each, WaitableEntity) and each.waitable is waitable):
+                self._callboard.detach(each)
 
     def create_publisher(
         self,
@@ -301,6 +309,7 @@ class Node(NodeParameters, NodeGraph):
             )
         )
         publisher = publisher_class(self._context, parts.thread, native, profile, handlers)
+        publisher.lifeline = parts.lifeline
         parts.publishers.append(publisher)
         for each in handlers:
             parts.add(each)
@@ -372,6 +381,7 @@ class Node(NodeParameters, NodeGraph):
             callback_group or self._default_callback_group,
             qos_profile,
         )
+        client.lifeline = self._callboard.lifeline
         self._callboard.add(client)
         return client
 

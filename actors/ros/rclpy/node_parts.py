@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity, EntityExecutor, EntityNode
     from actors.ros.rclpy.publisher import Publisher
+    from actors.threads.node_thread import NodeThread
 
 T = TypeVar("T")
 
@@ -39,6 +40,16 @@ JUMP_DEPTH: Final = 10
 """Calls of jump callbacks that wait for the executor; then the oldest are dropped."""
 _NATIVE_OVERRIDES: Final = {START_TYPE_DESCRIPTION_SERVICE_PARAM}
 """Parameters whose overrides callboard's node gets, too: it reads them when it is made."""
+
+
+class Lifeline:
+    """Held by a node and its publishers and clients: without these it leaves the graph, as in rclpy."""
+
+
+def _abandon(thread: NodeThread, native: NativeNode) -> None:
+    """Take a node out of service that nobody has any more; in any thread."""
+    with suppress(ThreadStopped):
+        thread.leave_soon(native)
 
 
 class NodeParts:
@@ -55,6 +66,7 @@ class NodeParts:
     Attributes:
         context: The context.
         thread: The thread in which callboard's node lives.
+        lifeline: Keeps callboard's node in service.
         clock: The clock.
         jumps: Makes the calls of its jump callbacks; the node adds it to its entities.
         allow_undeclared: Whether reading and setting undeclared parameters is no error.
@@ -107,6 +119,9 @@ class NodeParts:
         self.jumps = QueuedCalls(self.thread, group)
         jump_calls = RecentCalls(self.jumps, JUMP_DEPTH)
         self.clock = self.thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
+        self.lifeline = Lifeline()
+        # Not at exit: the context ends then.
+        weakref.finalize(self.lifeline, _abandon, self.thread, self._native).atexit = False
         # Entered with a weak reference: the thread holds it as long as the node runs, and must not hold the
         # parts.
         self.thread.enter(_entered(self.native, weakref.ref(self)))
@@ -126,6 +141,10 @@ class NodeParts:
         if self.destroyed:
             raise InvalidHandle(f"The node {self._native.get_fully_qualified_name()} has been destroyed")
         return self._native
+
+    def track(self) -> None:
+        """Let the end of the context wait for the end of callboard's node, if there is no other node."""
+        self.context.track_native(self._native)
 
     def leave(self) -> None:
         """Take callboard's node out of service."""
@@ -200,12 +219,6 @@ class NodeParts:
         if (node_name, namespace) not in self.query(self.native.get_node_names_and_namespaces):
             raise NodeNameNonExistentError(f"Cannot find node '{node_name}' in namespace '{namespace}'")
         return self.query(query, node_name, namespace)
-
-    # Parameters
-
-    def set_native_parameter(self, parameter: Parameter) -> None:
-        """Set one of the parameters that callboard's node has, too, such as `use_sim_time`."""
-        self.thread.call(lambda: self.native.set_parameters([parameter]))
 
 
 @asynccontextmanager

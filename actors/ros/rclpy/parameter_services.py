@@ -10,6 +10,7 @@ from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.qos import qos_profile_parameter_events
 
 if TYPE_CHECKING:
+    from actors.parameters.types import Parameter
     import threading
     from collections.abc import Callable
 
@@ -44,19 +45,26 @@ def publish_changes(node: ServingNode, store: ParameterStore) -> None:
     """Publish each change of the parameters, and tell the native node whether time is simulated."""
     events = node.create_publisher(ParameterEvent, "/parameter_events", qos_profile_parameter_events)
 
+    events.lifeline = None  # the node's services have the store, and what publishes its changes
+    parts, clock, name = parts_of(node), node.get_clock(), node.get_fully_qualified_name()
+    thread, native = parts.thread, parts.native
+
+    def set_native(parameter: Parameter) -> None:
+        thread.call(lambda: native.set_parameters([parameter]))
+
+    # Without the node and its parts, which have this function: they would never be without references.
     def publish(changes: ParameterChanges) -> None:
-        stamp = node.get_clock().now().to_msg()
-        events.publish(event_message(changes, stamp, node.get_fully_qualified_name()))
+        events.publish(event_message(changes, clock.now().to_msg(), name))
         for each in (*changes.new, *changes.changed):
             if each.name == "use_sim_time":
                 # callboard's node reads the time, and so must know; the other parameters are in this store
                 # alone.
-                parts_of(node).set_native_parameter(each)
+                set_native(each)
 
     store.listeners.append(publish)
     simulated = store.get("use_sim_time")
     if simulated.value:  # from an override, which is set before there are listeners
-        parts_of(node).set_native_parameter(simulated)
+        set_native(simulated)
 
 
 def serve_parameters(node: ServingNode, store: ParameterStore, lock: threading.RLock) -> None:

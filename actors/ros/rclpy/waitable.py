@@ -7,17 +7,21 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.guard_condition import GuardHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
+    from types import TracebackType
+
     from actors.ros.rclpy.guard_condition import GuardCondition
+    from actors.ros.rclpy.task import Future
 
 T = TypeVar("T")
 
 
-@dataclass(init=False, slots=True)
+@dataclass(init=False, repr=False, slots=True)
 class NumberOfEntities:
     """Numbers of the entities that a waitable has, by kind."""
 
@@ -46,25 +50,30 @@ class NumberOfEntities:
 
     __iadd__ = __add__
 
+    def __repr__(self) -> str:
+        numbers = ", ".join(str(getattr(self, each.name)) for each in fields(self))
+        return f"<NumberOfEntities({numbers})>"
+
 
 class WaitSet:
     """The guard conditions that a waitable waits for, and which of them were triggered.
 
     Args:
-        waitable: The waitable.
+        entity: The entity of the waitable.
     """
 
-    def __init__(self, waitable: Waitable[Any]) -> None:
-        self._waitable = waitable
+    def __init__(self, entity: Entity) -> None:
+        self._entity = entity
         self._guards: list[GuardCondition] = []
         self._triggered: list[bool] = []
 
-    def add_guard_condition(self, guard_condition: GuardCondition) -> int:
-        """Wait for a guard condition that is not the node's; return its index."""
+    def add_guard_condition(self, guard_condition: GuardHandle | GuardCondition) -> int:
+        """Wait for a guard condition that is not the node's, given by its handle; return its index."""
+        guard = guard_condition.guard if isinstance(guard_condition, GuardHandle) else guard_condition
         # A trigger then queues the waitable, and not the guard condition, which has no callback group of
         # its own here.
-        guard_condition.watcher = self._waitable
-        self._guards.append(guard_condition)
+        guard.watcher = self._entity
+        self._guards.append(guard)
         return len(self._guards) - 1
 
     def collect(self) -> None:
@@ -82,8 +91,8 @@ class WaitSet:
         return self._triggered[index]
 
 
-class Waitable(Entity, Generic[T]):
-    """An entity that programs define: override `add_to_wait_set`, `is_ready`, `take_data` and `execute`.
+class Waitable(Generic[T]):
+    """Something with work: programs override `add_to_wait_set`, `is_ready`, `take_data` and `execute`.
 
     After a trigger of one of its guard conditions, and after each `execute`, the executor calls
     `add_to_wait_set` and `is_ready`, then `take_data` and `execute` if it is ready.
@@ -93,9 +102,27 @@ class Waitable(Entity, Generic[T]):
     """
 
     def __init__(self, callback_group: CallbackGroup) -> None:
-        super().__init__(callback_group)
+        self.callback_group = callback_group
         callback_group.add_entity(self)
-        self._wait_set: WaitSet | None = None
+
+    def __enter__(self) -> None:
+        """Called by rclpy's executors; not by callboard's."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        """Called by rclpy's executors; not by callboard's."""
+        raise NotImplementedError("Must be implemented by subclass")
+
+    def add_future(self, future: Future[Any]) -> None:
+        """Do nothing: a future that `execute` completes calls its callbacks there."""
+
+    def remove_future(self, future: Future[Any]) -> None:
+        """Do nothing; see `add_future`."""
 
     def is_ready(self, wait_set: WaitSet) -> bool:
         """Return whether there is something to execute."""
@@ -117,6 +144,22 @@ class Waitable(Entity, Generic[T]):
         """Add its guard conditions to a wait set, and keep their indices for `is_ready`."""
         raise NotImplementedError("Must be implemented by subclass")
 
+
+class WaitableEntity(Entity):
+    """Runs a waitable. An object of its own: programs give theirs any attributes, such as `node`.
+
+    Args:
+        waitable: The waitable.
+
+    Attributes:
+        waitable: The waitable.
+    """
+
+    def __init__(self, waitable: Waitable[Any]) -> None:
+        super().__init__(waitable.callback_group)
+        self.waitable = waitable
+        self._wait_set: WaitSet | None = None
+
     def has_work(self) -> bool:
         """Return whether the executor should call `take`."""
         # Once at the start: it may be ready before any trigger.
@@ -127,12 +170,14 @@ class Waitable(Entity, Generic[T]):
         # A new one each time, as rclpy's executors make one for each wait; programs may add other
         # conditions each time.
         wait_set = self._wait_set = WaitSet(self)
-        self.add_to_wait_set(wait_set)
+        self.waitable.add_to_wait_set(wait_set)
         wait_set.collect()
-        return partial(self._execute, self.take_data()) if self.is_ready(wait_set) else None
+        if not self.waitable.is_ready(wait_set):
+            return None
+        return partial(self._execute, self.waitable.take_data())
 
-    async def _execute(self, taken_data: T) -> None:
-        await self.execute(taken_data)
+    async def _execute(self, taken_data: Any) -> None:
+        await self.waitable.execute(taken_data)
         # It may be ready again without a trigger, for example if it handles one item of several.
         self.notify()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import warnings
 
 import numpy as np
 from rcl_interfaces.msg import (
@@ -377,3 +378,23 @@ def descriptor_without_type():
         node.declare_parameter("a", 1)
         node.set_descriptor("a", ParameterDescriptor(description="new"))
         return node.describe_parameter("a").type
+
+
+def on_set_callbacks_without_an_answer():
+    """Set a parameter while a callback returns what is no result."""
+    with running_node() as node, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        node.declare_parameter("a", 1)
+        results = []
+        for answer in (None, True, "text", SetParametersResult(successful=True)):
+
+            def check(parameters, answer=answer):
+                return answer
+
+            node.add_on_set_parameters_callback(check)
+            results.append(outcome(lambda: node.set_parameters([Parameter("a", value=2)])[0].successful))
+            results.append(
+                outcome(lambda: node.set_parameters_atomically([Parameter("a", value=3)]).successful)
+            )
+            node.remove_on_set_parameters_callback(check)
+        return [results, [each.category.__name__ for each in caught]]

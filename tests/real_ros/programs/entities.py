@@ -285,3 +285,26 @@ def services_of_clients_and_servers():
 
         spin_until(node, lambda: len(listed()) == 2)
         return listed()
+
+
+def node_without_references():
+    """Forget a node: it leaves the graph."""
+    with running_node() as node:
+        other = Node("other", context=node.context)
+        publisher = other.create_publisher(String, "t", 1)
+        spin_until(node, lambda: "other" in node.get_node_names())
+        del other, publisher
+        spin_until(node, lambda: "other" not in node.get_node_names())
+        return "other" in node.get_node_names()
+
+
+def node_with_a_publisher_that_is_kept():
+    """Forget a node, and keep its publisher."""
+    with running_node() as node:
+        received = []
+        node.create_subscription(String, "t", lambda message: received.append(message.data), 1)
+        publisher = Node("other", context=node.context).create_publisher(String, "t", 1)
+        spin_until(node, lambda: publisher.get_subscription_count() == 1)
+        publisher.publish(String(data="x"))
+        spin_until(node, lambda: received)
+        return [received, "other" in node.get_node_names()]

@@ -116,6 +116,7 @@ class ActionClient(QueuedCalls):
         )
         convert_assignments(action_type.Goal)
         prepare(action_type.Feedback, action_type.Result)
+        self.lifeline = parts_of(node).lifeline
         node.add_waitable(self)
 
     def wait_for(self, work: Callable[[], Coroutine[Any, Any, T]]) -> T:

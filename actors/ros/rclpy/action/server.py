@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from asyncio import CancelledError
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
 from actors.actions.server_callbacks import GoalResponse as GoalResponse
@@ -28,6 +28,10 @@ __getattr__ = imported_names(
     "Future GoalInfo GoalStatus NumberOfEntities QoSProfile Waitable await_or_execute "
     "qos_profile_action_status_default qos_profile_services_default",
 )
+
+AnswerT = TypeVar("AnswerT", GoalResponse, CancelResponse)
+WARNING_PERIOD_SEC: Final = 1.0
+"""Time between two warnings about wrong answers of a callback."""
 
 
 def default_goal_callback(goal_request: object) -> GoalResponse:
@@ -71,6 +75,8 @@ class ServerGoalHandle(GoalHandle["NativeHandle[Any, Any, Any]"]):
 
     def execute(self, execute_callback: Callable[[Any], Any] | None = None) -> None:
         """Start the execution of an accepted goal, by the server's callback or by another one."""
+        if not self.is_active:
+            raise RCLError("The goal has ended")
         self._server.call(lambda: self._native.execute(self._server.executing(execute_callback)))
 
     def publish_feedback(self, feedback: Any) -> None:
@@ -128,6 +134,7 @@ class ActionServer(QueuedCalls):
         self.register_cancel_callback(cancel_callback)
         self.register_execute_callback(execute_callback)
         self.action_type = action_type
+        self._logger = node.get_logger().get_child("action_server")
         self._handles: dict[bytes, ServerGoalHandle] = {}
         """Handles of the goals that have not ended. Only the loop changes it."""
         prepare(action_type.Goal)
@@ -172,11 +179,22 @@ class ActionServer(QueuedCalls):
     async def _decide(self, request: Any) -> GoalResponse:
         answer = await self.run(lambda: self._goal_callback(rosidl_values(request)))
         # As in rclpy: a callback that forgets to return rejects.
-        return answer if isinstance(answer, GoalResponse) else GoalResponse.REJECT
+        return self._checked(answer, GoalResponse.REJECT, "goal")
 
     async def _cancel(self, native: NativeHandle[Any, Any, Any]) -> CancelResponse:
         answer = await self.run(self._cancel_callback, self._handle_of(native))
-        return answer if isinstance(answer, CancelResponse) else CancelResponse.REJECT
+        return self._checked(answer, CancelResponse.REJECT, "cancel")
+
+    def _checked(self, answer: object, default: AnswerT, kind: str) -> AnswerT:
+        if isinstance(answer, type(default)):
+            return answer
+        # Clients cause as many of these as they like.
+        self._logger.warning(
+            f"The {kind} callback of {self._native.action_name} returned {answer!r}, not a"
+            f" {type(default).__name__}: rejected",
+            throttle_duration_sec=WARNING_PERIOD_SEC,
+        )
+        return default
 
     async def _accepted(self, native: NativeHandle[Any, Any, Any]) -> None:
         with suppress(CancelledError):  # the node is being left, which aborts the goal

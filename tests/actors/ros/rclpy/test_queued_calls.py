@@ -83,15 +83,15 @@ def test_a_request_without_an_answer_does_not_hold_up_a_shutdown(context: Contex
             return response
 
         server.create_service(Trigger, "stop", stop)
-        client = Node("client", context=context).create_client(Trigger, "stop")
+        node = Node("client", context=context)
+        client = node.create_client(Trigger, "stop")
         executor = SingleThreadedExecutor(context=inner)
         executor.add_node(server)
         reply = client.call_async(Trigger.Request())
         executor.spin_once(DEADLINE_SEC)
     assert took[0] < STOP_TIMEOUT_SEC / 2
     with SingleThreadedExecutor(context=context) as waiting:
-        assert isinstance(client.node, Node)
-        waiting.add_node(client.node)
+        waiting.add_node(node)
         with pytest.raises(ServiceUnavailable):
             spun(waiting, reply)
 
