@@ -30,6 +30,9 @@ BACKLOG: Final = 1024
 """Connections that the kernel holds until they are accepted. It drops the next one, whose client tries again
 after a second only."""
 
+ACCEPTS_PER_TURN: Final = 64
+"""Connections that are accepted in one loop turn: about a millisecond, also if most make room at once."""
+
 FIRST_BYTE_SEC: Final = 10.0
 """Seconds for the first byte of a connection to arrive, which with HTTPS comes after the handshake."""
 

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from actors.web import limits
+from actors.web.accepting import Acceptor
 from actors.web.connection import RECEIVE_BYTES, WebConnection
 from actors.web.connection_table import ConnectionTable
 from actors.web.refusals import Refusal, Refusals
@@ -31,7 +32,7 @@ class WebListener:
     def __init__(self) -> None:
         self._table = ConnectionTable[WebConnection]()
         self._by_protocol: dict[asyncio.BaseProtocol, WebConnection] = {}
-        self._server: asyncio.Server | None = None
+        self._acceptor: Acceptor | None = None
         self.refusals = Refusals(self._table.__len__)
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))
         self.port = 0
@@ -54,15 +55,21 @@ class WebListener:
         self._http = http
         loop = asyncio.get_running_loop()
         connect = partial(WebConnection, self, loop)
-        self._server = await loop.create_server(
-            connect if tls is None else _encrypted(connect, tls, loop), host, port, backlog=limits.BACKLOG
-        )
-        self.port = self._server.sockets[0].getsockname()[1]
+        protocol = connect if tls is None else _encrypted(connect, tls, loop)
+        # For its sockets only: it would open connections in the order of their arrival.
+        server = await loop.create_server(protocol, host, port, start_serving=False)
+        sockets = [each.dup() for each in server.sockets]
+        server.close()
+        for each in sockets:
+            each.listen(limits.BACKLOG)
+        self.port = sockets[0].getsockname()[1]
+        self._acceptor = Acceptor(protocol, partial(self.count, Refusal.ROOM))
+        self._acceptor.start(sockets)
 
-    def stop_listening(self) -> None:
+    async def stop_listening(self) -> None:
         """Accept no more connections."""
-        if self._server is not None:
-            self._server.close()
+        if self._acceptor is not None:
+            await self._acceptor.stop()
 
     def close(self) -> None:
         """End all connections."""

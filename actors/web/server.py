@@ -187,7 +187,7 @@ class WebServer:
         traceback: TracebackType | None,
     ) -> None:
         """Disconnect all browsers."""
-        self._listener.stop_listening()
+        await self._listener.stop_listening()
         await self._runner.cleanup()
         self._listener.close()
 
