@@ -13,6 +13,8 @@ import pytest
 pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).parents[3]
+OTHERS = ("hypothesispytest", "pytest_cov", "randomly", "timeout", "xdist", "xdist.looponfail")
+"""Plugins that are installed here, and take longer to load than all else."""
 
 USER_TESTS = """
 import actors
@@ -67,9 +69,8 @@ def user(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.P
 
 def run(user: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run the user's tests with the plugin of this tree, whichever is installed."""
-    return user.runpytest_subprocess(
-        "-p", "no:callboard", "-p", "actors.testing.plugin", "-p", "no:cacheprovider", *arguments
-    )
+    without = [f"-pno:{name}" for name in ("callboard", "cacheprovider", *OTHERS)]
+    return user.runpytest_subprocess(*without, "-p", "actors.testing.plugin", *arguments)
 
 
 @pytest.mark.parametrize("mode", ["strict", "auto"])
