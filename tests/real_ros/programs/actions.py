@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.executors import SingleThreadedExecutor
 from test_msgs.action import Fibonacci
 
 from tests.real_ros.programs.errors import outcome
-from tests.real_ros.programs.running import running_node, spin_until
+from tests.real_ros.programs.running import running_node
+
+SPIN_SEC = 10.0
 
 
-def _run(node, **callbacks):
+@contextmanager
+def _running():
+    """Give a node, and what spins until a future is done: one executor, whose tasks execute the goals."""
+    with running_node() as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        yield node, lambda future: executor.spin_until_future_complete(future, timeout_sec=SPIN_SEC)
+
+
+def _run(node, spin, **callbacks):
     """Send a goal to a server with these callbacks; return the goal's handle."""
 
     def execute(goal):
@@ -20,16 +34,16 @@ def _run(node, **callbacks):
     client = ActionClient(node, Fibonacci, "count")
     client.wait_for_server(timeout_sec=5.0)
     sent = client.send_goal_async(Fibonacci.Goal(order=1))
-    spin_until(node, sent.done)
+    spin(sent)
     return sent.result(), server, client
 
 
 def goal():
     """Send a goal. Without its feedback, which rclpy may lose: a server need not have matched its clients."""
-    with running_node() as node:
-        handle, _, _ = _run(node)
+    with _running() as (node, spin):
+        handle, _, _ = _run(node, spin)
         result = handle.get_result_async()
-        spin_until(node, result.done)
+        spin(result)
         return [handle.accepted, result.result().status, list(result.result().result.sequence)]
 
 
@@ -37,8 +51,8 @@ def wrong_answers():
     """Answer goals with what is no answer."""
 
     def answer(value):
-        with running_node() as node:
-            return _run(node, goal_callback=lambda goal: value)[0].accepted
+        with _running() as (node, spin):
+            return _run(node, spin, goal_callback=lambda goal: value)[0].accepted
 
     return [answer(each) for each in (None, True, 2, "accept", GoalResponse.ACCEPT, GoalResponse.REJECT)]
 
@@ -47,12 +61,12 @@ def wrong_answers_to_cancellations():
     """Answer cancellations with what is no answer."""
 
     def answer(value):
-        with running_node() as node:
+        with _running() as (node, spin):
             handle, _, _ = _run(
-                node, handle_accepted_callback=lambda goal: None, cancel_callback=lambda goal: value
+                node, spin, handle_accepted_callback=lambda goal: None, cancel_callback=lambda goal: value
             )
             cancelling = handle.cancel_goal_async()
-            spin_until(node, cancelling.done)
+            spin(cancelling)
             return [cancelling.result().return_code, len(cancelling.result().goals_canceling)]
 
     return [answer(each) for each in (None, True, 2, "accept", CancelResponse.ACCEPT, CancelResponse.REJECT)]
@@ -60,27 +74,27 @@ def wrong_answers_to_cancellations():
 
 def raising_goal_callback():
     """Let the goal callback raise."""
-    with running_node() as node:
+    with _running() as (node, spin):
 
         def fail(goal):
             raise ZeroDivisionError
 
-        return outcome(lambda: _run(node, goal_callback=fail)[0].accepted)
+        return outcome(lambda: _run(node, spin, goal_callback=fail)[0].accepted)
 
 
 def wrong_result():
     """Return what is no result."""
 
     def result(value):
-        with running_node() as node:
+        with _running() as (node, spin):
 
             def execute(goal):
                 goal.succeed()
                 return value
 
-            handle, _, _ = _run(node, execute_callback=execute)
+            handle, _, _ = _run(node, spin, execute_callback=execute)
             future = handle.get_result_async()
-            spin_until(node, future.done)
+            spin(future)
             return [future.result().status, list(future.result().result.sequence)]
 
     return [outcome(result, each) for each in (None, Fibonacci.Result(sequence=[1]))]
@@ -88,29 +102,29 @@ def wrong_result():
 
 def raising_execution():
     """Let the execution raise."""
-    with running_node() as node:
+    with _running() as (node, spin):
 
         def execute(goal):
             raise ZeroDivisionError
 
-        handle, _, _ = _run(node, execute_callback=execute)
+        handle, _, _ = _run(node, spin, execute_callback=execute)
         future = handle.get_result_async()
-        spin_until(node, future.done)
+        spin(future)
         return [future.result().status, list(future.result().result.sequence)]
 
 
 def execution_without_an_end():
     """Return from the execution without a state."""
-    with running_node() as node:
-        handle, _, _ = _run(node, execute_callback=lambda goal: Fibonacci.Result(sequence=[4]))
+    with _running() as (node, spin):
+        handle, _, _ = _run(node, spin, execute_callback=lambda goal: Fibonacci.Result(sequence=[4]))
         future = handle.get_result_async()
-        spin_until(node, future.done)
+        spin(future)
         return [future.result().status, list(future.result().result.sequence)]
 
 
 def states():
     """Change the state of a goal in a wrong order."""
-    with running_node() as node:
+    with _running() as (node, spin):
         steps = []
 
         def execute(goal):
@@ -119,15 +133,15 @@ def states():
             steps.extend([goal.is_active, goal.status, outcome(goal.succeed), outcome(goal.execute)])
             return Fibonacci.Result()
 
-        handle, _, _ = _run(node, execute_callback=execute)
+        handle, _, _ = _run(node, spin, execute_callback=execute)
         future = handle.get_result_async()
-        spin_until(node, future.done)
+        spin(future)
         return [future.result().status, steps]
 
 
 def wrong_messages():
     """Send what is no goal, and publish what is no feedback."""
-    with running_node() as node:
+    with _running() as (node, spin):
         feedback = []
 
         def execute(goal):
@@ -135,7 +149,7 @@ def wrong_messages():
             goal.succeed()
             return Fibonacci.Result()
 
-        handle, _, client = _run(node, execute_callback=execute)
+        handle, _, client = _run(node, spin, execute_callback=execute)
         future = handle.get_result_async()
-        spin_until(node, future.done)
+        spin(future)
         return [feedback, [outcome(client.send_goal_async, each) for each in (None, Fibonacci.Result())]]

@@ -34,16 +34,18 @@ def results_of_goals():
             goal.succeed()
             return Fibonacci.Result(sequence=[goal.request.order])
 
+        executor = SingleThreadedExecutor(context=node.context)  # one, whose tasks execute the goal
+        executor.add_node(node)
         ActionServer(node, Fibonacci, "count", execute)
         client = ActionClient(node, Fibonacci, "count")
         client.wait_for_server(timeout_sec=5.0)
         sent = client.send_goal_async(Fibonacci.Goal(order=3))
-        spin_until(node, sent.done)
+        executor.spin_until_future_complete(sent, timeout_sec=10.0)
         handle = sent.result()
         answers = []
         for ask in (handle.get_result_async, lambda: client._get_result_async(handle)):  # noqa: SLF001
             future = ask()
-            spin_until(node, future.done)
+            executor.spin_until_future_complete(future, timeout_sec=10.0)
             answers.append(future.result())
         response = answers[0]
         return [
