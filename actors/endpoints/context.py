@@ -13,13 +13,13 @@ from actors.callbacks.timing import SLOW_CALLBACK_SEC, Stopwatch
 from actors.endpoints.departing import DepartingQueues
 from actors.errors import NodeDestroyed, WaitTimeout, error_text
 from actors.interfaces.keyword_hint import add_keyword_hint
+from actors.logging.limited_lines import LimitedLines
 from actors.session.endpoint import LinkEndpoint
 from actors.time.clock import Clock
 from actors.time.jumps import ClockChange
 from actors.time.ros_time import RosTime
 from actors.time.timeout import DefaultTimeout
 from actors.time.types import NANOSECONDS_PER_SECOND, ClockType
-from proto.limited_log import PERIOD_SEC, LimitedLog
 from proto.wire import frames
 from proto.wire.codes import Capability, NoticeKind
 from proto.wire.names import full_node_name
@@ -142,10 +142,9 @@ class NodeContext(LinkEndpoint):
         self.endpoints: dict[NodeEndpoint, None] = {}
         self.timers: dict[NodeTimer, None] = {}
         self.departing = DepartingQueues(link, log)
-        self.warnings = LimitedLog(self._warn_of_omitted, lambda: self._loop.time())  # noqa: PLW0108 - the loop comes later
+        self.warnings = LimitedLines(log.warning)
         self.stop: Callable[[Exception], None] = _ignore
         self._stop_on_error = stop_on_error
-        self._sum_due: asyncio.TimerHandle | None = None
         link.add(self)
 
     def require_alive(self) -> None:
@@ -275,31 +274,12 @@ class NodeContext(LinkEndpoint):
 
     def may_log(self, reason: str) -> bool:
         """Return whether to log a line that the broker or another node has caused; count it if not."""
-        admitted = self.warnings.admits(reason)
-        if not admitted and self._sum_due is None:
-            self._sum_due = self._loop.call_later(PERIOD_SEC, self._report_omitted)
-        return admitted
+        return self.warnings.admits(reason)
 
     @property
     def _loop(self) -> asyncio.AbstractEventLoop:
         assert self.link.loop is not None
         return self.link.loop
-
-    def _report_omitted(self) -> None:
-        self._sum_due = None
-        self.warnings.report_omitted()
-        if self.warnings.omitting:
-            self._sum_due = self._loop.call_later(PERIOD_SEC, self._report_omitted)
-
-    def _warn_of_omitted(self, omitted: int, reason: str) -> None:
-        self.log.warning(f"… and {omitted} more like this: {reason}")
-
-    def end_warnings(self) -> None:
-        """Log how many warnings were not logged, as the node ends."""
-        self.warnings.report_omitted(at_once=True)
-        if self._sum_due is not None:
-            self._sum_due.cancel()
-            self._sum_due = None
 
     def session_ended(self) -> None:
         """Forget the declaration, and publishers that can send nothing more."""

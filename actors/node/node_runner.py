@@ -367,7 +367,7 @@ class NodeRunner:
             self._leaving = self._spawn(self._empty_queues())
 
     def _destroy_parts(self) -> None:
-        self._context.end_warnings()
+        self._context.warnings.close()
         # A copy, as each removes itself from the original.
         for timer in tuple(self._context.timers):
             timer.destroy()

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-import time
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, generate_latest
 
-from proto.limited_log import LimitedLog
+from actors.logging.limited_lines import LimitedLines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,7 +49,7 @@ class Refusals:
     """
 
     def __init__(self, connections: Callable[[], float]) -> None:
-        self._log = LimitedLog(_log_omitted, time.monotonic)
+        self._log = LimitedLines(logger.warning)
         self._registry = CollectorRegistry()
         Gauge(
             "callboard_web_connections",
@@ -86,8 +85,4 @@ class Refusals:
 
     def close(self) -> None:
         """Log how many lines were left out."""
-        self._log.report_omitted(at_once=True)
-
-
-def _log_omitted(omitted: int, reason: str) -> None:
-    logger.warning("… and %d more like this: %s", omitted, reason)
+        self._log.close()
