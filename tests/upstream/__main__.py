@@ -2,6 +2,8 @@
 
     git clone https://github.com/ros2/examples checkouts/examples
     git clone https://github.com/ros2/demos checkouts/demos
+    git clone https://github.com/ros2/ros2cli checkouts/ros2cli
+    git clone https://github.com/ros2/rosidl checkouts/rosidl
     make upstream UPSTREAM=checkouts
 
 The packages are installed with pip into a temporary folder; each scenario has a broker of its own.
@@ -17,7 +19,7 @@ from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.upstream import demos, examples
+from tests.upstream import demos, examples, ros2cli
 from tests.upstream.packages import Packages
 from tests.upstream.runner import Runner, worst
 
@@ -34,13 +36,17 @@ def main() -> int:
     options = parser.parse_args()
     chosen = [
         each
-        for each in (*examples.SCENARIOS, *demos.SCENARIOS)
+        for each in (*examples.SCENARIOS, *demos.SCENARIOS, *ros2cli.SCENARIOS)
         if any(options.only in run.name for run in each)
     ]
     wanted = {run.package for scenario in chosen for run in scenario if run.is_upstream}
     with TemporaryDirectory(prefix="callboard-upstream-") as folder:
         packages = Packages(options.folder, Path(folder))
-        missing = packages.install(wanted)
+        uses_ros2cli = ros2cli.PACKAGE in wanted and packages.has(ros2cli.PACKAGE)
+        missing = packages.install(wanted | (ros2cli.PARTS if uses_ros2cli else set()))
+        if uses_ros2cli:
+            packages.install_requirements(ros2cli.REQUIREMENTS)
+            packages.copy("rosidl_adapter")
         present = [each for each in chosen if not missing & {run.package for run in each}]
         runner = Runner(packages, options.jobs)
         verdicts = worst(asyncio.run(runner.run_all(present)))

@@ -50,14 +50,38 @@ class Packages:
             shutil.copytree(self._found[name], copy)  # building writes there
             copies.append(str(copy))
         if copies:
-            pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-            pip += ["--no-index", "--no-deps", "--no-build-isolation", "--target", str(self.site)]
-            done = subprocess.run(
-                [*pip, *copies], capture_output=True, text=True, check=False, timeout=BUILD_TIMEOUT_SEC
-            )
-            if done.returncode:
-                raise SystemExit(f"pip cannot install the packages:\n{done.stdout}{done.stderr}")
+            self._pip("--no-index", "--no-deps", "--no-build-isolation", *copies)
         return names - self._found.keys()
+
+    def install_requirements(self, requirements: tuple[str, ...]) -> None:
+        """Install what the packages need and ROS 2 does not have, from the package index.
+
+        Raises:
+            SystemExit: pip has failed.
+        """
+        self._pip(*requirements)
+
+    def copy(self, package: str) -> None:
+        """Copy a Python package that only CMake could install; do nothing if there is none."""
+        found = next((each.parent for each in self._folder.rglob(f"{package}/__init__.py")), None)
+        if found is not None:
+            shutil.copytree(found, self.site / package)
+
+    def has(self, name: str) -> bool:
+        """Return whether a package is there."""
+        return name in self._found
+
+    def _pip(self, *arguments: str) -> None:
+        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+        done = subprocess.run(
+            [*pip, "--target", str(self.site), *arguments],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=BUILD_TIMEOUT_SEC,
+        )
+        if done.returncode:
+            raise SystemExit(f"pip cannot install the packages:\n{done.stdout}{done.stderr}")
 
     def collection(self, package: str) -> str:
         """Return the name of the checkout that a package is in."""

@@ -38,7 +38,7 @@ class Verdict:
 
     Attributes:
         package: Its package.
-        executable: Its console script.
+        executable: Its console script, with the verb of a command.
         kind: "same" as upstream, "differs", or "cannot" run as something is absent.
         reason: Why it is not the same.
         output: The end of what it has printed; "" if it is the same.
@@ -174,8 +174,8 @@ async def _end(run: Run, program: Program) -> str:
 def _verdict(run: Run, output: str, reason: str) -> Verdict:
     """Return the verdict on a run, with its last error."""
     if not reason:
-        return Verdict(run.package, run.executable, "same")
+        return Verdict(run.package, run.program, "same")
     absent, raised = _ABSENT.findall(output), _RAISED.findall(output)
     kind = "cannot" if absent else "differs"
     reason = absent[-1] if absent else "; ".join([reason, *raised[-1:]])
-    return Verdict(run.package, run.executable, kind, reason, output[-MAX_OUTPUT_CHARS:])
+    return Verdict(run.package, run.program, kind, reason, output[-MAX_OUTPUT_CHARS:])

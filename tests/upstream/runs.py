@@ -28,6 +28,7 @@ class Run:
         ends: Whether it ends by itself; otherwise SIGINT ends it.
         codes: The exit codes that count as good.
         quiet: Whether a traceback counts as wrong.
+        words: How many of its arguments belong to the name of the program: the verb of a command.
     """
 
     package: str
@@ -38,11 +39,17 @@ class Run:
     ends: bool = False
     codes: tuple[int, ...] = (0,)
     quiet: bool = True
+    words: int = 0
+
+    @property
+    def program(self) -> str:
+        """The name of the program in its package."""
+        return " ".join((self.executable, *self.args[: self.words]))
 
     @property
     def name(self) -> str:
         """The name of the program."""
-        return f"{self.package} {self.executable}"
+        return f"{self.package} {self.program}"
 
     @property
     def is_upstream(self) -> bool:

@@ -1,0 +1,51 @@
+"""Nodes for the verbs of ros2cli: topics, a service, an action, parameters and states."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import actors
+from actors.interfaces.example_interfaces.action import Fibonacci
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.geometry_msgs.msg import PointStamped
+from actors.interfaces.std_msgs.msg import String
+
+
+class Robot(actors.LifecycleNode):
+    """Publishes, and serves what its name says."""
+
+    def __init__(self) -> None:
+        super().__init__("robot")
+        self.declare_parameter("speed", 0.5)
+        points = self.create_publisher(PointStamped, "points")
+        self.create_timer(0.1, lambda: points.publish(self._point()))
+        self.create_service(AddTwoInts, "add_two_ints", self._add)
+        self.create_action_server(Fibonacci, "fibonacci", self._count)
+        self.create_subscription(String, "words", lambda message: print("heard", message.data, flush=True))
+
+    def _point(self) -> PointStamped:
+        point = PointStamped()
+        point.header.stamp = self.get_clock().now().to_msg()
+        return point
+
+    def _add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        response.sum = request.a + request.b
+        return response
+
+    async def _count(self, goal: Any) -> Fibonacci.Result:
+        goal.publish_feedback(Fibonacci.Feedback(sequence=[0, 1, 1]))
+        await asyncio.sleep(0)
+        goal.succeed()
+        return Fibonacci.Result(sequence=[0, 1, 1, 2])
+
+
+async def main() -> None:
+    """Say when everything is there."""
+    async with Robot():
+        print("ready", flush=True)
+        await asyncio.Event().wait()
+
+
+if __name__ == "__main__":
+    actors.run(main)
