@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
     from actors.endpoints.client.endpoint import CallFuture
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.service_introspection import ServiceIntrospectionState
+    from actors.qos.profile import QoSProfile
+    from actors.time.clock import Clock
     from actors.time.timeout import Timeout
 
 
@@ -82,6 +85,11 @@ class ActionClientEndpoint(Endpoint):
 
     def _client(self, srv_type: Any, name: str) -> Client[Any, Any]:
         return Client(self.context, srv_type, srv_type.Request, srv_type.Response, name)
+
+    @property
+    def clients(self) -> tuple[Client[Any, Any], ...]:
+        """The clients of the action's services."""
+        return self._send, self._cancel, self._results
 
     @property
     def ready(self) -> bool:
@@ -207,6 +215,27 @@ class ActionClient(Handle[ActionClientEndpoint], Generic[GoalT, ResultT, Feedbac
         Clients that come late get them, too. Ended goals are in it for as long as the server keeps results.
         """
         return self._endpoint.statuses
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of the action's three services, or stop doing so.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: The topics'; a profile or a depth.
+            introspection_state: OFF (as at first), METADATA, or CONTENTS.
+
+        Raises:
+            NodeDestroyed: The client has been destroyed.
+            TypeError: `service_event_qos_profile` is neither a profile nor a depth.
+            ValueError: The depth is negative, or there is no such state.
+        """
+        for each in self._endpoint.clients:
+            each.configure_introspection(clock, service_event_qos_profile, introspection_state)
 
     def server_is_ready(self) -> bool:
         """Return whether a server is available now.

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.service_introspection import ServiceIntrospectionState
+    from actors.qos.profile import QoSProfile
+    from actors.time.clock import Clock
 
 
 class ActionServer(Handle[ActionServerEndpoint], Generic[GoalT, ResultT, FeedbackT]):
@@ -74,6 +77,27 @@ class ActionServer(Handle[ActionServerEndpoint], Generic[GoalT, ResultT, Feedbac
     def results_dropped(self) -> int:
         """Results dropped before `result_timeout_sec` because 1000 results or 16 MiB of them were kept."""
         return self._endpoint.results.dropped
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile | int,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of the action's three services, or stop doing so.
+
+        Args:
+            clock: Stamps the events.
+            service_event_qos_profile: The topics'; a profile or a depth.
+            introspection_state: OFF (as at first), METADATA, or CONTENTS.
+
+        Raises:
+            NodeDestroyed: The server has been destroyed.
+            TypeError: `service_event_qos_profile` is neither a profile nor a depth.
+            ValueError: The depth is negative, or there is no such state.
+        """
+        for each in self._endpoint.services:
+            each.configure_introspection(clock, service_event_qos_profile, introspection_state)
 
     def destroy(self) -> None:
         """Take the server out of service: execute callbacks are cancelled, clients get ServiceUnavailable."""

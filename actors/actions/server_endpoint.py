@@ -103,7 +103,8 @@ class ActionServerEndpoint(Endpoint):
         self._feedback = Publisher(context, types.feedback_message, names.feedback, qos_profile_default)
         self._status = Publisher(context, GoalStatusArray, names.status, qos_profile_action_status_default)
         # The publishers come first, so that they are matched when the first goal arrives.
-        self._parts: list[Handle[Any]] = [self._feedback, self._status, *self._serve(names)]
+        self.services = self._serve(names)
+        self._parts: list[Handle[Any]] = [self._feedback, self._status, *self.services]
 
     def _serve(self, names: ActionNames) -> list[ServiceServer[Any, Any]]:
         services = [

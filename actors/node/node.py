@@ -31,7 +31,7 @@ from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
 from actors.node.time_source import TimeSource
 from actors.parameters.store import ParameterStore
-from actors.qos.profile import QoSProfile, qos_from, renamed_qos
+from actors.qos.profile import QoSProfile, qos_from, qos_profile_rosout_default, renamed_qos
 from actors.session.connector import Connector
 from actors.session.link import Link
 from actors.session.shared_memory import SharedMemory
@@ -77,6 +77,7 @@ class Node(NodeGraph, NodeParameters):
             the node's name, and the topic `/parameter_events`.
         enable_rosout: Publish the log of the node's logger and its children on `/rosout`, too. The ROS
             argument `--disable-rosout-logs` turns it off for all nodes of a process.
+        rosout_qos_profile: The QoS of `/rosout`; a profile or a depth.
         enable_logger_service: Let other nodes read and set the levels of this process's loggers: the services
             `~/get_logger_levels` and `~/set_logger_levels`.
         options: What callboard adds to rclpy's Node: the broker, time limits, shared memory and so on.
@@ -107,6 +108,7 @@ class Node(NodeGraph, NodeParameters):
         automatically_declare_parameters_from_overrides: bool = False,
         start_parameter_services: bool = True,
         enable_rosout: bool = True,
+        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
         enable_logger_service: bool = False,
         options: NodeOptions = _DEFAULT_OPTIONS,
         **keywords: Unpack[NodeKeywords],
@@ -151,7 +153,7 @@ class Node(NodeGraph, NodeParameters):
         if enable_rosout and own.rosout_logs and shared.rosout_logs:
             from actors.node.rosout import Rosout  # noqa: PLC0415 - hidden nodes do without
 
-            Rosout(self._context, self._names, domain=target.domain)
+            Rosout(self._context, self._names, domain=target.domain, qos=rosout_qos_profile)
         else:  # a node whose name is the start of this one's must not publish its lines
             self._no_rosout = DiscardingSink()
             add_sink(log.name, self._no_rosout)

@@ -20,7 +20,7 @@ from actors.interfaces.rcl_interfaces.msg import Log
 from actors.logging.output import full_text, stamp_ns
 from actors.logging.severity import ROOT_NAME
 from actors.logging.sinks import add_sink
-from actors.qos.profile import qos_profile_rosout_default
+from actors.qos.profile import qos_from
 
 if TYPE_CHECKING:
     import asyncio
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from actors.arguments.remapping import Remapper
     from actors.diagnostics.records import PublisherDiagnostics
     from actors.endpoints.context import NodeContext
+    from actors.qos.profile import QoSProfile
     from proto.wire import frames
 
 TOPIC: Final = "/rosout"
@@ -57,6 +58,7 @@ class Rosout(PublisherEndpoint):
         context: The node.
         names: Remaps the topic.
         domain: The node's domain.
+        qos: The topic's; a profile or a depth.
 
     Attributes:
         target: The graph and the topic. Nodes of one name in a process publish a line once, as in ROS 2.
@@ -64,7 +66,7 @@ class Rosout(PublisherEndpoint):
 
     standard = True
 
-    def __init__(self, context: NodeContext, names: Remapper, *, domain: int) -> None:
+    def __init__(self, context: NodeContext, names: Remapper, *, domain: int, qos: QoSProfile | int) -> None:
         self._lines: list[Log] = []
         self._characters = 0
         """Characters of their messages."""
@@ -80,7 +82,7 @@ class Rosout(PublisherEndpoint):
         """Whether what the node's thread logs now is not published, because publishing causes it."""
         topic = names.resolve_topic(TOPIC)
         self.target = (context.link.broker_urls, domain, topic)
-        super().__init__(context, Log, topic, qos_profile_rosout_default, None)
+        super().__init__(context, Log, topic, qos_from(qos), None)
         self._remove_sink = add_sink(context.log.name, self)
 
     def accept(self, record: logging.LogRecord) -> None:

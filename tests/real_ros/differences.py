@@ -390,6 +390,11 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
+        ("later_names.content_filter",),
+        "Subscriptions have no content filter and receive all messages, as in ROS 2 without DDS.",
+    ),
+    Difference(
+        "program",
         ("shutting_down.too_late_with_an_executor",),
         "An ExternalShutdownException, as for a shutdown while it waits. rclpy raises an RCLError.",
     ),

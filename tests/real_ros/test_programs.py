@@ -20,6 +20,7 @@ PROGRAM_MODULES = (
     "declaring",
     "entities",
     "index",
+    "later_names",
     "names",
     "nested",
     "private_parts",

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from actors.ros.rclpy.exceptions import InvalidHandle as InvalidHandle
+from typing import TypeAlias
+
+from actors.errors import NodeDestroyed
+
+InvalidHandle: TypeAlias = NodeDestroyed
 
 
 class RCLError(RuntimeError):
@@ -11,6 +15,10 @@ class RCLError(RuntimeError):
 
 class UnknownROSArgsError(RuntimeError):
     """ROS 2 has no such argument after `--ros-args`."""
+
+
+class TimerCancelledError(RCLError):
+    """A timer that was cancelled cannot be called. callboard raises it nowhere: programs catch it."""
 
 
 class NodeNameNonExistentError(RCLError):

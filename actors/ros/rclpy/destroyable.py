@@ -38,15 +38,23 @@ class Destroyable:
 
     Attributes:
         lifeline: Keeps callboard's node in service, for those that are of use without the node.
+        node_logger_name: The name of the node's logger.
     """
 
     lifeline: object = None
+    node_logger_name = ""
     _is_destroyed = False
 
     @property
     def handle(self) -> Handle:
         """In place of rclpy's handle."""
         return DESTROYED if self._is_destroyed else VALID
+
+    @property
+    def logger_name(self) -> str:
+        """The name of the node's logger."""
+        with self.handle:
+            return self.node_logger_name
 
     def destroy(self) -> None:
         """Take it out of service."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from actors.errors import NodeDestroyed
 from actors.parameters.errors import InvalidParameterException as InvalidParameterException
 from actors.parameters.errors import InvalidParameterTypeException as InvalidParameterTypeException
 from actors.parameters.errors import InvalidParameterValueException as InvalidParameterValueException
@@ -13,13 +12,14 @@ from actors.parameters.errors import ParameterException as ParameterException
 from actors.parameters.errors import ParameterImmutableException as ParameterImmutableException
 from actors.parameters.errors import ParameterNotDeclaredException as ParameterNotDeclaredException
 from actors.parameters.errors import ParameterUninitializedException as ParameterUninitializedException
+from actors.ros.rclpy._rclpy_pybind11 import InvalidHandle as InvalidHandle
+from actors.ros.rclpy._rclpy_pybind11 import TimerCancelledError as TimerCancelledError
 from proto.errors import InvalidNameError
 from proto.errors import InvalidNamespaceError
 from proto.errors import InvalidNodeNameError
 from proto.errors import InvalidServiceNameError
 from proto.errors import InvalidTopicNameError
 
-InvalidHandle: TypeAlias = NodeDestroyed
 InvalidNamespaceException: TypeAlias = InvalidNamespaceError
 InvalidNodeNameException: TypeAlias = InvalidNodeNameError
 InvalidServiceNameException: TypeAlias = InvalidServiceNameError

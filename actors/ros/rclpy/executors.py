@@ -160,6 +160,10 @@ class Executor:
         self.work.add_task(task)
         return task
 
+    def create_future(self) -> Future[Any]:
+        """Return a future whose callbacks the executor runs."""
+        return Future(executor=self)
+
     def wake(self) -> None:
         """Look again at everything, as after a change."""
         self.work.wake()

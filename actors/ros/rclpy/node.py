@@ -24,7 +24,12 @@ from actors.ros.rclpy.node_parts import NodeNameNonExistentError as NodeNameNonE
 from actors.ros.rclpy.node_parts import NodeParts, parts_of
 from actors.ros.rclpy.parameter_services import publish_changes, serve_parameters
 from actors.ros.rclpy.publisher import Publisher
-from actors.ros.rclpy.qos import QoSProfile, profile_of, qos_profile_services_default
+from actors.ros.rclpy.qos import (
+    QoSProfile,
+    profile_of,
+    qos_profile_rosout_default,
+    qos_profile_services_default,
+)
 from actors.ros.rclpy.qos_overriding_options import overridden
 from actors.ros.rclpy.service import Service
 from actors.ros.rclpy.subscription import Subscription
@@ -45,6 +50,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
     from actors.ros.rclpy.executors import Executor
     from actors.ros.rclpy.qos_overriding_options import QoSOverridingOptions
+    from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOptions
 
 HIDDEN_NODE_PREFIX = "_"
 MsgT = TypeVar("MsgT", bound=Message)
@@ -75,6 +81,7 @@ class Node(NodeParameters, NodeGraph):
         namespace: Where relative names belong.
         use_global_arguments: Take the context's arguments, too.
         enable_rosout: Publish the log on `/rosout`.
+        rosout_qos_profile: The QoS of `/rosout`; a profile or a depth.
         start_parameter_services: Let other nodes read and set the parameters.
         parameter_overrides: Values for parameters.
         allow_undeclared_parameters: Reading and setting undeclared parameters is no error.
@@ -95,6 +102,7 @@ class Node(NodeParameters, NodeGraph):
         namespace: str | None = None,
         use_global_arguments: bool = True,
         enable_rosout: bool = True,
+        rosout_qos_profile: QoSProfile | int = qos_profile_rosout_default,
         start_parameter_services: bool = True,
         parameter_overrides: Sequence[Parameter] | None = None,
         allow_undeclared_parameters: bool = False,
@@ -119,6 +127,7 @@ class Node(NodeParameters, NodeGraph):
                 "cli_args": list(cli_args or ()),
                 "use_global_arguments": use_global_arguments,
                 "enable_rosout": enable_rosout,
+                "rosout_qos_profile": profile_of(rosout_qos_profile).native(),
                 "enable_logger_service": enable_logger_service,
             },
         )
@@ -310,6 +319,7 @@ class Node(NodeParameters, NodeGraph):
         )
         publisher = publisher_class(self._context, parts.thread, native, profile, handlers)
         publisher.lifeline = parts.lifeline
+        publisher.node_logger_name = self._logger.name
         parts.publishers.append(publisher)
         for each in handlers:
             parts.add(each)
@@ -326,6 +336,7 @@ class Node(NodeParameters, NodeGraph):
         event_callbacks: SubscriptionEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
         raw: bool = False,
+        content_filter_options: ContentFilterOptions | None = None,
     ) -> Subscription[MsgT]:
         """Make a subscription.
 
@@ -338,10 +349,12 @@ class Node(NodeParameters, NodeGraph):
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: Which policies parameters may override.
             raw: Give messages as bytes.
+            content_filter_options: Not used: all messages are received.
 
         Returns:
             The subscription.
         """
+        del content_filter_options
         _require_message(msg_type)
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "subscription")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
@@ -359,6 +372,7 @@ class Node(NodeParameters, NodeGraph):
             handlers,
             raw=raw,
         )
+        subscription.node_logger_name = self._logger.name
         for each in (subscription, *handlers):
             self._callboard.add(each)
         return subscription
@@ -382,6 +396,7 @@ class Node(NodeParameters, NodeGraph):
             qos_profile,
         )
         client.lifeline = self._callboard.lifeline
+        client.node_logger_name = self._logger.name
         self._callboard.add(client)
         return client
 
@@ -406,6 +421,7 @@ class Node(NodeParameters, NodeGraph):
             callback_group or self._default_callback_group,
             qos_profile,
         )
+        service.node_logger_name = self._logger.name
         self._callboard.add(service)
         return service
 

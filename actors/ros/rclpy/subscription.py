@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
+from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.entity import Entity
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.callback_groups import CallbackGroup
     from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
+    from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOptions
     from actors.threads.node_thread import NodeThread
 
 MsgT = TypeVar("MsgT", bound=Message)
@@ -30,12 +32,13 @@ __getattr__ = imported_names(__name__, "CallbackGroup MsgType QoSProfile Subscri
 
 
 class MessageInfo(TypedDict):
-    """The times at which a message was sent and received, in ns since 1970, and its numbers."""
+    """The times at which a message was sent and received, in ns since 1970, its numbers and its publisher."""
 
     source_timestamp: int
     received_timestamp: int
     publication_sequence_number: int | None
     reception_sequence_number: int | None
+    publisher_gid: dict[str, Any] | None
 
 
 class Subscription(Entity, Generic[MsgT]):
@@ -108,6 +111,20 @@ class Subscription(Entity, Generic[MsgT]):
         with self.handle:
             return self._native.get_publisher_count()
 
+    @property
+    def is_cft_enabled(self) -> bool:
+        """Whether messages are filtered by their content: never, as with other middleware than DDS."""
+        return False
+
+    def set_content_filter(self, filter_expression: str, expression_parameters: list[str]) -> None:
+        """Raise RCLError: callboard has no content filters."""
+        del filter_expression, expression_parameters
+        raise RCLError("callboard has no content filters: filter messages in the callback")
+
+    def get_content_filter(self) -> ContentFilterOptions:
+        """Raise RCLError: there is no content filter."""
+        raise RCLError(f"The subscription of {self.topic} has no content filter")
+
     def has_work(self) -> bool:
         """Return whether a message waits."""
         return self._native.queued > 0
@@ -147,4 +164,5 @@ def _info(info: NativeInfo) -> MessageInfo:
         "received_timestamp": info.received_timestamp,
         "publication_sequence_number": info.publication_sequence_number,
         "reception_sequence_number": None,
+        "publisher_gid": {"implementation_identifier": "callboard", "data": info.publisher_gid},
     }

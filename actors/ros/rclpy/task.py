@@ -8,6 +8,7 @@ import threading
 import warnings
 import weakref
 from contextlib import suppress
+from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -42,6 +43,14 @@ class TaskExecutor(Protocol):
     def create_task(self, callback: Callable[..., Any], /, *args: Any) -> Task[Any]:
         """Run a function while the executor spins."""
         ...
+
+
+class FutureState(Enum):
+    """The states of a future."""
+
+    PENDING = "PENDING"
+    CANCELLED = "CANCELLED"
+    FINISHED = "FINISHED"
 
 
 class Future(Generic[T]):
@@ -152,6 +161,15 @@ class Future(Generic[T]):
                 self._callbacks.append(callback)
                 return
         self._call(callback)
+
+    def remove_done_callback(self, callback: Callable[[Any], object]) -> bool:
+        """Do not call a function of `add_done_callback`; return whether it would have been called."""
+        with self._lock:
+            try:
+                self._callbacks.remove(callback)
+            except ValueError:
+                return False
+            return True
 
     def when_done(self, wake: Callable[[], object]) -> None:
         """Call a function that never raises when the future is done, in the thread where that happens."""

@@ -24,7 +24,7 @@ _HEAD: Final = """\
 # rclpy
 
 What programs written for ROS 2 ([the guide](../how-to/ros-programs.md)) can use: the public names of
-rclpy 8.0, by module.
+rclpy 9.1, by module.
 
 - **same**: is there, and no difference is known.
 - **differs**: is there, with the difference that the table says.

@@ -14,6 +14,9 @@ from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 
 if TYPE_CHECKING:
+    from actors.endpoints.service_introspection import ServiceIntrospectionState
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.qos import QoSProfile
     from collections.abc import Callable, Coroutine
 
     from actors.actions.client import ActionClient as NativeClient
@@ -207,6 +210,19 @@ class ActionClient(QueuedCalls):
             return self._context.wait(lambda: self._native.wait_for_server(timeout_sec))
         except (ExternalShutdownException, NotInitializedException):
             return False
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of the action's services on `<service>/_service_event`, or stop doing so."""
+        self._thread.call(
+            lambda: self._native.configure_introspection(
+                clock.native, service_event_qos_profile.native(), introspection_state
+            )
+        )
 
     def destroy(self) -> None:
         """Take the client out of service; its futures end with an exception."""

@@ -17,6 +17,9 @@ from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
+    from actors.endpoints.service_introspection import ServiceIntrospectionState
+    from actors.ros.rclpy.clock import Clock
+    from actors.ros.rclpy.qos import QoSProfile
     from collections.abc import Callable
 
     from actors.actions.server_goal import ServerGoalHandle as NativeHandle
@@ -232,6 +235,19 @@ class ActionServer(QueuedCalls):
         if not callable(execute_callback):
             raise TypeError("Failed to register goal execution callback: not callable")
         self._execute_callback = execute_callback
+
+    def configure_introspection(
+        self,
+        clock: Clock,
+        service_event_qos_profile: QoSProfile,
+        introspection_state: ServiceIntrospectionState,
+    ) -> None:
+        """Publish events of the action's services on `<service>/_service_event`, or stop doing so."""
+        self._thread.call(
+            lambda: self._native.configure_introspection(
+                clock.native, service_event_qos_profile.native(), introspection_state
+            )
+        )
 
     def destroy(self) -> None:
         """Take the server out of service."""
