@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 GUIDE = (ROOT / "docs" / "how-to" / "browser.md").read_text(encoding="utf-8")
+FREEZES = (
+    "import atexit, gc, sys; gc.unfreeze(); from actors.cli.main import main;"
+    "atexit.register(lambda: print('frozen:', gc.get_freeze_count() > 1000)); sys.exit(main())"
+)
+"""Runs the command line; says at the end whether the garbage collector skips what the imports have made."""
+
 CURL = re.findall(r"^\$ (curl .*)\n((?:(?!\$ |```).*\n)*)", GUIDE, re.MULTILINE)
 
 
@@ -53,6 +59,16 @@ async def test_the_commands_of_the_guide_serve_the_page(system: System, options:
     line = await web.wait_for_line("callboard web listening on http://")
     assert ("#token=" in line) == ("--allow-control" in words or "0.0.0.0" in line)
     assert await web.stop() == 0
+
+
+async def test_garbage_collections_do_not_hold_up_the_page(system: System) -> None:
+    """Case 77: the collector skips what the imports have made, which takes 30 ms at once."""
+    await system.broker()
+    listen = ("--listen", f"127.0.0.1:{free_port()}", "--no-browser")
+    web = await system.program(sys.executable, "-c", FREEZES, "web", *listen)
+    await web.wait_for_line("callboard web listening on")
+    assert await web.stop() == 0
+    await web.find_line("frozen: True")
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,7 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
     from actors.errors import BrokerUnreachable
     from actors.web.observer import Observer
     from actors.web.server import WebServer
+    from proto.aio import process
 
     target = target_of(options)
     observer = Observer(target.url, target.domain)
@@ -111,6 +112,8 @@ async def _serve(options: Options, chosen: WebOptions) -> None:
         raise await asyncio.to_thread(why_unreachable, target) from None
     try:
         async with WebServer(observer, chosen) as server:
+            # A garbage collection of what the imports have made holds the event loop for 30 ms.
+            process.configure_process()
             print_out(f"callboard web listening on {_printed(server, options.token)}")
             if server.asks_for_token:
                 print_err(READING_NOTE)
