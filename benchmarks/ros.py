@@ -1,240 +1,160 @@
-"""Programs written for ROS 2 next to the same programs in callboard's own API.
+"""A program written for rclpy, on callboard and on ROS 2, which `make test` puts into build/ros2.
 
-    python benchmarks/ros.py
+    python benchmarks/ros.py                   all rows, about five minutes
+    python benchmarks/ros.py spin_once 64      the rows whose names have these words
 
-The broker, the talker or client, and the listener or server are processes of their own. Rounds of both kinds
-alternate; each figure is the median. The talker is KEEP_ALL, so that all messages arrive, and the rate is
-the listener's. A client makes one call after the other. `spinning` is a node with nothing to do.
+Each role of a program is a process of its own, and so is callboard's broker. Rounds of both sides alternate;
+Each role of a program is a process of its own, as is callboard's broker. Rounds of both sides alternate;
+processes together. Without ROS 2 callboard is measured alone.
 """
 # ruff: noqa: E402 - the path comes before the imports that need it
 
 from __future__ import annotations
 
 import argparse
-import asyncio
-import inspect
 import json
 import os
 import statistics
 import subprocess
 import sys
-import time
-from contextlib import suppress
+import tempfile
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[0] = str(ROOT)  # `python benchmarks/ros.py` puts this folder there
 
-import actors
-from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.std_msgs.msg import String
-from actors.ros import rclpy
-from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile
+from benchmarks.harness import meters
 from benchmarks.threads import broker_process
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterator, Mapping
 
-KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-FACE_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)
-MESSAGE = "Hi Automatic Addison: 1"
-WARM_UP_CALLS = 50
-
-
-class Arrivals:
-    """Counts messages, and tells when all are there."""
-
-    def __init__(self, count: int, done: Callable[[], object]) -> None:
-        self.rate = 0.0
-        self._left = self._count = count
-        self._done = done
-        self._began = 0.0
-
-    def arrived(self, _msg: String) -> None:
-        """Note a message."""
-        if self._left == self._count:
-            self._began = time.perf_counter()
-        self._left -= 1
-        if not self._left:
-            self.rate = (self._count - 1) / (time.perf_counter() - self._began)
-            self._done()
+PROGRAM: Final = str(Path(__file__).with_name("ros_program.py"))
+REAL_PYTHON: Final = ROOT / "build" / "ros2" / "bin" / "python"
+SIDES: Final = {
+    "callboard": (sys.executable, "-m", "actors.ros", "--no-broker", PROGRAM),
+    "ROS 2": (str(REAL_PYTHON), PROGRAM),
+}
+DOMAIN: Final = "97"
+SIZES: Final = {"256 B": 256, "64 KiB": 65_536, "1 MiB": 1_048_576}
+END_SEC: Final = 60
+"""How long a process may take after its load."""
 
 
-# callboard's own API
+class Row(NamedTuple):
+    """A pattern of messages, calls or timers.
+
+    Attributes:
+        name: Its name.
+        roles: The roles in the order of their start; the last one ends by itself.
+        parameters: Their parameters.
+        figure: What is compared.
+        more: Whether more of it is better.
+    """
+
+    name: str
+    roles: tuple[str, ...]
+    parameters: Mapping[str, object]
+    figure: str = "rate"
+    more: bool = True
 
 
-async def native_talker(count: int) -> None:
-    async with actors.Node("talker") as node:
-        publisher = node.create_publisher(String, "chatter", KEEP_ALL)
-        await publisher.wait_for_subscriptions(1, 20)
-        for _ in range(count):
-            await publisher.ready()
-            publisher.publish(String(data=MESSAGE))
-        await publisher.flush()
+def _rows() -> Iterator[Row]:
+    for how in ("spin", "spin_once", "threads"):
+        for raw in (False, True):
+            for name, size in SIZES.items():
+                kind = "raw" if raw else "typed"
+                parameters = {"how": how, "raw": raw, "size": size}
+                yield Row(f"{how} {name} {kind}", ("subscriber", "publisher"), parameters)
+    for calls in (1, 100):
+        yield Row(f"{calls} calls in flight", ("server", "client"), {"how": "many", "calls": calls})
+    one = {"how": "one", "calls": 1}
+    yield Row("one call, p50 us", ("server", "client"), one, "p50_us", more=False)
+    yield Row("timer of 1 ms, part of a CPU", ("timer",), {}, "cpu", more=False)
+    yield Row("timer of 1 ms, p99 jitter us", ("timer",), {}, "p99_us", more=False)
+    yield Row("idle, part of a CPU", ("idle",), {}, "cpu", more=False)
 
 
-async def native_listener(count: int) -> dict[str, float]:
-    done = asyncio.Event()
-    arrivals = Arrivals(count, done.set)
-    async with actors.Node("listener") as node:
-        node.create_subscription(String, "chatter", arrivals.arrived, KEEP_ALL)
-        await done.wait()
-    return {"rate": arrivals.rate}
+def measure(side: str, row: Row, seconds: float) -> dict[str, float]:
+    """Run a row's roles once; return the figure and the CPU time of a message or call."""
+    parameters = json.dumps({**row.parameters, "seconds": seconds})
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, "ROS_LOG_DIR": folder}
+        broker = 0
+        if side == "callboard":
+            environment["CALLBOARD_URL"], broker = stack.enter_context(broker_process())
+        started = [
+            stack.enter_context(
+                subprocess.Popen(
+                    [*SIDES[side], role, parameters], env=environment, stdout=subprocess.PIPE, text=True
+                )
+            )
+            for role in row.roles
+        ]
+        for process in started:
+            stack.callback(process.kill)
+        before = meters.cpu_s(broker) if broker else None
+        # A server ends when its client has ended.
+        waits = started[-1:] if row.roles[0] == "server" else started
+        figures = [_figures(process, seconds) for process in waits]
+        after = meters.cpu_s(broker) if broker else None
+    if len({each["count"] for each in figures if "count" in each}) > 1:
+        raise SystemExit(f"{side}, {row.name}: of {figures[1]['count']} messages {figures[0]['count']} came")
+    cpu_us = sum(each.get("cpu_us", 0.0) for each in figures)
+    if before is not None and after is not None and "count" in figures[0]:
+        cpu_us += 1e6 * (after - before) / figures[0]["count"]
+    return {row.figure: figures[0][row.figure], "cpu_us": cpu_us}
 
 
-async def native_server() -> None:
-    async with actors.Node("server") as node:
-
-        def add(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
-            response.sum = request.a + request.b
-            return response
-
-        node.create_service(AddTwoInts, "add", add)
-        await asyncio.Event().wait()
-
-
-async def native_client(count: int) -> dict[str, float]:
-    async with actors.Node("client") as node:
-        client = node.create_client(AddTwoInts, "add")
-        await client.wait_for_service(20)
-        for _ in range(WARM_UP_CALLS):
-            await client.call(AddTwoInts.Request())
-        began = time.perf_counter()
-        for number in range(count):
-            await client.call(AddTwoInts.Request(a=number, b=1))
-        return {"rate": count / (time.perf_counter() - began)}
-
-
-# rclpy's
-
-
-def face_talker(count: int) -> None:
-    with rclpy.init():
-        publisher = rclpy.create_node("talker").create_publisher(String, "chatter", FACE_KEEP_ALL)
-        while not publisher.get_subscription_count():
-            time.sleep(0.01)
-        for _ in range(count):
-            publisher.publish(String(data=MESSAGE))
-        publisher.wait_for_all_acked()
-
-
-def face_listener(count: int) -> dict[str, float]:
-    with rclpy.init():
-        done = rclpy.Future[None]()
-        arrivals = Arrivals(count, lambda: done.set_result(None))
-        node = rclpy.create_node("listener")
-        node.create_subscription(String, "chatter", arrivals.arrived, FACE_KEEP_ALL)
-        rclpy.spin_until_future_complete(node, done)
-    return {"rate": arrivals.rate}
-
-
-def face_server() -> None:
-    def add(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
-        response.sum = request.a + request.b
-        return response
-
-    with rclpy.init():
-        node = rclpy.create_node("server")
-        node.create_service(AddTwoInts, "add", add)
-        rclpy.spin(node)
-
-
-def face_client(count: int) -> dict[str, float]:
-    def spun(number: int) -> None:
-        rclpy.spin_until_future_complete(node, client.call_async(AddTwoInts.Request(a=number, b=1)))
-
-    def blocking(number: int) -> None:
-        client.call(AddTwoInts.Request(a=number, b=1))
-
-    rates: dict[str, float] = {}
-    with rclpy.init():
-        node = rclpy.create_node("client")
-        client = node.create_client(AddTwoInts, "add")
-        client.wait_for_service(20)
-        for name, call in {"rate": spun, "blocking": blocking}.items():
-            for number in range(WARM_UP_CALLS):
-                call(number)
-            began = time.perf_counter()
-            for number in range(count):
-                call(number)
-            rates[name] = count / (time.perf_counter() - began)
-    return rates
-
-
-def face_spinning(seconds: int) -> dict[str, float]:
-    with rclpy.init():
-        node = rclpy.create_node("spinning")
-        executor = rclpy.get_global_executor()
-        executor.add_node(node)
-        executor.spin_once(0.5)
-        before, began = time.process_time(), time.perf_counter()
-        rclpy.spin_until_future_complete(node, rclpy.Future[None](), timeout_sec=seconds)
-        return {"cpu": (time.process_time() - before) / (time.perf_counter() - began)}
-
-
-def run_role(name: str, *arguments: int) -> None:
-    """Run one of the programs above, and print its figures."""
-    role = globals()[name]
-    figures: Any = None
-    with suppress(rclpy.executors.ExternalShutdownException):
-        if inspect.iscoroutinefunction(role):
-            figures = actors.run(lambda: role(*arguments), args=[])
-        else:
-            figures = role(*arguments)
-    if figures is not None:
-        print(json.dumps(figures))
-
-
-def start(url: str, name: str, *arguments: int) -> subprocess.Popen[str]:
-    """Start a program."""
-    command = [sys.executable, __file__, "--role", name, *map(str, arguments)]
-    environment = {**os.environ, "CALLBOARD_URL": url}
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-
-
-def figures(process: subprocess.Popen[str]) -> dict[str, float]:
-    """Return the figures of a program that ends."""
-    out, _ = process.communicate()
+def _figures(process: subprocess.Popen[str], seconds: float) -> dict[str, float]:
+    out, _ = process.communicate(timeout=seconds + END_SEC)
+    if process.returncode:
+        raise SystemExit(f"{process.args!r} failed")
     found: dict[str, float] = json.loads(out.splitlines()[-1])
     return found
 
 
-def main(messages: int, calls: int, seconds: int, rounds: int) -> None:
-    """Measure and print."""
-    rates: dict[str, list[float]] = {}
-    with broker_process() as url:
-        for _ in range(rounds):
-            for kind in ("native", "face"):
-                listener = start(url, f"{kind}_listener", messages)
-                with start(url, f"{kind}_talker", messages):
-                    rates.setdefault(f"{kind} messages", []).append(figures(listener)["rate"])
-                with start(url, f"{kind}_server") as server:
-                    found = figures(start(url, f"{kind}_client", calls))
-                    server.terminate()
-                rates.setdefault(f"{kind} calls", []).append(found["rate"])
-                rates.setdefault(f"{kind} blocking", []).append(found.get("blocking", found["rate"]))
-        idle = figures(start(url, "face_spinning", seconds))["cpu"]
-    median = {name: statistics.median(each) for name, each in rates.items()}
-    for what in ("messages", "calls"):
-        native, face = median[f"native {what}"], median[f"face {what}"]
-        print(f"{what}/s: callboard's API {native:,.0f}, rclpy's {face:,.0f} ({face / native:.2f} of it)")
-    ratio = median["face calls"] / median["face blocking"]
-    print(f"a blocking call takes {ratio:.2f} times as long as call_async and spinning")
-    print(f"a spinning node with nothing to do takes {100 * idle:.2f} % of a processor")
-
-
-if __name__ == "__main__":
+def main() -> None:
+    """Measure rows and print them."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--messages", type=int, default=200_000)
-    parser.add_argument("--calls", type=int, default=3_000)
-    parser.add_argument("--seconds", type=int, default=10)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--role", nargs="+", help=argparse.SUPPRESS)
+    parser.add_argument("words", nargs="*", help="of the names of rows; default: all rows")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=2.0, help="length of each load; default: 2")
+    parser.add_argument("--side", choices=SIDES, help="measure one side only")
     options = parser.parse_args()
-    if options.role:
-        run_role(options.role[0], *map(int, options.role[1:]))
-    else:
-        main(options.messages, options.calls, options.seconds, options.rounds)
+    rows = [row for row in _rows() if all(word in row.name for word in options.words)]
+    sides = [side for side in SIDES if options.side in {None, side}]
+    if not REAL_PYTHON.exists():
+        sides.remove("ROS 2")
+    for row in rows:
+        rounds = {side: list[dict[str, float]]() for side in sides}
+        for _ in range(options.rounds):
+            for side in sides:
+                rounds[side].append(measure(side, row, options.seconds))
+        print(row.name, *_cells(row, rounds), sep="  |  ", flush=True)
+
+
+def _cells(row: Row, rounds: Mapping[str, list[dict[str, float]]]) -> Iterator[str]:
+    medians = {
+        key: {side: statistics.median(each[key] for each in found) for side, found in rounds.items()}
+        for key in (row.figure, "cpu_us")
+    }
+    for key, figures in medians.items():
+        if not any(figures.values()):
+            continue
+        compared = ", ".join(f"{side} {value:,.4g}" for side, value in figures.items())
+        yield (f"{key}: {compared}" if len(figures) == 1 else f"{key}: {compared} ({_times(figures)} x)")
+
+
+def _times(figures: Mapping[str, float]) -> str:
+    callboard, real = figures["callboard"], figures["ROS 2"]
+    return f"{callboard / real:.2f}" if real else "-"
+
+
+if __name__ == "__main__":
+    main()

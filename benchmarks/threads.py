@@ -35,15 +35,14 @@ LARGE_MESSAGES = 50
 
 
 @contextmanager
-def broker_process() -> Generator[str]:
-    """Run a broker on a free port; yield its URL."""
+def broker_process() -> Generator[tuple[str, int]]:
+    """Run a broker on a free port; yield its URL and process id."""
     command = [sys.executable, "-m", "actors", "broker", "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
         assert process.stdout is not None
         try:
-            yield next(
-                found[0] for line in process.stdout if (found := re.search(r"callboard://\S+:\d+", line))
-            )
+            found = (re.search(r"callboard://\S+:\d+", line) for line in process.stdout)
+            yield next(url[0] for url in found if url), process.pid
         finally:
             process.terminate()
 
@@ -109,7 +108,7 @@ def lateness_ms(thread: NodeThread, publish: Callable[[], None]) -> float:
 
 def main(count: int, rounds: int) -> None:
     """Measure and print."""
-    with broker_process() as url, NodeThread() as thread:
+    with broker_process() as (url, _), NodeThread() as thread:
         node = thread.enter(actors.Node("threads", url=url))
         publisher = thread.call(lambda: node.create_publisher(Int64, "number", KEEP_ALL))
         ways: dict[str, Callable[[range], None]] = {
