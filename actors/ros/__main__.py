@@ -36,6 +36,9 @@ def main() -> None:
         program = _prepare()
     except KeyboardInterrupt:
         raise SystemExit(128 + signal.SIGINT) from None
+    from proto.aio.process import configure_process
+
+    configure_process()  # the process is the program's own: large messages take half of the time then
     program()
 
 

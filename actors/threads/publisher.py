@@ -83,6 +83,19 @@ class ThreadPublisher(Generic[T]):
         """Messages dropped here because the queue was full, or the publisher was destroyed meanwhile."""
         return self._overflowed + self._refused
 
+    @property
+    def crowded(self) -> bool:
+        """Whether to call `ready` before the next message: KEEP_ALL readers are slow. Never with KEEP_LAST.
+
+        More than that would be accepted, but large messages find no space in shared memory then. Without a
+        broker this is False, since nobody knows how long `ready` would take.
+        """
+        endpoint = self._endpoint
+        return (self._keep_all and endpoint.accepted_now) and (
+            endpoint.queued + len(self._queue) >= queue_limits.READY_MESSAGES
+            or endpoint.queue.pending_bytes + self._queued_bytes >= queue_limits.READY_BYTES
+        )
+
     def publish(self, msg: T | bytes) -> None:
         """Send a message as `Publisher.publish` does, from any thread. Never blocks.
 

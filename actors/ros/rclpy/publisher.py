@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from actors.errors import PublisherFull, WaitTimeout
 from actors.interfaces.message import Message
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
     from actors.threads.node_thread import NodeThread
+
+CROWDED_SEC: Final = 0.1
+"""How long a message waits for slow KEEP_ALL readers before it takes what is left of the queue: as in ROS 2.
+A program that is its own reader may fill the queue before it spins."""
 
 MsgT = TypeVar("MsgT", bound=Message)
 
@@ -71,6 +76,9 @@ class Publisher(Destroyable, Generic[MsgT]):
             InvalidHandle: The publisher has been destroyed.
             ExternalShutdownException: The context has ended while it waited.
         """
+        if self._publisher.crowded:
+            with suppress(WaitTimeout):
+                self._wait_for_space(CROWDED_SEC)
         # Again after each wait: another thread may have used the space.
         while True:
             try:
@@ -83,9 +91,9 @@ class Publisher(Destroyable, Generic[MsgT]):
             else:
                 return
 
-    def _wait_for_space(self) -> None:
+    def _wait_for_space(self, timeout_sec: float | None = None) -> None:
         try:
-            self._context.wait_for(self._thread.submit(lambda: self._native.ready(None)))
+            self._context.wait_for(self._thread.submit(lambda: self._native.ready(timeout_sec)))
         except ThreadStopped as error:
             raise InvalidHandle(str(error)) from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from typing import TYPE_CHECKING, Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -12,9 +13,18 @@ from actors.ros import program
 from actors.ros.__main__ import main
 from actors.tools.executables import Executable
 from actors.tools.programs import NoProgramError
+from proto.aio import process
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+@pytest.fixture(autouse=True)
+def configured(monkeypatch: pytest.MonkeyPatch) -> Mock:
+    """Stands for the configuration of the process, which would be that of the tests."""
+    configured = Mock()
+    monkeypatch.setattr(process, "configure_process", configured)
+    return configured
 
 
 @pytest.fixture(autouse=True)
@@ -24,6 +34,18 @@ def _own_interpreter_state(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys, "argv", [])
     monkeypatch.setenv("CALLBOARD_URL", "callboard://192.0.2.1:7411")  # elsewhere: no broker is started
+
+
+def test_the_process_is_configured_before_the_program_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, configured: Mock
+) -> None:
+    """Once: it is the program's own, and large messages take half of the time with memory that is kept."""
+    script = tmp_path / "script.py"
+    script.write_text("raise SystemExit(7)\n")
+    monkeypatch.setattr(sys, "argv", ["ros", str(script)])
+    with pytest.raises(SystemExit, match="7"):
+        main()
+    configured.assert_called_once_with()
 
 
 def test_a_script_runs_with_its_arguments(

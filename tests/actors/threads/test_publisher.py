@@ -131,6 +131,26 @@ def test_keep_all_drops_nothing(host: Host, monkeypatch: pytest.MonkeyPatch) -> 
         assert pair.received(1) == [3]
 
 
+def test_it_is_crowded_long_before_it_is_full(host: Host) -> None:
+    """For KEEP_ALL only, by what waits for the loop, too; `ready` then waits, and shared memory has space."""
+    with NodeThread() as thread:
+        pair = Pair(host, thread, KEEP_ALL)
+        inner = thread.call(lambda: pair.talker.create_publisher(String, "large", KEEP_ALL))
+        thread.call(inner.flush)  # the broker has accepted it
+        large, latest = (
+            thread.publisher(each)
+            for each in (inner, thread.call(lambda: pair.talker.create_publisher(String, "latest", 100)))
+        )
+        with blocked(thread):
+            for crowded in (False, False, True):
+                for publisher in (large, latest):
+                    publisher.publish(String(data="x" * 1_500_000))
+                assert (large.crowded, latest.crowded) == (crowded, False)
+            large.publish(String(data="not refused"))
+        large.ready()
+        assert not large.crowded
+
+
 def test_what_the_caller_was_not_refused_is_sent(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also if others have filled the publisher's queue since."""
     with NodeThread() as thread:
