@@ -12,7 +12,7 @@ ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 NPM_READY := $(NPM)/.ready
 
-.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream clean
+.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream judges clean
 .DEFAULT_GOAL := check
 
 $(DEMO_READY): pyproject.toml
@@ -60,7 +60,7 @@ quick: $(READY)
 nightly: $(READY) $(ROS2_READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)
 	@$(BIN)/python -m tests.simulation.killing_seeds
-	@$(MAKE) --no-print-directory web-test
+	@$(MAKE) --no-print-directory web-test judges
 
 # Run the tests RUNS times beside LOAD busy processes, and list which failed how often. Output: build/flakes.
 RUNS ?= 20
@@ -88,6 +88,10 @@ check: $(READY)
 # Programs written for ROS 2, in checkouts of https://github.com/ros2/examples and demos below the folder UPSTREAM.
 upstream: $(READY)
 	@$(BIN)/python -m tests.upstream "$(or $(UPSTREAM),$(error make upstream UPSTREAM=folder with checkouts))" $(UPSTREAM_FLAGS)
+
+# Tests of packages from the package index that are written for rclpy.
+judges: $(READY)
+	@$(BIN)/python -m tests.upstream.distributions
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

@@ -21,7 +21,7 @@ class Robot(actors.LifecycleNode):
         points = self.create_publisher(PointStamped, "points")
         self.create_timer(0.1, lambda: points.publish(self._point()))
         self.create_service(AddTwoInts, "add_two_ints", self._add)
-        self.create_action_server(Fibonacci, "fibonacci", self._count)
+        self.create_action_server(Fibonacci, "fibonacci", self._fibonacci)
         self.create_subscription(String, "words", lambda message: print("heard", message.data, flush=True))
 
     def _point(self) -> PointStamped:
@@ -33,7 +33,7 @@ class Robot(actors.LifecycleNode):
         response.sum = request.a + request.b
         return response
 
-    async def _count(self, goal: Any) -> Fibonacci.Result:
+    async def _fibonacci(self, goal: Any) -> Fibonacci.Result:
         goal.publish_feedback(Fibonacci.Feedback(sequence=[0, 1, 1]))
         await asyncio.sleep(0)
         goal.succeed()
