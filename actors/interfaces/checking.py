@@ -49,20 +49,26 @@ def check_assignments(*, enabled: bool = True) -> None:
 
 
 def _checked_setattr(message: Message, name: str, value: object) -> None:
-    _check(type(message), name, value)
+    check_field(type(message), name, value)
     super(Message, message).__setattr__(name, value)
 
 
 def _checked_call(cls: MessageType, *args: object, **fields: object) -> Any:
     fields.pop("check_fields", None)  # ROS 2's switch for one message
-    unknown = sorted(fields.keys() - set(cls.__struct_fields__))
-    assert not unknown, f"Invalid arguments passed to constructor: {', '.join(unknown)}"
-    for name, value in [*zip(cls.__struct_fields__, args, strict=False), *fields.items()]:
-        _check(cls, name, value)
+    check_fields(cls, args, fields)
     return super(MessageType, cls).__call__(*args, **fields)
 
 
-def _check(cls: MessageType, name: str, value: object) -> None:
+def check_fields(cls: MessageType, args: tuple[object, ...], fields: dict[str, object]) -> None:
+    """Raise AssertionError unless the class can be called with these values, by position and by name."""
+    unknown = sorted(fields.keys() - set(cls.__struct_fields__))
+    assert not unknown, f"Invalid arguments passed to constructor: {', '.join(unknown)}"
+    for name, value in [*zip(cls.__struct_fields__, args, strict=False), *fields.items()]:
+        check_field(cls, name, value)
+
+
+def check_field(cls: MessageType, name: str, value: object) -> None:
+    """Raise AssertionError unless a field of messages of a class accepts a value."""
     kind = _types(cls).get(name)
     if kind is not None and not _fits(kind, value):
         raise AssertionError(f"The '{name}' field must be {_expected(kind, value)}")

@@ -59,6 +59,13 @@ class _SlotTypes:
         return slot_types(owner)
 
 
+class _FieldTypes:
+    """Gives a message class's `_fields_and_field_types`, which some programs for ROS 2 read."""
+
+    def __get__(self, instance: object, owner: Any) -> dict[str, str]:
+        return cast("dict[str, str]", owner.get_fields_and_field_types())
+
+
 class Message(msgspec.Struct, metaclass=MessageType):
     """Base of all message types, generated or written by hand.
 
@@ -71,6 +78,7 @@ class Message(msgspec.Struct, metaclass=MessageType):
     """
 
     SLOT_TYPES = _SlotTypes()
+    _fields_and_field_types = _FieldTypes()
 
     def __init_subclass__(cls) -> None:
         # Those of `actors.interfaces` are generated and tested, and importing them has to be quick.

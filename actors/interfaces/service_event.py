@@ -62,5 +62,6 @@ def _event(srv_type: Any) -> type[Message]:
             "response": (Annotated[list[parts.Response], AtMost(1)], list),
         },
     )
-    made.__qualname__ = f"{srv_type.__qualname__}.Event"  # where pickle looks for it
+    # Where pickle looks for it: "SetBool.Event", or "SetBool_Event" where the request is "SetBool_Request".
+    made.__qualname__ = parts.Request.__qualname__.removesuffix("Request") + "Event"
     return made

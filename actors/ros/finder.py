@@ -19,7 +19,7 @@ from actors.interfaces.file_packages import FileFinder
 from actors.ros.interface_packages import find_in_folders
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from types import ModuleType
 
 LIBRARIES: Final = {
@@ -61,15 +61,19 @@ class AliasLoader(Loader):
 
     Args:
         target: That name.
+        before: What to call before it is imported.
     """
 
-    def __init__(self, target: str) -> None:
+    def __init__(self, target: str, before: Callable[[], None] | None = None) -> None:
         self._target = target
+        self._before = before
         self._spec: ModuleSpec | None = None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """Return the module itself."""
         del spec
+        if self._before is not None:
+            self._before()
         module = importlib.import_module(self._target)
         self._spec = module.__spec__
         return module
@@ -84,13 +88,16 @@ class RosFinder(FileFinder):
 
     Args:
         force: Find them even then.
+        adopts: Whether to give message classes what ROS 2's have, once the program imports rclpy or an
+            interface package.
 
     Attributes:
         force: As given.
     """
 
-    def __init__(self, *, force: bool = False) -> None:
+    def __init__(self, *, force: bool = False, adopts: bool = False) -> None:
         self.force = force
+        self._adopts = adopts
         self._targets: dict[str, str | None] = {}
         """Top-level names, and callboard's packages for them; None if they are found elsewhere."""
         self._found: dict[str, ModuleSpec] = {}
@@ -113,9 +120,7 @@ class RosFinder(FileFinder):
         top, dot, rest = fullname.partition(".")
         if top in UNSUPPORTED and not is_installed(top):
             raise ModuleNotFoundError(f"callboard has no {top}: {UNSUPPORTED[top]}", name=top)
-        if top not in self._targets:
-            self._targets[top] = self._target(top)
-        target_package = self._targets[top]
+        target_package = self._targets[top] if self.is_ours(top) else None
         if target_package is None:
             spec = find_in_folders(fullname, path)
             return None if spec is not None and path is None and is_installed(top) else spec
@@ -128,7 +133,21 @@ class RosFinder(FileFinder):
             return None
         if name not in sys.modules:
             self._found[name] = spec
-        return ModuleSpec(fullname, AliasLoader(name), is_package=spec.submodule_search_locations is not None)
+        before = self._adopt if self._adopts and (top == "rclpy" or top not in LIBRARIES) else None
+        is_package = spec.submodule_search_locations is not None
+        return ModuleSpec(fullname, AliasLoader(name, before), is_package=is_package)
+
+    def _adopt(self) -> None:
+        from actors.ros.message_classes import adopt_all  # noqa: PLC0415 - launch files need no messages
+
+        adopt_all(self.is_ours)
+        self._adopts = False
+
+    def is_ours(self, top: str) -> bool:
+        """Return whether a top-level name is found in callboard."""
+        if top not in self._targets:
+            self._targets[top] = self._target(top)
+        return self._targets[top] is not None
 
     def _target(self, top: str) -> str | None:
         target = _cached_module_names().get(top)
@@ -186,7 +205,7 @@ def install(*, force: bool = False) -> None:
             "ROS 2's own rclpy is installed here. Run the program without --ros to use that, or with --force"
             " to use callboard's."
         )
-    sys.meta_path.insert(0, RosFinder(force=force))
+    sys.meta_path.insert(0, RosFinder(force=force, adopts=True))
 
 
 def is_forced() -> bool:

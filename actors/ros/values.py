@@ -6,6 +6,8 @@ that such a program receives are converted after they have been decoded; the cla
 
 ROS 2's messages also convert a list that is assigned to a field of numbers. The classes do that once the
 program has made an entity (a publisher, client, service or action) that uses them.
+
+Classes that `message_classes.py` has changed do all of this themselves, and are left alone here.
 """
 
 from __future__ import annotations
@@ -19,10 +21,10 @@ from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.codec import codec_for
 from actors.interfaces.fields import fields_of, nested_classes
 from actors.interfaces.message import is_message_type
+from actors.ros.message_classes import has_adopted, numpy_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import ModuleType
 
     from actors.interfaces.fields import FieldType
     from actors.interfaces.naming import MessageType
@@ -50,6 +52,16 @@ def prepare(*classes: Any) -> None:
     """Load what converting messages of these classes needs, such as NumPy, before the first one arrives."""
     for each in classes:
         _conversions(each)
+        if is_message_type(each) and any(
+            field.type.is_fixed and _is_numeric(field.type)
+            for nested in nested_classes(each)
+            for field in fields_of(nested)
+        ):
+            numpy_module()
+
+
+def _is_numeric(kind: FieldType) -> bool:
+    return kind.base in ARRAY_BY_ELEMENT or kind.base in {"uint8", "char"}
 
 
 def copied(message: T) -> T:
@@ -78,7 +90,9 @@ def convert_assignments(cls: MessageType) -> None:
         types = {
             field.name: made for field in fields_of(each) if (made := _for_assignment(field.type)) is not None
         }
-        if types and "__setattr__" not in each.__dict__:  # not yet, for a class that contains it
+        if (
+            types and not has_adopted(each) and "__setattr__" not in each.__dict__
+        ):  # not yet, for a class that contains it
             base: Any = each
             type.__setattr__(each, "__setattr__", _converting_setattr(base.__setattr__, types))
 
@@ -101,7 +115,7 @@ def _for_assignment(kind: FieldType) -> Callable[[Any], Any] | None:
     element = "uint8" if kind.base == "char" else kind.base
     if not kind.is_array or (made is None and element != "uint8"):
         return None
-    numpy: Any = _numpy() if kind.is_fixed else None
+    numpy: Any = numpy_module() if kind.is_fixed else None
     if numpy is not None:
         return partial(numpy.array, dtype=element)
     return made or partial(array, "B")
@@ -110,7 +124,10 @@ def _for_assignment(kind: FieldType) -> Callable[[Any], Any] | None:
 @cache
 def _has_conversions(cls: MessageType) -> bool:
     return is_message_type(cls) and any(
-        _for_received(field.type) for each in nested_classes(cls) for field in fields_of(each)
+        _for_received(field.type)
+        for each in nested_classes(cls)
+        if not has_adopted(each)
+        for field in fields_of(each)
     )
 
 
@@ -121,7 +138,8 @@ def _conversions(cls: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
         return ()
     found: list[tuple[str, Callable[[Any], Any]]] = []
     for field in fields_of(cls):
-        nested, convert = field.type.message, _for_received(field.type)
+        nested = field.type.message
+        convert = None if has_adopted(cls) else _for_received(field.type)
         if nested is not None and _has_conversions(nested):
             convert = _convert_each if field.type.is_array else rosidl_values
         if convert is not None:
@@ -140,7 +158,7 @@ def _for_received(kind: FieldType) -> Callable[[Any], Any] | None:
     if kind.base == "byte":
         return _bytes_list
     binary = kind.base in {"uint8", "char"}
-    numpy: Any = _numpy() if kind.is_fixed and (binary or kind.base in ARRAY_BY_ELEMENT) else None
+    numpy: Any = numpy_module() if kind.is_fixed and (binary or kind.base in ARRAY_BY_ELEMENT) else None
     if numpy is not None:
         return partial(_numpy_array, numpy, numpy.dtype("uint8" if binary else kind.base))
     return _byte_array if binary else None
@@ -164,12 +182,3 @@ def _numpy_array(numpy: Any, dtype: Any, value: Any) -> Any:
     # Bytes are copied, because they are read-only; arrays share their memory.
     made = numpy.frombuffer(value, dtype)
     return made.copy() if isinstance(value, _BYTES) else made
-
-
-@cache
-def _numpy() -> ModuleType | None:
-    try:
-        import numpy as np  # noqa: PLC0415 - an extra, and slow to import
-    except ImportError:
-        return None
-    return np

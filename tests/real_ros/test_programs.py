@@ -21,6 +21,7 @@ PROGRAM_MODULES = (
     "entities",
     "index",
     "later_names",
+    "message_classes",
     "names",
     "nested",
     "private_parts",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.ros import values
+from actors.ros import message_classes, values
 
 if TYPE_CHECKING:
     from actors.ros.rclpy.lifecycle import LifecycleNode
@@ -17,5 +17,5 @@ def lifecycle_state(node: LifecycleNode) -> tuple[int, str]:
 
 def forget_numpy() -> None:
     """Forget whether NumPy is there, and what was computed for it."""
-    for cached in (values._numpy, values._has_conversions, values._conversions):
+    for cached in (message_classes.numpy_module, values._has_conversions, values._conversions):
         cached.cache_clear()

@@ -14,6 +14,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+@pytest.fixture(autouse=True)
+def _plain_message_classes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the message classes as they are: other tests of this process expect callboard's."""
+    monkeypatch.setattr("actors.ros.message_classes.adopt_all", lambda is_ours: None)
+
+
 @pytest.fixture
 def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Context]:
     """A context that runs, with a broker of its own."""
