@@ -360,11 +360,6 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
-        ("times.clock_of_ros_time",),
-        "A `Clock` of ROS time is not a `ROSClock`; only nodes have one.",
-    ),
-    Difference(
-        "program",
         ("entities.wrong_types",),
         "A TypeError that names the class. rclpy raises an AttributeError or a RuntimeError.",
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from functools import partial
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, Self, cast
 
 from actors.errors import TimeSourceChanged
 from actors.ros.process_thread import process_thread
@@ -46,6 +46,12 @@ class Clock:
     Attributes:
         native: callboard's clock.
     """
+
+    def __new__(cls, *args: Any, clock_type: ClockType = ClockType.SYSTEM_TIME, **kwargs: Any) -> Self:
+        """Return a ROSClock for ROS time."""
+        del args, kwargs
+        made: Any = ROSClock if cls is Clock and clock_type is ClockType.ROS_TIME else cls
+        return cast("Self", object.__new__(made))
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self.native = NativeClock(clock_type)
@@ -148,9 +154,17 @@ class ROSClock(Clock):
     Args:
         native: The node's clock in callboard; None makes one that no node sets.
         jump_calls: Makes the node's calls of jump callbacks.
+        clock_type: ROS_TIME, as of every one.
     """
 
-    def __init__(self, native: NativeClock | None = None, jump_calls: RecentCalls | None = None) -> None:
+    def __init__(
+        self,
+        native: NativeClock | None = None,
+        jump_calls: RecentCalls | None = None,
+        *,
+        clock_type: ClockType = ClockType.ROS_TIME,
+    ) -> None:
+        del clock_type
         super().__init__(clock_type=ClockType.ROS_TIME)
         self._jump_calls = jump_calls
         if native is not None:

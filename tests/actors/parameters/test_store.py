@@ -184,6 +184,17 @@ def test_read_only(store: ParameterStore) -> None:
     assert not store.has("b")
 
 
+def test_an_on_set_callback_without_an_answer_refuses(store: ParameterStore) -> None:
+    """What is no result refuses the values, with a warning that names the callback."""
+    store.declare("a", 1)
+    forgetful: Any = lambda parameters: None  # noqa: E731 - its type is the fault
+    store.callbacks.on_set.append(forgetful)
+    with pytest.warns(UserWarning, match="lambda.*returned None, not a SetParametersResult"):
+        [result] = store.set([Parameter("a", value=2)])
+    assert not result.successful
+    assert store.get("a").value == 1
+
+
 def test_on_set_callback(store: ParameterStore) -> None:
     """A refusal leaves the value, and raises at declaration; removing the callback ends it."""
     seen: list[list[Any]] = []

@@ -124,16 +124,20 @@ def rosout_profiles():
     """Make nodes with other QoS for the log."""
     with running_node() as node:
 
-        def profile(qos):
-            other = Node("other", context=node.context, rosout_qos_profile=qos)
-            spin_until(node, lambda: len(node.get_publishers_info_by_topic("/rosout")) == 2)
-            infos = node.get_publishers_info_by_topic("/rosout")
-            found = next(each.qos_profile for each in infos if each.node_name == "other")
-            other.destroy_node()
-            spin_until(node, lambda: len(node.get_publishers_info_by_topic("/rosout")) == 1)
-            return [found.reliability.name, found.durability.name]
+        def profile(name, qos):
+            other = Node(name, context=node.context, rosout_qos_profile=qos)
 
-        return [profile(each) for each in (qos_profile_rosout_default, 5, QoSProfile(depth=3))]
+            def found():
+                infos = node.get_publishers_info_by_topic("/rosout")
+                return [each.qos_profile for each in infos if each.node_name == name]
+
+            spin_until(node, found)
+            policies = [found()[0].reliability.name, found()[0].durability.name]
+            other.destroy_node()
+            return policies
+
+        profiles = {"preset": qos_profile_rosout_default, "depth": 5, "profile": QoSProfile(depth=3)}
+        return [profile(f"rosout_{name}", qos) for name, qos in profiles.items()]
 
 
 def wrong_rosout_profile():
