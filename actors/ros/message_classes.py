@@ -281,8 +281,9 @@ class _Array:
         """
         if self._made is not None:
             _refuse(value)
-            is_same = type(value) is list or getattr(value, "typecode", "") == self._code
-            return array(self._code, cast("Any", value if is_same else self._made(value)))
+            if isinstance(value, list | tuple) or getattr(value, "typecode", "") == self._code:
+                return array(self._code, cast("Any", value))
+            return array(self._code, self._made(value))
         made = array("B")
         if isinstance(value, bytes | bytearray) or _is_octets(value):
             made.frombytes(value)
