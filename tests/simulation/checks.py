@@ -12,6 +12,7 @@ from broker.mesh.engine.channel import MeshChannel
 from tests.seams import simulation as seams
 from tests.seams.brokers import dispatcher_of, remote_endpoints
 from tests.seams.nodes import context_of, link_of
+from tests.simulation.member import LARGE_BYTES
 from tests.simulation.records import Ask, keep_all, match
 from tests.simulation.shared_memory import check_slots
 
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
 
 IDLE_TIMEOUT_SEC: Final = 200.0
 """A healed world has come to rest by then: slow readers have read, links are back."""
+
+ONE_BY_ONE_SEC: Final = 2000.0
+"""The same where a link may hold less than a large message: each of those that must not be dropped ends the
+links of its readers, and up to 400 of a publisher may wait for that."""
 
 FRESH_MESSAGES: Final = 30
 """So often a message may be lost for a good reason before one is received."""
@@ -89,7 +94,8 @@ async def _until(world: World, unmet: Callable[[], str], limit: float) -> None:
 
 async def _wait_until_idle(world: World) -> None:
     """Everybody is connected, and nothing waits anywhere."""
-    await _until(world, lambda: next(_not_idle(world), ""), IDLE_TIMEOUT_SEC)
+    limit = ONE_BY_ONE_SEC if world.max_link_bytes < LARGE_BYTES[-1] else IDLE_TIMEOUT_SEC
+    await _until(world, lambda: next(_not_idle(world), ""), limit)
     await asyncio.sleep(5)
 
 

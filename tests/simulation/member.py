@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tests.simulation.world import World
 
 TOPICS: Final = ("red", "green", "blue")
+LARGE_BYTES: Final = (70_000, 300_000)
 SERVICES: Final = ("double", "twice")
 
 SLACK_SEC: Final = 0.001
@@ -335,7 +336,7 @@ class Member:
             for _ in range(random.choice([1, 1, 3, 20])):
                 weight = random.choice([0, 0, 10, 200])
                 if random.random() < self.world.large_share:
-                    weight = (70_000, 300_000)[pub.published % 2]
+                    weight = LARGE_BYTES[pub.published % 2]
                 await self.publish_one(pub, weight)
             if random.random() < 0.1 and not pub.gone:
                 await self._in_time(
