@@ -12,6 +12,7 @@ import atexit
 import hashlib
 import os
 import shutil
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -88,6 +89,9 @@ def _write(prefix: Path) -> None:
 
 def _remove_old(parent: Path) -> None:
     """Remove all folders but the newest; one that another process still writes is among these."""
-    folders = sorted(parent.iterdir(), key=lambda each: each.stat().st_mtime)
-    for each in folders[:-MAX_FOLDERS]:
+    folders: list[tuple[float, Path]] = []
+    for each in parent.iterdir():
+        with suppress(FileNotFoundError):  # another process has renamed or removed it
+            folders.append((each.stat().st_mtime, each))
+    for _, each in sorted(folders)[:-MAX_FOLDERS]:
         shutil.rmtree(each, ignore_errors=True)

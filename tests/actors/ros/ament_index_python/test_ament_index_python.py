@@ -92,6 +92,17 @@ def test_the_folders_of_other_versions_are_removed(tmp_path: Path, monkeypatch: 
     assert len(kept) == MAX_FOLDERS
 
 
+def test_a_folder_may_disappear_while_others_are_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another process has removed it; a link to nowhere stands for it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = tmp_path / "callboard" / "interfaces"
+    folder.mkdir(parents=True)
+    (folder / "gone").symlink_to("nowhere")
+    assert interface_prefix().parent == folder
+
+
 def test_a_cache_that_cannot_be_written_to_is_not_needed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
