@@ -22,7 +22,7 @@ Item = TypeVar("Item")
 
 
 class AddressQueues(Generic[Item]):
-    """A queue for each address or IPv6 network; each loses its oldest item at a limit."""
+    """A queue for each address or IPv6 network."""
 
     def __init__(self) -> None:
         self._queues: dict[Address, deque[Item]] = {}
@@ -32,19 +32,20 @@ class AddressQueues(Generic[Item]):
         """Return how many wait, of all addresses."""
         return self._count
 
-    def add(self, source: Address, item: Item) -> Item | None:
+    def add(self, source: Address, item: Item, limit: int | None = None) -> Item | None:
         """Add an item.
 
         Args:
             source: The address that it comes from.
             item: The item.
+            limit: How many of the address may wait; None for any number.
 
         Returns:
-            The item that makes room; None if none must.
+            The oldest item of the address if it makes room; None if none must.
         """
         queue = self._queues.setdefault(source, deque())
         queue.append(item)
-        if len(queue) > limits.MAX_HOLDER_CONNECTIONS:
+        if limit is not None and len(queue) > limit:
             return queue.popleft()
         self._count += 1
         return None
@@ -111,7 +112,8 @@ class Acceptor:
                 except ConnectionAbortedError:  # by the client
                     continue
                 source = owned_by_one(parse_address(peer[0]))
-                if (dropped := self._queues.add(source, sock)) is not None:
+                dropped = self._queues.add(source, sock, limits.MAX_HOLDER_CONNECTIONS)
+                if dropped is not None:
                     self._on_dropped(source)
                     dropped.close()
                 self._arrived.set()

@@ -4,20 +4,47 @@ from __future__ import annotations
 
 import asyncio
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from actors.web import limits
-from actors.web.accepting import Acceptor
-from actors.web.connection import RECEIVE_BYTES, WebConnection
+from actors.web.accepting import Acceptor, AddressQueues
+from actors.web.connection import RECEIVE_BYTES, UNKNOWN, WebConnection
 from actors.web.connection_table import ConnectionTable
 from actors.web.refusals import Refusal, Refusals
 from proto.aio.read_budget import ReadBudget
+from proto.wire.addresses import owned_by_one, parse_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from ssl import SSLContext
 
     from aiohttp import web
+
+    from proto.aio.read_budget import Reader
+
+
+class AddressBudget(ReadBudget):
+    """A read budget that gives shares to each address in turn.
+
+    A handshake takes most of a millisecond, and one address may begin a hundred at once.
+
+    Args:
+        loop: The event loop.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__(loop)
+        self._readers = AddressQueues["Reader"]()
+
+    def wait(self, reader: Reader) -> None:
+        """Call `reader.go_on_reading` in a later loop turn, when it is the turn of its address."""
+        name = cast("asyncio.BaseTransport", reader).get_extra_info("peername")
+        self._readers.add(owned_by_one(parse_address(name[0])) if name else UNKNOWN, reader)
+        super().wait(self)
+
+    def go_on_reading(self) -> None:
+        """Called by itself, as often as readers wait: let one go on."""
+        self._readers.pop().go_on_reading()
 
 
 class WebListener:
@@ -156,5 +183,5 @@ def _encrypted(
 ) -> Callable[[], asyncio.BaseProtocol]:
     from proto.aio.tls_transport import TlsTransport  # noqa: PLC0415 - `ssl` takes milliseconds
 
-    budget = ReadBudget(loop)
+    budget = AddressBudget(loop)
     return lambda: TlsTransport(connect(), context, loop=loop, budget=budget)

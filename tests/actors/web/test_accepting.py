@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from actors.web import limits
 from actors.web.accepting import AddressQueues
-from actors.web.listener import WebListener
+from actors.web.listener import AddressBudget, WebListener
 from proto.wire.addresses import parse_address
 from tests.actors.meeting import until
 
@@ -32,13 +32,41 @@ def test_each_address_has_its_turn() -> None:
     assert [queues.pop() for _ in range(len(queues))] == [*range(3, 100)]
 
 
-def test_the_oldest_of_an_address_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_oldest_of_an_address_makes_room() -> None:
     """Case 72: before it costs more than to be accepted; those of others stay."""
-    monkeypatch.setattr(limits, "MAX_HOLDER_CONNECTIONS", 2)
     queues = AddressQueues[int]()
-    assert queues.add(QUIET, -1) is None
-    assert [queues.add(BUSY, number) for number in range(4)] == [None, None, 0, 1]
+    assert queues.add(QUIET, -1, 2) is None
+    assert [queues.add(BUSY, number, 2) for number in range(4)] == [None, None, 0, 1]
     assert [queues.pop() for _ in range(len(queues))] == [-1, 2, 3]
+
+
+class Handshake(asyncio.Transport):
+    """A connection of an address that needs some shares, and records when it has each."""
+
+    def __init__(self, budget: AddressBudget, address: str, shares: int, record: list[str]) -> None:
+        super().__init__({"peername": (address, 1)})
+        self._budget, self._address, self._shares, self._record = budget, address, shares, record
+        budget.wait(self)
+
+    def go_on_reading(self) -> None:
+        """Called by the budget."""
+        self._record.append(self._address)
+        self._shares -= 1
+        if self._shares:
+            self._budget.wait(self)
+
+
+async def test_handshakes_of_one_address_delay_no_other() -> None:
+    """Case 72: of two hundred handshakes that an address has begun, one gets a share before another's."""
+    record: list[str] = []
+    budget = AddressBudget(asyncio.get_running_loop())
+    for _ in range(200):
+        Handshake(budget, "2001:db8::1", 1, record)
+    for shares in (1, 2):
+        Handshake(budget, "192.0.2.2", shares, record)
+    await until(lambda: len(record) == 203)
+    assert record[:4] == ["2001:db8::1", "192.0.2.2"] * 2
+    assert not budget.contended
 
 
 async def test_a_burst_of_one_address_delays_no_other(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
