@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import weakref
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.task import TaskExecutor, TaskQueue
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import MethodType
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
 
@@ -100,3 +102,28 @@ class Entity(Destroyable):
     def take(self) -> Callable[[], Any] | None:
         """Return the next piece of work, and remove it, or None. Called by the executor."""
         raise NotImplementedError
+
+
+def weakly(method: Callable[..., Any]) -> Any:
+    """Return a function that calls a method without keeping its object; it returns None if that is gone.
+
+    For callboard's node, which its thread holds: it would keep an entity, whose callback is often a method
+    of the node of ROS 2, and so that node.
+
+    Args:
+        method: A bound method; the function is a coroutine function if it is one.
+    """
+    bound = cast("MethodType", method)
+    function, owner = bound.__func__, weakref.ref(bound.__self__)
+
+    def call(*args: Any) -> Any:
+        alive = owner()
+        return None if alive is None else function(alive, *args)
+
+    async def call_async(*args: Any) -> Any:
+        alive = owner()
+        return None if alive is None else await function(alive, *args)
+
+    made: Any = call_async if inspect.iscoroutinefunction(method) else call
+    made.__qualname__, made.__signature__ = bound.__qualname__, inspect.signature(method)
+    return made

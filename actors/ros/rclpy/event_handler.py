@@ -15,6 +15,7 @@ from actors.endpoints.events import LivelinessChangedInfo
 from actors.endpoints.events import LivelinessLostInfo
 from actors.endpoints.events import MatchedInfo
 from actors.endpoints.events import MessageLostInfo
+from actors.ros.rclpy.entity import weakly
 from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -74,31 +75,34 @@ class EventCalls(QueuedCalls):
         super().__init__(*args)
         # Events happen in the loop, and their calls are made where the executor spins.
         self._lock = threading.Lock()
+        self._callbacks: dict[str, Callable[[Any], Any]] = {}
         self._pending: dict[str, Any] = {}
 
     def queued(self, callbacks: PublisherEventCallbacks | SubscriptionEventCallbacks) -> Any:
         """Return callboard's callbacks of the same events, which let the executor make the calls."""
         given = {field.name: getattr(callbacks, field.name) for field in fields(callbacks)}
+        self._callbacks = {name: value for name, value in given.items() if callable(value)}
+        happened = weakly(self._happened)
         # Values that are no callbacks, such as `use_default_callbacks`, pass through.
         made: dict[str, Any] = {
-            name: partial(self._happened, name, value) if callable(value) else value
+            name: partial(happened, name) if name in self._callbacks else value
             for name, value in given.items()
         }
         return callbacks.native_class(**made)
 
-    def _happened(self, kind: str, callback: Callable[[Any], Any], info: Any) -> None:
+    def _happened(self, kind: str, info: Any) -> None:
         with self._lock:
             earlier = self._pending.get(kind)
             # Merged: events that come faster than they are handled do not fill the queue, and no count is
             # lost.
             self._pending[kind] = info if earlier is None else _merged(earlier, info)
         if earlier is None:
-            self.enqueue(partial(self._call, kind, callback))
+            self.enqueue(partial(self._call, kind))
 
-    def _call(self, kind: str, callback: Callable[[Any], Any]) -> Any:
+    def _call(self, kind: str) -> Any:
         with self._lock:
             info = self._pending.pop(kind)
-        return callback(info)
+        return self._callbacks[kind](info)
 
 
 def _merged(earlier: Any, later: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
-from actors.ros.rclpy.entity import Entity
+from actors.ros.rclpy.entity import Entity, weakly
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -80,7 +80,7 @@ class Subscription(Entity, Generic[MsgT]):
         self._thread = thread
         self._native = native
         # Last: from here on messages arrive, and the executor may look at this object.
-        thread.call(lambda: native.set_on_ready(self.notify))
+        thread.call(lambda: native.set_on_ready(weakly(self.notify)))
 
     @property
     def callback(self) -> Callable[..., Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+
+from rclpy.action import ActionClient, ActionServer
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -9,6 +12,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, Trigger
+from test_msgs.action import Fibonacci
 
 from tests.real_ros.programs.errors import outcome
 from tests.real_ros.programs.running import running_node, spin_until
@@ -296,6 +300,37 @@ def node_without_references():
         del other, publisher
         spin_until(node, lambda: "other" not in node.get_node_names())
         return "other" in node.get_node_names()
+
+
+class _Referring(Node):
+    """A node whose callbacks are methods of its own."""
+
+    def __init__(self, context):
+        super().__init__("referring", context=context)
+        self.kept = [
+            self.create_subscription(String, "t", self.called, 1),
+            self.create_service(SetBool, "served", self.called),
+            self.create_client(SetBool, "served"),
+            self.create_timer(60.0, self.called),
+            self.create_guard_condition(self.called),
+            ActionServer(self, Fibonacci, "fibonacci", self.called, goal_callback=self.called),
+            ActionClient(self, Fibonacci, "fibonacci"),
+            self.add_on_set_parameters_callback(self.called),
+        ]
+
+    def called(self, *arguments):
+        """Never called."""
+
+
+def node_that_its_callbacks_refer_to():
+    """Forget such a node: it leaves the graph when garbage is collected."""
+    with running_node() as node:
+        other = _Referring(node.context)
+        spin_until(node, lambda: "referring" in node.get_node_names())
+        del other
+        gc.collect()
+        spin_until(node, lambda: "referring" not in node.get_node_names())
+        return "referring" in node.get_node_names()
 
 
 def node_with_a_publisher_that_is_kept():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from asyncio import CancelledError
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.actions.server_callbacks import CancelResponse as CancelResponse
@@ -11,6 +12,7 @@ from actors.actions.server_callbacks import GoalResponse as GoalResponse
 from actors.errors import InvalidGoalTransitionError
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.action.goal_handle import GoalHandle
+from actors.ros.rclpy.entity import weakly
 from actors.ros.rclpy.queued_calls import QueuedCalls
 from actors.ros.values import convert_assignments, prepare, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
@@ -145,10 +147,10 @@ class ActionServer(QueuedCalls):
             lambda: parts_of(node).native.create_action_server(
                 action_type,
                 action_name,
-                self.executing(None),
-                goal_callback=self._decide,
-                cancel_callback=self._cancel,
-                handle_accepted_callback=self._accepted,
+                weakly(self._execute),
+                goal_callback=weakly(self._decide),
+                cancel_callback=weakly(self._cancel),
+                handle_accepted_callback=weakly(self._accepted),
                 result_timeout_sec=result_timeout,
             )
         )
@@ -205,18 +207,19 @@ class ActionServer(QueuedCalls):
 
     def executing(self, callback: Callable[[Any], Any] | None) -> Callable[[Any], Any]:
         """Return the execute callback for callboard; None: call the one that is registered then."""
+        return partial(self._execute, callback=callback)
 
-        async def execute(native: NativeHandle[Any, Any, Any]) -> Any:
-            try:
-                # As a task of the executor, outside the callback group: an execution takes long, and would
-                # otherwise keep out the cancel callback, which is in the group.
-                return await self.run_task(callback or self._execute_callback, self._handle_of(native))
-            except CancelledError:  # the node is being left
-                if native.is_active:
-                    native.abort()
-                return None
-
-        return execute
+    async def _execute(
+        self, native: NativeHandle[Any, Any, Any], callback: Callable[[Any], Any] | None = None
+    ) -> Any:
+        try:
+            # As a task of the executor, outside the callback group: an execution takes long, and would
+            # otherwise keep out the cancel callback, which is in the group.
+            return await self.run_task(callback or self._execute_callback, self._handle_of(native))
+        except CancelledError:  # the node is being left
+            if native.is_active:
+                native.abort()
+            return None
 
     def register_goal_callback(self, goal_callback: Callable[[Any], Any] | None) -> None:
         """Set the function that accepts goals; None accepts all."""
