@@ -19,6 +19,7 @@ import sys
 from array import array
 from collections.abc import Mapping
 from functools import cache
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
@@ -169,8 +170,12 @@ def _call(cls: MessageType, *args: Any, **fields: Any) -> Any:
     converters = _converters.get(cls)
     if converters is not None:
         if args:
-            fields |= zip(cls.__struct_fields__, args, strict=False)
-            args = args[len(cls.__struct_fields__) :]  # too many, an error
+            # Those that are too many, and given by name, too, stay: the class refuses them.
+            names = cls.__struct_fields__[: len(args)]
+            args = tuple(
+                converters[name].given(value) if name in converters else value
+                for name, value in zip_longest(names, args)
+            )
         for name in fields.keys() & converters:
             fields[name] = converters[name].given(fields[name])
     return super(MessageType, cls).__call__(*args, **fields)

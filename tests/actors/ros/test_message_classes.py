@@ -115,6 +115,12 @@ try:
     UUID(uuid=range(300, 316))
 except (ValueError, OverflowError):
     print("refused")
+print(UUID([7] * 16).uuid[0])
+for too_many in (lambda: UUID(bytes(16), uuid=bytes(16)), lambda: UUID(bytes(16), 1)):
+    try:
+        too_many()
+    except TypeError as error:
+        print(error)
 """
 
 
@@ -129,6 +135,9 @@ def test_a_process_gets_them_with_and_without_numpy(numpy: bool, tmp_path: Path)
         "std_srvs.srv._set_bool SetBool_Request SetBool_Event",
         "std_srvs.srv.SetBool_Request(data=True)",
         "refused",
+        "7",
+        "Argument 'uuid' given by name and position",
+        "Extra positional arguments provided",
     ]
 
 
