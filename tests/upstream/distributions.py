@@ -76,6 +76,7 @@ def _judge(judge: Judge, python: Path) -> int:
     unpacked = folder / archive.name.removesuffix(".tar.gz")
     _run(*pip, "install", "--quiet", str(unpacked))
     report = folder / "report.xml"
+    report.unlink(missing_ok=True)  # pytest may end without one
     command = (str(python), "-m", "actors.ros", "-m", "pytest", "-q", "--tb=short", f"--junit-xml={report}")
     environ = ("env", f"PYTHONPATH={ROOT / 'tests' / 'interfaces'}")  # test_msgs
     _run(*environ, *command, *judge.arguments, folder=unpacked, check=False)
