@@ -45,7 +45,7 @@ def test_fields_are_converted_when_they_are_read() -> None:
     assert has_adopted(probe)
     message: Any = codec_for(probe).decode(codec_for(probe).encode(probe()))
     assert message.octets == array("B", [1])
-    assert type(message.numbers) is array
+    assert type(message.numbers).__name__ == "array"  # not callboard's subclass
     message.numbers.append(2.0)
     message.octets.frombytes(b"ab")
     message.each.append(b"\x03")
