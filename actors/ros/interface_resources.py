@@ -49,19 +49,23 @@ def _prefix(parent: Path) -> Path:
         parent.mkdir(parents=True, exist_ok=True)
         written = Path(mkdtemp(prefix=".", dir=parent))
     except OSError:
-        written = Path(mkdtemp(prefix="callboard-interfaces-"))
-        atexit.register(shutil.rmtree, written, ignore_errors=True)
-        _write(written)
-        return written
+        return _temporary()
     try:
         _write(written)
         os.replace(written, folder)  # noqa: PTH105 - never a folder that is only half written
     except OSError:
         shutil.rmtree(written, ignore_errors=True)
-        if not folder.is_dir():  # another process has written it
-            raise
+        if not folder.is_dir():  # no other process has written it: the disk is full, for instance
+            return _temporary()
     _remove_old(parent)
     return folder
+
+
+def _temporary() -> Path:
+    written = Path(mkdtemp(prefix="callboard-interfaces-"))
+    atexit.register(shutil.rmtree, written, ignore_errors=True)
+    _write(written)
+    return written
 
 
 def _digest() -> str:

@@ -110,3 +110,17 @@ def test_a_cache_that_cannot_be_written_to_is_not_needed(
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert (interface_prefix() / "share" / "std_msgs" / "msg" / "String.msg").is_file()
+
+
+def test_a_temporary_folder_is_used_if_writing_fails_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file in the folder's place stands for a full disk."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "a"))
+    name = interface_prefix().name
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "b"))
+    parent = tmp_path / "b" / "callboard" / "interfaces"
+    parent.mkdir(parents=True)
+    (parent / name).touch()
+    assert (interface_prefix() / "share" / "std_msgs" / "msg" / "String.msg").is_file()
+    assert [each.name for each in parent.iterdir()] == [name]
