@@ -498,7 +498,8 @@ class Mesh:
         if epoch > MAX_EPOCH:
             raise ProtocolError(ErrorCode.MALFORMED, f"there is no epoch {epoch}")
         if epoch > session.epoch:
-            if session.sent or session.received or session.ready:
+            # An import of the earlier epoch ends without having made the session ready: a new one is needed.
+            if session.sent or session.received or session.ready or session.importing:
                 self._reset(broker, session, epoch)
             else:
                 self.sessions.rename(broker, session, epoch)

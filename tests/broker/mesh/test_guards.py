@@ -287,6 +287,29 @@ def test_a_snapshot_is_no_more_imported_when_its_broker_has_gone(monkeypatch: py
     assert keys_of(attack, THERE) == set()
 
 
+def test_an_epoch_that_begins_during_an_import_has_a_snapshot_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Case 66: that of the earlier one counts no more, and the broker is asked for another at once."""
+    monkeypatch.setattr(slices, "SLICE", 10)
+    attack = Attack()
+    attack.mesh.remove_broker(THERE)
+    attack.mesh.add_broker(THERE)
+    assert asked(attack) == [THERE]
+    attack.mesh.snapshot(THERE, 2)
+    attack.mesh.accept_snapshot(THERE, Snapshot(2, 1, nodes(100)))
+    while not keys_of(attack, THERE):
+        attack.mesh.work.go_on(10)
+    attack.mesh.snapshot(THERE, 3)
+    assert asked(attack) == [THERE]
+    finish(attack)
+    assert keys_of(attack, THERE) == set()
+    attack.mesh.snapshot(THERE, 3)
+    attack.mesh.accept_snapshot(THERE, Snapshot(3, 1, nodes(3)))
+    finish(attack)
+    assert keys_of(attack, THERE) == {10, 11, 12}
+
+
 def test_a_snapshot_is_decoded_no_further_than_the_limit_of_endpoints() -> None:
     """Case 66: what is beyond it counts as refused, and keeps nothing out of a later snapshot within it."""
     attack = Attack(max_endpoints=6)
