@@ -36,7 +36,7 @@ class Judge:
 
 
 JUDGES: Final = (
-    Judge("ros2-http-gateway==0.2.0", 770, ("test", "--timeout=60")),
+    Judge("ros2-http-gateway==0.2.0", 815, ("test", "--timeout=60")),
     # Without launch tests, and the options for tools that it need not have here.
     Judge(
         "ros2-easy-test==0.2.0.post1",
