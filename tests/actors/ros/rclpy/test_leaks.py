@@ -94,7 +94,7 @@ def test_entities_leave_nothing(context: Context) -> None:
 
         assert not left_behind(round_, ROUNDS, node)
     assert threading.active_count() == threads
-    assert _descriptors() == descriptors
+    assert _descriptors() <= descriptors  # others may have been closed meanwhile
 
 
 def test_clients_and_services_leave_nothing(context: Context) -> None:
@@ -139,4 +139,4 @@ def test_nodes_contexts_and_executors_leave_nothing(context: Context) -> None:
 
     assert not left_behind(round_, NODE_ROUNDS, watching)
     assert threading.active_count() == threads
-    assert _descriptors() == descriptors
+    assert _descriptors() <= descriptors  # others may have been closed meanwhile

@@ -18,6 +18,7 @@ from actors.errors import BrokerUnreachable
 from proto.wire.codes import EntryKind
 from proto.wire.stats import MeshBrokerStats
 from tests.actors.tools.made_up import entry, link, sample, snapshot, topic
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncGenerator, Iterator
@@ -409,7 +410,7 @@ async def test_it_fits_any_terminal() -> None:
             await here.pilot.resize_terminal(width, height)
             await here.samples(at_second(3))
             assert here.app.size == (width, height)
-        assert here.app.query_one("#topics-table").size.width == 120
+        await until(lambda: here.app.query_one("#topics-table").size.width == 120)  # laid out by then
 
 
 async def test_no_color_is_honoured(monkeypatch: pytest.MonkeyPatch) -> None:
