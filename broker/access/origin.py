@@ -33,7 +33,7 @@ class Origin:
 
     @property
     def local(self) -> bool:
-        """Whether it comes from this machine itself, by loopback or a unix socket, whoever its client is."""
+        """Whether the connection comes from this machine, by loopback or a unix socket."""
         return is_local(self.address)
 
     @property
@@ -42,7 +42,7 @@ class Origin:
         return (self.address,) if self.client is None else (self.address, self.client)
 
     def __str__(self) -> str:
-        """Return it for people."""
+        """Return the address, and the client if there is one, as logs show them."""
         where = "this machine" if self.address is None else str(self.address)
         return where if self.client is None else f"{where} for {self.client}"
 

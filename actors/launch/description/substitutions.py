@@ -33,8 +33,8 @@ MAX_TEXTS: Final = 256 << 20
 """Characters of all texts together, in what a launch does at its beginning, or at one event."""
 
 MAX_COMMAND: Final = 128 << 10
-"""Characters of a text that is split into words. No system starts a program with a longer argument, and the
-time that a word takes grows with the square of its length."""
+"""The most characters of a text that is split into words. No system starts a program with a longer argument,
+and splitting takes time that grows with the square of a word's length."""
 
 
 class TextCount:
