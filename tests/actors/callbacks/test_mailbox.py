@@ -81,14 +81,17 @@ class Recorder:
 async def opened(
     mailbox: Mailbox, budget: CallbackBudget | None = None
 ) -> AsyncIterator[set[asyncio.Task[None]]]:
-    """Open a mailbox whose workers end with the block; gives the set of its workers."""
+    """Open a mailbox whose workers end with the block; gives the set of its workers.
+
+    By default no time passes for its budget, so that a busy machine does not put callbacks off.
+    """
     tasks: set[asyncio.Task[None]] = set()
     async with asyncio.TaskGroup() as group:
 
         def spawn(coroutine: Any) -> None:
             tasks.add(group.create_task(coroutine))
 
-        mailbox.open(spawn, budget or CallbackBudget())
+        mailbox.open(spawn, budget or CallbackBudget(lambda: 0.0))
         try:
             async with asyncio.timeout(10):
                 yield tasks
