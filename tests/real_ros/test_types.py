@@ -1,4 +1,4 @@
-"""The bundled types are real ROS 2's: fields, defaults, constants, descriptions and hashes."""
+"""The bundled types and test_msgs are those of real ROS 2: fields, defaults, constants, hashes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.interfaces.catalog import interfaces_of, standard_packages
 from actors.interfaces.message import Message, definition, type_hash, type_name
 from actors.interfaces.registry import find_interface
+from tests.interfaces.imported import TYPES
 from tests.real_ros.differences import agree
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ ONLY_HERE = {
 def common(package: str, real: Side) -> list[str]:
     """Return the interfaces of a package that both have: some are of a later ROS 2 than Kilted."""
     theirs = {name for name in real.call("message_types.names") if name.startswith(f"{package}/")}
-    ours = set(interfaces_of(package))
+    ours = set(TYPES[package])
     assert theirs <= ours
     return sorted(theirs)
 
@@ -49,7 +49,7 @@ def without_defaults(description: Any) -> Any:
     return description
 
 
-@pytest.mark.parametrize("package", sorted({*standard_packages()} - ONLY_HERE))
+@pytest.mark.parametrize("package", sorted(TYPES.keys() - ONLY_HERE))
 def test_types_of_a_package_are_those_of_ros(package: str, real: Side, face: Side) -> None:
     """Each has the same fields, types, bounds, defaults and constants."""
     names = common(package, real)
@@ -59,7 +59,7 @@ def test_types_of_a_package_are_those_of_ros(package: str, real: Side, face: Sid
         agree("type", name, real=truth, callboard=answer)
 
 
-@pytest.mark.parametrize("package", sorted({*standard_packages()} - ONLY_HERE))
+@pytest.mark.parametrize("package", sorted(TYPES.keys() - ONLY_HERE))
 def test_hashes_of_a_package_are_those_of_ros(package: str, real: Side) -> None:
     """Each type, request, goal and so on has the same description and the same hash."""
     for name in common(package, real):
