@@ -154,8 +154,13 @@ class SimulatedEngine:
     @property
     def full(self) -> bool:
         """Whether the sending queue is."""
-        self._was_full = self._queued_bytes > QUEUE_BYTES
+        self._was_full = self.backed_up
         return self._was_full
+
+    @property
+    def backed_up(self) -> bool:
+        """Whether a slow network holds up more than a moment's messages."""
+        return self._queued_bytes > QUEUE_BYTES
 
     def send(self, domain: int, messages: list[Message]) -> None:
         """Send messages."""

@@ -103,6 +103,11 @@ class MeshWorld(World):
         await asyncio.sleep(SETTLE_SEC)
         self.mesh.unanswered = 0.0
 
+    @property
+    def backed_up(self) -> bool:
+        """Whether a broker has more to send than its network takes."""
+        return any(engine.backed_up for engine in self.mesh.engines)
+
     def live_from(self, pub: PublisherHistory, sub: SubscriptionHistory) -> int:
         """Return the number before which a latched publisher's messages came late to a reader's broker."""
         if pub.publisher.qos_profile.durability is not actors.DurabilityPolicy.TRANSIENT_LOCAL:

@@ -148,6 +148,11 @@ class World:
         """All of them."""
         return [self.home] if self.standby is None else [self.home, self.standby]
 
+    @property
+    def backed_up(self) -> bool:
+        """Whether a broker has more to send to others than its network takes."""
+        return False
+
     def live_from(self, pub: PublisherHistory, sub: SubscriptionHistory) -> int:
         """Return the number before which a publisher's messages may have been replaced by newer ones."""
         return 0
