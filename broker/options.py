@@ -273,6 +273,10 @@ class DaemonOptions:
     http_allow_control: bool = _option(
         False, "allow the page calls, goals, parameters and transitions, with the token"
     )
+    http_read_without_token: bool = _option(
+        False,
+        "let everybody on this machine read the page without a token, also if the broker has rules",
+    )
 
     def __post_init__(self) -> None:
         _check_ranges(self)

@@ -68,6 +68,7 @@ def _page_beside(options: DaemonOptions, listen: str, broker: Broker) -> Abstrac
     }
     arguments = [word for flag, value in further.items() if value for word in (flag, str(value))]
     arguments += ["--allow-control"] * options.http_allow_control
+    arguments += ["--read-without-token"] * options.http_read_without_token
     arguments += ["--users"] * (broker.options.auth is not None)
     own = str(broker.options.tls_cert or "")
     # Behind another URL there may be a proxy with its own certificate: then the environment knows better.

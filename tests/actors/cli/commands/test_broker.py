@@ -110,6 +110,28 @@ async def test_the_page_trusts_the_certificate_of_its_own_broker(
         assert await process.wait() == 0
 
 
+@pytest.mark.parametrize(("flags", "status"), [((), 401), (("--http-read-without-token",), 200)])
+async def test_who_may_read_the_page_of_a_guarded_broker(
+    tmp_path: Path, flags: tuple[str, ...], status: int
+) -> None:
+    """Whoever has the token, or everybody on this machine if the broker's owner says so."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "actors", "broker", "--unix", tmp_path / "socket", "--http", address, *flags),
+        executable=FORKED,
+        stdout=asyncio.subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    async with asyncio.timeout(50), aiohttp.ClientSession() as client:
+        for start in (b"callboard broker listening on callboard+unix://", b"callboard web listening on "):
+            assert (await process.stdout.readline()).startswith(start)
+        async with client.get(f"http://{address}/api/topics") as response:
+            assert response.status == status
+        process.send_signal(signal.SIGTERM)
+        assert await process.wait() == 0
+
+
 def test_python_m_broker_has_no_page() -> None:
     """It says which program has; in a process, whose logging it sets up."""
     command = [sys.executable, "-m", "broker", "--port", "0", "--http", "127.0.0.1:7412"]
