@@ -36,7 +36,10 @@ QUICK_ASKS: Final = 5
 Zenoh may not know a route yet to one that has just joined."""
 
 MAX_QUICKLY_ASKED: Final = 100
-"""Brokers that have not answered, beyond which none is asked again at once: each request takes 0.1 ms."""
+"""Brokers that have not answered, beyond which none is asked at once: each request takes 0.1 ms."""
+
+MAX_UNHEARD_FIRST: Final = 5
+"""Heartbeats after which a broker is asked then, if none of its own has come before."""
 
 MAX_UNHEARD: Final = 15
 """Heartbeats after which a request counts as lost: the engine says earlier that there is no answer."""
@@ -291,6 +294,11 @@ class BrokerSessions:
         """Whether there are as many that have answered as there may be."""
         return len(self._sessions) - len(self._unanswered) >= MAX_BROKERS
 
+    @property
+    def crowded(self) -> bool:
+        """Whether so many have not answered that none is asked at once."""
+        return len(self._unanswered) > MAX_QUICKLY_ASKED
+
     def get(self, broker: int) -> BrokerSession | None:
         """Return the session with a broker; None if it is not alive."""
         return self._sessions.get(broker)
@@ -339,7 +347,7 @@ class BrokerSessions:
 
     def fail(self, broker: int, session: BrokerSession) -> bool:
         """Note that a broker has left a request unanswered; return whether to ask again at once."""
-        again = session.fail(quick=len(self._unanswered) <= MAX_QUICKLY_ASKED)
+        again = session.fail(quick=not self.crowded)
         if not again and broker in self._unanswered:
             self._unanswered.move_to_end(broker, last=False)
         return again

@@ -11,7 +11,13 @@ from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from broker.mesh.broker_session import MAX_BROKERS, MAX_UNANSWERED, BrokerSessions, MeshMemory
+from broker.mesh.broker_session import (
+    MAX_BROKERS,
+    MAX_UNANSWERED,
+    MAX_UNHEARD_FIRST,
+    BrokerSessions,
+    MeshMemory,
+)
 from broker.mesh.calls import MeshCalls
 from broker.mesh.exports import MeshExports, WantedTopics
 from broker.mesh.held_publishers import HeldPublishers, has_lost, stuck_publishers
@@ -46,9 +52,6 @@ REFUSED: Final = "refused an endpoint of"
 
 UNCHANGED: Final = 10
 """Declarations of a snapshot that count as one change, even if the endpoints are known."""
-
-ASKS_AT_ONCE: Final = 20
-"""Requests for snapshots in one loop turn: about 2 ms."""
 
 MAX_ANSWERS: Final = 5
 """Snapshots that one broker gets between two heartbeats. It needs one when it joins, or lost something."""
@@ -169,9 +172,13 @@ class Mesh:
 
     # What goes out
 
-    def pop_messages(self) -> list[Message]:
-        """Return the messages to send, in order, with a share of the requests for snapshots."""
-        for broker in tuple(islice(self._asks, ASKS_AT_ONCE)):
+    def pop_messages(self, asks: int = MAX_ASKERS) -> list[Message]:
+        """Return the messages to send, in order.
+
+        Args:
+            asks: The most requests for snapshots among them.
+        """
+        for broker in tuple(islice(self._asks, asks)):
             del self._asks[broker]
             session = self.sessions.get(broker)
             if session is not None and session.asked:
@@ -261,12 +268,13 @@ class Mesh:
             "overflows": self.overflows.count,
         }
 
-    def add_broker(self, broker: int, *, announced: bool = True) -> None:
+    def add_broker(self, broker: int, *, announced: bool = True, heard: bool = False) -> None:
         """Ask a broker that is alive for its endpoints.
 
         Args:
             broker: The broker.
             announced: Whether `remove_broker` will follow when it goes. If not, its heartbeats show that.
+            heard: Whether a heartbeat of it has come, so that it is asked even if many do not answer.
         """
         session = self.sessions.get(broker)
         if session is not None:
@@ -279,7 +287,10 @@ class Mesh:
         self.sessions.given_up.pop(broker, None)
         session = self.sessions.add(broker)
         session.announced = announced
-        self._ask(broker, session)
+        if self.sessions.crowded and not heard:
+            session.pause = MAX_UNHEARD_FIRST
+        else:
+            self._ask(broker, session)
         surplus = self.sessions.surplus()
         if surplus is not None:
             self.limited += 1
@@ -402,7 +413,7 @@ class Mesh:
             self.ignored += 1
             # It was given up and is there, or its token was lost on a route that has just begun.
             if broker in self.sessions.given_up or not self.sessions.has_seen(broker):
-                self.add_broker(broker, announced=self.sessions.given_up.get(broker, False))
+                self.add_broker(broker, announced=self.sessions.given_up.get(broker, False), heard=True)
             return
         session.silent = 0
         epoch, sent = heartbeat.sent.get(self._number, (0, 0))

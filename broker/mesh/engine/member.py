@@ -77,6 +77,10 @@ LAST_ANSWER_SEC: Final = 5.0
 STEPS: Final = 20
 """Steps of long work between two looks at the clock: some 0.3 ms."""
 
+PAUSE_SEC: Final = SHARE_SEC
+"""The least time between two shares of long work, so that it takes half of the event loop at most: Zenoh's
+threads and other links need the rest."""
+
 MAX_NEIGHBOURS: Final = 100
 """Neighbours that the statistics name."""
 
@@ -143,10 +147,10 @@ class MeshMember:
                 await asyncio.wait_for(self._all_answered.wait(), LAST_ANSWER_SEC)
 
     def _go_on_later(self) -> None:
-        """Go on with long work in a later loop turn."""
+        """Go on with long work after a pause."""
         if not self._going_on:
             self._going_on = True
-            self._budget.wait(self)
+            asyncio.get_running_loop().call_later(PAUSE_SEC, self._budget.wait, self)
 
     def go_on_reading(self) -> None:
         """Go on with long work, for a share of the read budget (`read_budget.Reader`)."""
@@ -154,8 +158,10 @@ class MeshMember:
         budget = self._budget
         began = budget.clock()
         busy = [mesh.work for mesh in self._meshes.values() if mesh.work.pending]
-        for work in islice(cycle(busy), SHARE_FRAMES // STEPS):
-            work.go_on(STEPS)
+        channels = [each for each in self._channels.values() if each.mesh.busy]
+        for channel in islice(cycle(channels), SHARE_FRAMES // STEPS):
+            channel.mesh.work.go_on(STEPS)
+            channel.ask()
             if budget.clock() - began > SHARE_SEC:
                 break
         # A broker with many endpoints has come or gone: what it took, or its snapshot, is free now.

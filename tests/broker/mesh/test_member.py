@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import count
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
 from broker.mesh import slices
 from broker.mesh.engine.engine import EngineStats
 from broker.mesh.engine.member import LAST_PING, MeshMember
-from broker.mesh.messages import Direct, Heartbeat, Snapshot
+from broker.mesh.messages import Ask, Direct, Heartbeat, Snapshot
 from broker.options import BrokerOptions
 from broker.routing.router import Router
 from broker.server import Broker
+from proto.aio.read_budget import SHARE_SEC
 from proto.wire import frames
 from tests.seams.limits import set_limits
 from tests.waiting import until
@@ -69,6 +71,26 @@ def test_memory_is_returned_after_long_work_for_another_broker(monkeypatch: pyte
             member.go_on_reading()
         assert dispatcher.memory.freed is freed
         mesh.remove_broker(OTHER)
+
+
+async def test_long_work_pauses_between_its_shares() -> None:
+    """Case 66: Zenoh's threads and other links get half of the time, and each share has few requests."""
+    clock = count()
+    dispatcher: Any = mock.Mock(options=BrokerOptions())
+    dispatcher.admission.rules = None
+    dispatcher.budget.clock = lambda: SHARE_SEC / 5 * next(clock)
+    engine: Any = mock.Mock(full=False)
+    member = MeshMember(1, dispatcher, lambda _number, _host: engine, "here")
+    channel = member.add(Router())
+    for broker in range(10, 50):
+        channel.mesh.add_broker(broker)
+    channel.flush()
+    assert not dispatcher.budget.wait.called
+    await until(lambda: dispatcher.budget.wait.called)
+    dispatcher.budget.wait.assert_called_once_with(member)
+    member.go_on_reading()
+    asks = [each for call in engine.send.mock_calls for each in call.args[1] if isinstance(each, Ask)]
+    assert 0 < len(asks) <= 6
 
 
 class Alone:

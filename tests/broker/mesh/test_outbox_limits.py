@@ -70,6 +70,7 @@ class Congestion(Attack):
         """Let the channel send what it can."""
         self.broker.report()
         self.channel.flush()
+        self.channel.ask()
         self.broker.use_outbox(self.mesh.peer, self.channel.outbox)
 
     def answer(self, size: int, *calls: int, broker: int = THERE, client: int = 4) -> None:
@@ -85,6 +86,19 @@ class Congestion(Attack):
         self.engine.full = False
         self.flush()
         return [ask.broker for ask in self.engine.take(Ask)]
+
+
+def test_requests_for_snapshots_do_not_go_with_messages() -> None:
+    """Case 65: each takes 0.1 ms, so that messages between nodes would wait for those of many brokers."""
+    attack = Congestion()
+    for broker in range(1000, 1050):
+        attack.mesh.add_broker(broker)
+    for number in range(3):
+        attack.broker.send(attack.node, make.batch(attack.publisher, number))
+        attack.channel.flush()
+    assert attack.engine.take(Ask) == []
+    attack.channel.ask()
+    assert len(attack.engine.take(Ask)) == 1
 
 
 def test_small_replies_that_wait_for_a_mesh_have_a_limit() -> None:
