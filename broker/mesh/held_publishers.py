@@ -40,7 +40,7 @@ class HeldPublishers:
         """Return the publishers that the next heartbeat names, by their numbers."""
         held: dict[int, Held] = {}
         latched, self._latched = self._latched, {}
-        for publisher in self._router.routes.publishers.values():
+        for publisher in self._router.topics.matched.values():
             route = publisher.routes.get(self._peer)
             if route is None:
                 continue

@@ -46,10 +46,7 @@ class Stalls:
         # gone or served again drop out by themselves.
         before = self._since
         self._since = {
-            reader: before.get(reader, now)
-            for each in publishers
-            if each.matched  # most of another broker's are not
-            for reader in _holding_back(each)
+            reader: before.get(reader, now) for each in publishers for reader in _holding_back(each)
         }
         due = [reader for reader, since in self._since.items() if now - since >= self.limit_sec(reader)]
         self.count += len(due)

@@ -37,6 +37,11 @@ class Topics:
         notices: Reports about matching.
         routes: The routes of the graph's publishers.
         stalls: Finds KEEP_ALL subscriptions that take nothing.
+
+    Attributes:
+        by_name: The topics.
+        matched: Publishers with a matched subscription, by id. Regular checks need not look at the others,
+            of which another broker may have many.
     """
 
     def __init__(
@@ -49,6 +54,7 @@ class Topics:
         self._emit = emit
         self._routes = routes
         self.by_name: dict[str, TopicRecord] = {}
+        self.matched: dict[int, PublisherRecord] = {}
         self._held = False
         """Whether the broker is stopping, so that every publisher is held."""
         self._notices = notices
@@ -146,6 +152,7 @@ class Topics:
                 publisher.awaited_by[subscription.key] = subscription
                 subscription.awaits[publisher.key] = publisher
         publisher.matched.clear()
+        self.matched.pop(publisher.key, None)
         publisher.unattached.clear()
         publisher.credit.limits = CreditLimits()
         if publisher.peer.suspended:  # it may be restored to readers that set no limit
@@ -160,6 +167,8 @@ class Topics:
         self._leave(subscription)
         for publisher in subscription.matched.values():
             publisher.matched.pop(subscription.key, None)
+            if not publisher.matched:
+                self.matched.pop(publisher.key, None)
             self._notices.set_count(publisher, publisher.peers - 1)
             if _is_attached(publisher, subscription):
                 self._routes.detach(publisher, subscription)
@@ -201,6 +210,7 @@ class Topics:
                 return
         # Both sides know each other before the count changes: NOTICE and MATCHED follow from these maps.
         publisher.matched[subscription.key] = subscription
+        self.matched[publisher.key] = publisher
         subscription.matched[publisher.key] = publisher
         self._notices.set_count(publisher, publisher.peers + 1)
         self._notices.set_count(subscription, subscription.peers + 1)
@@ -275,7 +285,7 @@ class Topics:
         # Held publishers wait for the broker, not for a reader.
         if self._held:
             return []
-        stalled = self.stalls.check(self._routes.publishers.values(), now)
+        stalled = self.stalls.check(self.matched.values(), now)
         publishers: dict[PublisherRecord, list[SubscriptionRecord]] = {}
         for subscription in stalled:
             subscription.stalled = True

@@ -46,6 +46,26 @@ def test_a_link_with_many_subscriptions_gets_a_batch_once() -> None:
     assert switch.router.routes.copies == 1
 
 
+def test_publishers_that_nobody_reads_are_left_out_of_regular_checks() -> None:
+    """Case 66: a hundred thousand of another broker would hold the loop at each of them."""
+    switch = Switch()
+    talker, listener = switch.join("/talker"), switch.join("/listener")
+    matched = switch.router.topics.matched
+    number = switch.publisher(talker, make.publisher(1))
+    switch.send(talker, make.publisher(2, "/unread"))
+    assert list(matched) == []
+    switch.send(listener, make.subscription(7), make.subscription(8))
+    assert list(matched) == [number]
+    switch.send(listener, frames.Undeclare(7))
+    assert list(matched) == [number]
+    switch.send(listener, frames.Undeclare(8))
+    assert list(matched) == []
+    switch.send(listener, make.subscription(9))
+    assert list(matched) == [number]
+    switch.send(talker, frames.Undeclare(1))
+    assert list(matched) == []
+
+
 def test_messages_without_a_subscription_count_as_unmatched() -> None:
     """They are counted, not kept."""
     switch = Switch()
