@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import count
+from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from broker.access.rules import Action
@@ -128,26 +128,26 @@ class MeshImports:
         elif known.version > snapshot.version:
             return
         known.version = snapshot.version
+        surplus = max(0, len(snapshot.declarations) - self._max_endpoints)
+        taken = len(snapshot.declarations) - surplus
         # Its declarations are decoded twice: kept, those of many brokers would take much memory.
         numbers: set[int] = set()
-        for frame in snapshot.declarations:
+        for frame in islice(snapshot.declarations, taken):
             numbers.add(frame.id)  # type: ignore[union-attr]
             yield
-        if len(numbers) < len(snapshot.declarations):
+        if len(numbers) < taken:
             raise ProtocolError(ErrorCode.UNEXPECTED, "its snapshot has a number twice")
         # Backwards, as endpoints come after their nodes. What both have stays as it is: its matches and
         # credit go on.
         for number in [number for number in reversed(known.ids) if number not in numbers]:
             self._remove(broker, known, number)
             yield
-        for frame in snapshot.declarations:
+        for frame in islice(snapshot.declarations, taken):
             if frame.id not in known.ids:  # type: ignore[union-attr]
                 self._declare(broker, known, frame)
-                # There are too many. So are the others, which need not be decoded again.
-                if frame.id not in known.ids:  # type: ignore[union-attr]
-                    self._count_refused(len(numbers) - len(known.ids) - 1)
-                    return
             yield
+        if surplus:
+            self._refuse_surplus(broker, known, surplus)
 
     def accept_change(self, broker: int, change: Change) -> bool:
         """Take a change; return False if a snapshot is needed, because changes are missing.
@@ -201,9 +201,7 @@ class MeshImports:
                 raise ProtocolError(ErrorCode.UNKNOWN_ID, text)
             changed["node"] = node
         if len(known.ids) >= self._max_endpoints:
-            known.too_many = True
-            text = f"one broker may declare {self._max_endpoints} endpoints (--max-mesh-endpoints)"
-            self._refuse(broker, text)
+            self._refuse_surplus(broker, known, 1)
             return
         # Known even if it is refused below: its endpoints, its UNDECLARE and its RETIRE must find it.
         known.ids[number] = 0
@@ -221,13 +219,15 @@ class MeshImports:
         self._remotes[changed["id"]] = remote
         self._deliver(deliveries)
 
-    def _refuse(self, broker: int, text: str) -> None:
-        self._count_refused(1)
-        self._report_refusal(broker, text)
+    def _refuse_surplus(self, broker: int, known: _Broker, count: int) -> None:
+        known.too_many = True
+        text = f"one broker may declare {self._max_endpoints} endpoints (--max-mesh-endpoints)"
+        self._refuse(broker, text, count)
 
-    def _count_refused(self, count: int) -> None:
+    def _refuse(self, broker: int, text: str, count: int = 1) -> None:
         self.refused += count
         self._router.refusals.count += count
+        self._report_refusal(broker, text)
 
     def _remove(self, broker: int, known: _Broker, number: int) -> None:
         endpoint = known.ids.pop(number, 0)

@@ -336,7 +336,7 @@ def test_a_snapshot_is_decoded_no_further_than_the_limit_of_endpoints() -> None:
         return keys_of(attack, THERE)
 
     assert take(50, Declarations(nodes(100))) == set(range(10, 16))
-    assert decoded == 100 + 7
+    assert decoded == 6 + 6
     assert attack.broker.router.refusals.count == attack.mesh.counts()["refused"] == 94
     assert take(51, nodes(5, first=200)) == set(range(200, 205))
 
