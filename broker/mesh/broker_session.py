@@ -182,6 +182,10 @@ class BrokerSession:
         self.stuck = {}
         self.drop()
 
+    def has_space(self, size: int) -> bool:
+        """Return whether a message of a size may wait: a small one, or if there is not much of others."""
+        return self.waiting_bytes + size <= SMALL_BYTES or self.total.bytes + size <= KEPT_BYTES
+
     def wait(self, message: Received, topic: str) -> bool:
         """Keep a message and its topic until the snapshot arrives; return False if it is dropped."""
         if len(self.waiting) >= MAX_WAITING or self.waiting_bytes > MAX_WAITING_BYTES:
@@ -270,6 +274,7 @@ class BrokerSessions:
         memory: As given.
         given_up: Brokers that a heartbeat of theirs brings back, and whether they are announced: they did not
             answer when there were too many of those, or have gone silent or been rejected without a token.
+        ignored: Messages that were not decoded: of brokers that are not alive, or too many before a snapshot.
     """
 
     def __init__(self, emit: Callable[[Direct], None], memory: MeshMemory) -> None:
@@ -277,6 +282,7 @@ class BrokerSessions:
         self._sessions: dict[int, BrokerSession] = {}
         self.memory = memory
         self.given_up: dict[int, bool] = {}
+        self.ignored = 0
         memory.graphs.append(self)
         self._unanswered: OrderedDict[int, None] = OrderedDict()
         """Brokers that have not answered yet. The next one to be given up comes first."""
@@ -302,6 +308,18 @@ class BrokerSessions:
     def get(self, broker: int) -> BrokerSession | None:
         """Return the session with a broker; None if it is not alive."""
         return self._sessions.get(broker)
+
+    def admits(self, broker: int, size: int) -> bool:
+        """Return whether to decode a message; if not, it counts as ignored.
+
+        Args:
+            broker: The sender.
+            size: Its bytes.
+        """
+        session = self._sessions.get(broker)
+        admitted = session is not None and (session.answered or session.has_space(size))
+        self.ignored += not admitted
+        return admitted
 
     def has_seen(self, broker: int) -> bool:
         """Return whether there is or was a session with a broker, as far as is remembered."""

@@ -258,7 +258,7 @@ class Mesh:
 
     def counts(self) -> dict[str, int]:
         """Return how often something was lost or not taken, by the names of `MeshStats`."""
-        ignored = self.ignored + self._receiver.unexpected
+        ignored = self.ignored + self.sessions.ignored + self._receiver.unexpected
         return {
             "ignored": ignored,
             "refused": self._imports.refused,

@@ -232,7 +232,10 @@ class ZenohEngine:
         broker = _sender(sample, 4)
         if broker != self._number:
             with self._from(domain, broker, sample) as mesh:
-                mesh.receive(broker, self._decode.change(self._payload(broker, sample), _attachment(sample)))
+                if mesh.sessions.admits(broker, len(sample.payload)):
+                    mesh.receive(
+                        broker, self._decode.change(self._payload(broker, sample), _attachment(sample))
+                    )
 
     def _on_heartbeat(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 4)
@@ -243,6 +246,8 @@ class ZenohEngine:
     def _on_direct(self, domain: int, sample: zenoh.Sample) -> None:
         broker = _sender(sample, 6)
         with self._from(domain, broker, sample) as mesh:
+            if not mesh.sessions.admits(broker, len(sample.payload)):  # not even copied
+                return
             payload, attachment = self._payload(broker, sample), _attachment(sample)
             mesh.receive(broker, self._decode.direct(self._number, payload, attachment))
 

@@ -87,6 +87,23 @@ def test_brokers_that_do_not_answer_share_one_limit_of_memory(monkeypatch: pytes
     assert attack.mesh.sessions.memory.bytes == 0
 
 
+def test_large_messages_beyond_that_limit_are_not_even_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 64: nor any of a broker that is not there; small ones are, and all of one that has answered."""
+    monkeypatch.setattr(broker_session, "SMALL_BYTES", 2000)
+    monkeypatch.setattr(broker_session, "KEPT_BYTES", 75_000)
+    attack = Attack()
+    attack.mesh.add_broker(FAKE)
+    admitted = 0
+    while attack.mesh.sessions.admits(FAKE, 10_000):
+        attack.mesh.receive(FAKE, make.batch(FAKE << 32 | 2, admitted, size=10_000))
+        admitted += 1
+    assert admitted == 7
+    attack.mesh.add_broker(FAKE + 1)
+    assert [attack.mesh.sessions.admits(FAKE + 1, size) for size in (10_000, 2000)] == [False, True]
+    assert [attack.mesh.sessions.admits(broker, 10_000) for broker in (THERE, FAKE + 2)] == [True, False]
+    assert attack.mesh.counts()["ignored"] == 3
+
+
 def test_a_snapshot_that_waits_counts_for_that_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 64: a broker that answers and never asks in return is asked again later."""
     monkeypatch.setattr(broker_session, "MAX_TOTAL_BYTES", 1000)
