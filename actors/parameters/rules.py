@@ -35,7 +35,7 @@ def refusal(descriptor: ParameterDescriptor | None, parameter: Parameter) -> str
     if descriptor is None:
         return "" if 0 < len(parameter.name) <= MAX_NAME_CHARS else "Invalid parameter name"
     if descriptor.read_only:
-        return "Trying to set a read-only parameter"
+        return f"Trying to set a read-only parameter: {parameter.name}."
     if not descriptor.dynamic_typing:
         if parameter.type_ is ParameterType.NOT_SET:
             return "Static parameter cannot be undeclared"

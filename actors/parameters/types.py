@@ -214,11 +214,12 @@ class FloatingPointRange:
     to_value: float
     step: float = 0.0
 
-    def fault(self, value: float) -> str:
+    def fault(self, value: float, name: str) -> str:
         """Return why a value is outside, "" if it is inside.
 
         Args:
             value: The value.
+            name: The parameter's name, for the reason.
 
         Returns:
             The reason.
@@ -226,12 +227,18 @@ class FloatingPointRange:
         # The bounds are allowed even if no step leads to the upper one, as in rclpy.
         if _close(value, self.from_value) or _close(value, self.to_value):
             return ""
+        # The texts are rclpy's, which programs may look for.
         if not self.from_value <= value <= self.to_value:
-            return f"{value} is not between {self.from_value} and {self.to_value}"
+            return (
+                f"Parameter {name} out of range Min: {self.from_value}, Max: {self.to_value}, value: {value}"
+            )
         steps = (value - self.from_value) / self.step if self.step else 0.0
         if not math.isfinite(steps) or math.isclose(steps, round(steps), rel_tol=1e-12, abs_tol=1e-6):
             return ""  # in a range without end, or of tiny steps, every value is on a step
-        return f"{value} is not a whole number of steps of {self.step}"
+        return (
+            f"The parameter value for {name} is not close enough to a valid step."
+            f" Min: {self.from_value}, max: {self.to_value}, value: {value}, step: {self.step}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -242,11 +249,12 @@ class IntegerRange:
     to_value: int
     step: int = 1
 
-    def fault(self, value: int) -> str:
+    def fault(self, value: int, name: str) -> str:
         """Return why a value is outside, "" if it is inside.
 
         Args:
             value: The value.
+            name: The parameter's name, for the reason.
 
         Returns:
             The reason.
@@ -254,9 +262,15 @@ class IntegerRange:
         if value in {self.from_value, self.to_value}:
             return ""
         if not self.from_value <= value <= self.to_value:
-            return f"{value} is not between {self.from_value} and {self.to_value}"
-        off = self.step and (value - self.from_value) % self.step
-        return f"{value} is not a whole number of steps of {self.step}" if off else ""
+            return (
+                f"Parameter {name} out of range. Min: {self.from_value}, Max: {self.to_value}, value: {value}"
+            )
+        if not self.step or (value - self.from_value) % self.step == 0:
+            return ""
+        return (
+            f"The parameter value for {name} is not a valid step."
+            f" Min: {self.from_value}, max: {self.to_value}, value: {value}, step: {self.step}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -333,9 +347,11 @@ class ParameterDescriptor:
             value: The value.
         """
         if isinstance(value, float):
-            return next(filter(None, (bounds.fault(value) for bounds in self.floating_point_range)), "")
+            return next(
+                filter(None, (each.fault(value, self.name) for each in self.floating_point_range)), ""
+            )
         if isinstance(value, int) and not isinstance(value, bool):
-            return next(filter(None, (bounds.fault(value) for bounds in self.integer_range)), "")
+            return next(filter(None, (each.fault(value, self.name) for each in self.integer_range)), "")
         return ""
 
 

@@ -45,12 +45,14 @@ async def test_parameters_are_set_and_watched(system: System) -> None:
     """A range and a callback refuse values, and the change arrives, before or after its result."""
     await system.broker()
     program = await system.example("parameters")
+    no_step = "The parameter value for target is not close enough to a valid step."
+    no_step += " Min: 5.0, max: 30.0, value: 21.3, step: 0.5"
     assert await program.wait_for_exit() == 0
     assert sorted(program.lines) == [
         "away True is set",
         "away is True now",
         "target 18.0 is refused: nobody is at home",
-        "target 21.3 is refused: 21.3 is not a whole number of steps of 0.5",
+        f"target 21.3 is refused: {no_step}",
         "target 21.5 is set",
         "target: 20.0",
     ]

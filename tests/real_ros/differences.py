@@ -243,6 +243,11 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
+        ("declaring.reasons_for_types", "declaring.refusals_without_a_reason"),
+        "The reason names the types, which rclpy shows as numbers; if a callback gives none, it says so.",
+    ),
+    Difference(
+        "program",
         ("declaring.descriptor_without_type",),
         "A descriptor of no type keeps the parameter's. rclpy refuses the parameter's own value then.",
     ),

@@ -127,7 +127,9 @@ async def test_descriptions(server: actors.Node, remote: Remote) -> None:
     server.declare_parameter("speed", 1.0, descriptor)
     (described,) = (await remote.call("describe_parameters", names=["speed"])).descriptors
     assert ParameterDescriptor.from_msg(described) == server.describe_parameter("speed")
-    assert await remote.set(speed=4.25) == [(False, "4.25 is not a whole number of steps of 0.5")]
+    ((successful, reason),) = await remote.set(speed=4.25)
+    assert not successful
+    assert "speed is not close enough to a valid step" in reason
 
 
 async def test_lists(server: actors.Node, remote: Remote) -> None:

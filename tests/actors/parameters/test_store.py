@@ -175,7 +175,7 @@ def test_set_is_per_item(store: ParameterStore) -> None:
 def test_read_only(store: ParameterStore) -> None:
     """A read-only parameter is neither set nor undeclared."""
     store.declare("a", 1, ParameterDescriptor(read_only=True, description="fixed"))
-    assert store.set([p("a", 2)]) == [SetParametersResult(False, "Trying to set a read-only parameter")]
+    assert store.set([p("a", 2)]) == [SetParametersResult(False, "Trying to set a read-only parameter: a.")]
     with pytest.raises(ParameterImmutableError, match="read-only parameter: a"):
         store.undeclare("a")
     assert store.describe("a").description == "fixed"
@@ -296,7 +296,7 @@ def test_range(store: ParameterStore) -> None:
         False,
     ]
     assert store.get("a").value == 4.5
-    with pytest.raises(InvalidParameterValueError, match="not between"):
+    with pytest.raises(InvalidParameterValueError, match="b out of range"):
         store.declare("b", 11.0, descriptor)
     assert store.declare("c", 11, descriptor).value == 11
 
@@ -363,7 +363,7 @@ def test_set_descriptor(store: ParameterStore) -> None:
     assert store.describe("a").type is ParameterType.DOUBLE
     assert not store.set([p("a", 3.0)])[0].successful
     high = ParameterDescriptor(floating_point_range=[FloatingPointRange(from_value=5, to_value=9)])
-    with pytest.raises(InvalidParameterValueError, match=r"1\.0 is not between 5 and 9"):
+    with pytest.raises(InvalidParameterValueError, match="a out of range"):
         store.set_descriptor("a", high)
     assert store.describe("a").floating_point_range == narrow.floating_point_range
     assert store.set_descriptor("a", high, 6.0) == p("a", 6.0) == store.get("a")

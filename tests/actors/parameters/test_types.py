@@ -122,7 +122,7 @@ def test_any_text_is_some_value(text: str) -> None:
 def test_double_range(value: float, ok: bool) -> None:
     """A double has to be a whole number of steps between the bounds."""
     bounds = FloatingPointRange(from_value=0.0, to_value=10.0, step=0.5)
-    assert (bounds.fault(value) == "") is ok
+    assert (bounds.fault(value, "p") == "") is ok
 
 
 @pytest.mark.parametrize(
@@ -139,18 +139,18 @@ def test_double_range(value: float, ok: bool) -> None:
 )
 def test_infinity_in_a_double_range(bounds: FloatingPointRange, value: float, ok: bool) -> None:
     """Infinity is outside of finite bounds, and an infinite bound lets no other value pass the first."""
-    assert (bounds.fault(value) == "") is ok
+    assert (bounds.fault(value, "p") == "") is ok
 
 
 def test_end_points_are_always_in_range() -> None:
     """The bounds themselves are allowed, also off the step."""
-    assert not FloatingPointRange(from_value=0.0, to_value=1.2, step=0.5).fault(1.2)
-    assert not FloatingPointRange(from_value=0.0, to_value=1.2).fault(0.7)
-    assert FloatingPointRange(from_value=0.0, to_value=1.2).fault(float("nan"))
-    assert not IntegerRange(from_value=0, to_value=10, step=3).fault(10)
-    assert IntegerRange(from_value=0, to_value=10, step=3).fault(4) == "4 is not a whole number of steps of 3"
-    assert IntegerRange(from_value=0, to_value=10).fault(11) == "11 is not between 0 and 10"
-    assert not IntegerRange(from_value=0, to_value=10, step=0).fault(7)
+    assert not FloatingPointRange(from_value=0.0, to_value=1.2, step=0.5).fault(1.2, "p")
+    assert not FloatingPointRange(from_value=0.0, to_value=1.2).fault(0.7, "p")
+    assert FloatingPointRange(from_value=0.0, to_value=1.2).fault(float("nan"), "p")
+    assert not IntegerRange(from_value=0, to_value=10, step=3).fault(10, "p")
+    assert "valid step" in IntegerRange(from_value=0, to_value=10, step=3).fault(4, "p")
+    assert "p out of range" in IntegerRange(from_value=0, to_value=10).fault(11, "p")
+    assert not IntegerRange(from_value=0, to_value=10, step=0).fault(7, "p")
 
 
 def test_ranges_apply_to_their_type_only() -> None:

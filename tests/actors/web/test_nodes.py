@@ -207,7 +207,7 @@ async def test_parameters_are_set_together_or_not_at_all(control: Site, meeting:
     wanted = [{"name": "big", "value": 1}, {"name": "speed", "value": 7.5}]
     result = await set_parameters(control, *wanted, atomic=True)
     assert not result["successful"]
-    assert result["reason"] == "7.5 is not between 0.0 and 5.0"
+    assert result["reason"] == "Parameter speed out of range Min: 0.0, Max: 5.0, value: 7.5"
     assert node.get_parameter("big").value == 2**60
     assert await set_parameters(control, wanted[0], atomic=True) == {"successful": True, "reason": ""}
 

@@ -47,6 +47,36 @@ def goal():
         return [handle.accepted, result.result().status, list(result.result().result.sequence)]
 
 
+def early_feedback():
+    """Publish feedback as soon as a goal is accepted: the client may know it only after the first."""
+    with _running() as (node, spin):
+        events = []
+
+        def accept(goal):
+            for number in range(3):
+                goal.publish_feedback(Fibonacci.Feedback(sequence=[number]))
+            goal.execute()
+
+        def execute(goal):
+            goal.succeed()
+            return Fibonacci.Result()
+
+        server = ActionServer(node, Fibonacci, "count", execute, handle_accepted_callback=accept)
+        client = ActionClient(node, Fibonacci, "count")
+        client.wait_for_server(timeout_sec=5.0)
+        sent = client.send_goal_async(
+            Fibonacci.Goal(order=1), lambda message: events.append(message.feedback.sequence[0])
+        )
+        sent.add_done_callback(lambda _: events.append("accepted"))
+        spin(sent)
+        spin(sent.result().get_result_async())
+        server.destroy()
+        known = events.index("accepted")
+        # rclpy loses feedback of a server that does not know the client yet.
+        numbers = events[:known] + events[known + 1 :]
+        return [known <= 1, numbers == sorted(numbers)]
+
+
 def wrong_answers():
     """Answer goals with what is no answer."""
 

@@ -241,6 +241,38 @@ def ranges():
         ]
 
 
+def reasons():
+    """Ask why values are refused."""
+    with running_node() as node:
+        number, count = FloatingPointRange(from_value=-1.0, to_value=1.0), IntegerRange(to_value=10, step=4)
+        steps = FloatingPointRange(from_value=-1.0, to_value=1.0, step=0.25)
+        node.declare_parameter("d", 0.0, ParameterDescriptor(floating_point_range=[number]))
+        node.declare_parameter("e", 0.0, ParameterDescriptor(floating_point_range=[steps]))
+        node.declare_parameter("i", 0, ParameterDescriptor(integer_range=[count]))
+        node.declare_parameter("r", 0, ParameterDescriptor(read_only=True))
+        node.declare_parameter("s", "text")
+        values = {"d": 1.5, "e": 0.3, "i": 5, "r": 1, "s": None}
+        refused = [Parameter(name, value=value) for name, value in values.items()]
+        refused += [Parameter("d", value=float("nan")), Parameter("e", value=-2.0), Parameter("i", value=11)]
+        reasons = [each.reason for each in node.set_parameters(refused)]
+        return [reasons, node.set_parameters_atomically(refused[2:]).reason]
+
+
+def reasons_for_types():
+    """Ask why values of another type are refused."""
+    with running_node() as node:
+        node.declare_parameter("a", 1)
+        return [node.set_parameters([Parameter("a", value=each)])[0].reason for each in ("text", 1.5, [1])]
+
+
+def refusals_without_a_reason():
+    """Refuse values in a callback without a reason."""
+    with running_node() as node:
+        node.declare_parameter("a", 1)
+        node.add_on_set_parameters_callback(lambda _: SetParametersResult(successful=False))
+        return node.set_parameters([Parameter("a", value=2)])[0].reason
+
+
 def undeclared():
     """Use parameters that are not declared."""
     with running_node() as node:

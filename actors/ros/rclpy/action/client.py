@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.ros.rclpy.action.goal_handle import GoalHandle
@@ -11,6 +12,7 @@ from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.imported_names import imported_names
 from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+from actors.threads.errors import ThreadStopped
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 
 if TYPE_CHECKING:
@@ -38,12 +40,51 @@ __getattr__ = imported_names(
 )
 
 
+class GoalFeedback:
+    """The feedback of one goal, in the loop.
+
+    Some may arrive before the program knows that the goal is accepted. It waits here until then.
+
+    Args:
+        calls: Makes the calls of the callback.
+        callback: The program's.
+    """
+
+    def __init__(self, calls: RecentCalls, callback: Callable[[Any], Any]) -> None:
+        self._calls = calls
+        self._callback = callback
+        self._early: deque[Callable[[], Any]] | None = deque()
+
+    def receive(self, message: Any) -> None:
+        """Call the callback with a message."""
+
+        def call() -> Any:
+            return self._callback(rosidl_values(message))
+
+        if self._early is None:
+            self._calls.add(call)
+            return
+        self._early.append(call)
+        if len(self._early) > FEEDBACK_DEPTH:
+            self._early.popleft()
+            self._calls.dropped += 1
+
+    def release(self) -> None:
+        """Let the early feedback, and all that follows, wait no longer."""
+        early, self._early = self._early or (), None
+        for call in early:
+            self._calls.add(call)
+
+
 class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
     """A goal that was sent. Made by `ActionClient.send_goal_async`."""
 
-    def __init__(self, client: ActionClient, native: NativeHandle[Any, Any]) -> None:
+    def __init__(
+        self, client: ActionClient, native: NativeHandle[Any, Any], feedback: GoalFeedback | None
+    ) -> None:
         super().__init__(native)
         self._client = client
+        self._feedback = feedback
 
     def __repr__(self) -> str:
         goal_id = list(self.goal_id.uuid)
@@ -80,6 +121,8 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
         response = self._client.action_type.Impl.GetResultService.Response()
         # rclpy asks the server, which answers with the defaults for a goal that it does not know.
         if self.accepted:
+            if self._feedback is not None:
+                self._feedback.release()  # before the result
             outcome = await self._native.result(None)
             response.status, response.result = int(outcome.status), rosidl_values(outcome.result)
         return response
@@ -146,7 +189,12 @@ class ActionClient(QueuedCalls):
         self._check(goal)
         # The loop encodes it later, and the program may change it in the meantime.
         goal = copied(goal)
-        return self.start(lambda: self._send(goal, feedback_callback, goal_uuid))
+        if feedback_callback is None:
+            return self.start(lambda: self._send(goal, None, goal_uuid))
+        feedback = GoalFeedback(self._feedback, feedback_callback)
+        future = self.start(lambda: self._send(goal, feedback, goal_uuid))
+        future.add_done_callback(lambda _: self._release(feedback))
+        return future
 
     def send_goal(self, goal: Any, **kwargs: Any) -> Any:
         """Send a goal and wait for its result.
@@ -162,8 +210,11 @@ class ActionClient(QueuedCalls):
             TypeError: Not a goal message of this action.
         """
         self._check(goal)
-        feedback_callback, goal_uuid = kwargs.get("feedback_callback"), kwargs.get("goal_uuid")
-        handle = self.wait_for(lambda: self._send(goal, feedback_callback, goal_uuid))
+        callback, goal_uuid = kwargs.get("feedback_callback"), kwargs.get("goal_uuid")
+        feedback = None if callback is None else GoalFeedback(self._feedback, callback)
+        if feedback is not None:
+            feedback.release()  # the program learns of the goal by its feedback
+        handle = self.wait_for(lambda: self._send(goal, feedback, goal_uuid))
         return handle.get_result() if handle.accepted else None
 
     # Private, and rclpy's: there are programs that call these.
@@ -178,20 +229,18 @@ class ActionClient(QueuedCalls):
         if not isinstance(goal, self.action_type.Goal):
             raise TypeError(f"Expected a {self.action_type.Goal.__qualname__}, got {goal!r}")
 
-    async def _send(
-        self, goal: Any, callback: Callable[[Any], Any] | None, goal_uuid: Any
-    ) -> ClientGoalHandle:
+    def _release(self, feedback: GoalFeedback) -> None:
+        with suppress(ThreadStopped):  # the program ends
+            self._thread.post(feedback.release)
+
+    async def _send(self, goal: Any, feedback: GoalFeedback | None, goal_uuid: Any) -> ClientGoalHandle:
         # A goal that is sent early waits for a server; callboard's own client would fail at once, which
         # programs written for ROS 2 do not expect.
         await self._native.wait_for_server(None)
-        feedback = None if callback is None else partial(self._received, callback)
-        return ClientGoalHandle(
-            self, await self._native.send_goal(goal, feedback, goal_uuid, timeout_sec=None)
-        )
-
-    def _received(self, callback: Callable[[Any], Any], message: Any) -> None:
         # Bounded: a program that does not spin must not collect feedback without end.
-        self._feedback.add(lambda: callback(rosidl_values(message)))
+        receive = None if feedback is None else feedback.receive
+        native = await self._native.send_goal(goal, receive, goal_uuid, timeout_sec=None)
+        return ClientGoalHandle(self, native, feedback)
 
     def server_is_ready(self) -> bool:
         """Return whether there is a server."""

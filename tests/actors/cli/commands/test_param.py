@@ -279,7 +279,8 @@ async def test_a_dump_can_be_loaded(desk: Desk, tmp_path: Path) -> None:
         ended = await desk.callboard("param", "load", "/ns/driver", str(file))
         assert "Set parameter frame successful\n" in ended.out
         assert ended.err == (
-            "Set parameter start_type_description_service failed: Trying to set a read-only parameter\n"
+            "Set parameter start_type_description_service failed:"
+            " Trying to set a read-only parameter: start_type_description_service.\n"
         )
         assert node.get_parameters(names) == before
 

@@ -88,6 +88,20 @@ def test_a_goal_gives_feedback_and_a_result(node: Node, executor: SingleThreaded
     assert threads == {threading.get_ident()}
 
 
+def test_a_goal_is_known_before_its_feedback(node: Node, executor: SingleThreadedExecutor) -> None:
+    """Feedback that arrives before the goal's future is done comes after it."""
+    seen = list[object]()
+    ActionServer(node, Fibonacci, "count", succeed)
+    client = ActionClient(node, Fibonacci, "count")
+    sent = client.send_goal_async(
+        Fibonacci.Goal(order=3), lambda message: seen.append(message.feedback.sequence[0])
+    )
+
+    sent.add_done_callback(lambda _: seen.append("known"))
+    spun(executor, spun(executor, sent).get_result_async())
+    assert seen == ["known", 0, 1, 2]
+
+
 def test_all_callbacks_get_the_same_handle(node: Node, executor: SingleThreadedExecutor) -> None:
     """Programs set attributes on it; what a goal's state does not allow is an RCLError."""
     goals = list[Any]()
