@@ -92,23 +92,37 @@ class MeshMemory(ByteTotal):
 
     Attributes:
         importing: That of the snapshots that are being imported.
+        expecting: Whether a snapshot that had no space has been requested again since a heartbeat.
         graphs: The sessions in each graph.
     """
 
-    __slots__ = ("graphs", "importing")
+    __slots__ = ("expecting", "graphs", "importing")
 
     def __init__(self) -> None:
         super().__init__()
         self.importing = 0
+        self.expecting = False
         self.graphs: list[BrokerSessions] = []
 
     def begin_import(self, snapshot: Snapshot) -> bool:
         """Count a snapshot that is to be imported; return False if others take too much."""
-        size, importing = snapshot.size, self.importing
-        if importing and size > SMALL_BYTES and importing + size > MAX_TOTAL_BYTES:
+        has_space = self._has_space(snapshot.size)
+        self.importing += snapshot.size if has_space else 0
+        return has_space
+
+    def expect(self, size: int) -> bool:
+        """Return whether to request a snapshot that had no space: when there is some, one at a heartbeat.
+
+        Args:
+            size: Its size; 0 for any other snapshot.
+        """
+        if size and (self.expecting or not self._has_space(size)):
             return False
-        self.importing += size
+        self.expecting |= size > 0
         return True
+
+    def _has_space(self, size: int) -> bool:
+        return not self.importing or size <= SMALL_BYTES or self.importing + size <= MAX_TOTAL_BYTES
 
     def shed(self) -> int:
         """Drop what waits for the brokers with most of it, if it is too much; return how many messages."""
@@ -143,6 +157,7 @@ class BrokerSession:
         sourced: Whether its samples name their source.
         snapshot: Its snapshot, until the broker asks for this broker's.
         importing: Whether its snapshot is being imported.
+        postponed: The size of its snapshot that had no space beside others; 0 for none.
         heartbeats: For how many heartbeats `snapshot` has been kept.
         waiting: Messages and their topics, received before the session was ready.
         waiting_bytes: Their memory, and that of `snapshot`.
@@ -167,6 +182,7 @@ class BrokerSession:
     sourced: bool = False
     snapshot: Snapshot | None = None
     importing: bool = False
+    postponed: int = 0
     heartbeats: int = 0
     waiting: deque[tuple[Received, str]] = field(default_factory=deque["tuple[Received, str]"])
     waiting_bytes: int = 0

@@ -233,6 +233,7 @@ class Mesh:
         """Count a second: do what is due by then, and send a heartbeat, if there is another broker."""
         self.queries.expire()
         self._answers.clear()
+        self.sessions.memory.expecting = False
         for broker in self._standings.beat():
             self.add_broker(broker, announced=self.sessions.given_up.get(broker, True))
         for broker, session in self.sessions.items():
@@ -374,10 +375,11 @@ class Mesh:
         # Also to compare what has not changed takes time.
         self._standings.count_changes(broker, len(snapshot.declarations) // UNCHANGED)
         if not self.sessions.memory.begin_import(snapshot):
-            self.limited += 1  # it is asked again at a heartbeat
+            self.limited += 1  # it is asked again at a heartbeat, when there is space
+            session.postponed = snapshot.size
             self._warn("postponed", broker, "the endpoints of others take too much memory")
             return
-        session.importing = True
+        session.importing, session.postponed = True, 0
         self.work.start(broker, self._import_all(broker, session, snapshot))
 
     def _import_all(self, broker: int, session: BrokerSession, snapshot: Snapshot) -> Iterator[None]:
@@ -496,7 +498,9 @@ class Mesh:
 
     def _ask(self, broker: int, session: BrokerSession) -> None:
         # A broker that changes too much is asked when it may change again.
-        if not session.asked and self._standings.may_change(broker):
+        if session.asked or not self._standings.may_change(broker):
+            return
+        if self.sessions.memory.expect(session.postponed):
             session.asked = True
             self._asks[broker] = None
 

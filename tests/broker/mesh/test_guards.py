@@ -359,25 +359,29 @@ def test_a_snapshot_is_decoded_no_further_than_the_limit_of_endpoints() -> None:
 
 
 def test_snapshots_that_are_imported_share_a_limit_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Case 66: what is too large beside others is asked for again, and small ones do not wait."""
+    """Case 66: what is too large beside others is asked for after them, and small ones do not wait."""
     monkeypatch.setattr(slices, "SLICE", 10)
     attack = Attack()
-    brokers = (FAKE, FAKE + 1, FAKE + 2)
-    for broker, size in zip(brokers, (2 * broker_session.MAX_TOTAL_BYTES, 100_000, 1000), strict=True):
+    large = 2 * broker_session.MAX_TOTAL_BYTES
+    for broker, size in ((FAKE, large), (FAKE + 1, 100_000), (FAKE + 2, 1000), (FAKE + 3, large)):
         attack.mesh.add_broker(broker)
         attack.mesh.snapshot(broker, 1)
         attack.mesh.accept_snapshot(broker, Snapshot(1, 1, nodes(20, broker), size=size))
-    assert attack.warnings == [("postponed", FAKE + 1, "the endpoints of others take too much memory")]
-    assert attack.mesh.limited == 1
+    assert [broker for what, broker, _ in attack.warnings if what == "postponed"] == [FAKE + 1, FAKE + 3]
+    assert attack.mesh.limited == 2
+    asked(attack)
+    assert beat(attack, 3) == []
     finish(attack)
     assert keys_of(attack, FAKE) == {*range(FAKE, FAKE + 20)}
     assert keys_of(attack, FAKE + 1) == set()
     assert keys_of(attack, FAKE + 2) == {*range(FAKE + 2, FAKE + 22)}
     assert attack.mesh.sessions.memory.importing == 0
-    asked(attack)
-    attack.mesh.send_heartbeat()
+    attack.mesh.send_heartbeat()  # one of them: they would be too large together again
     assert asked(attack) == [FAKE + 1]
     attack.mesh.accept_snapshot(FAKE + 1, Snapshot(1, 1, nodes(20), size=100_000))
+    finish(attack)
+    attack.mesh.send_heartbeat()
+    assert asked(attack) == [FAKE + 3]
     finish(attack)
     assert keys_of(attack, FAKE + 1) == {*range(10, 30)}
 
