@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.actors.meeting import Meeting
+from tests.actors.meeting import Meeting, stop_budget_clock
 from tests.actors.site_packages import Site
 
 if TYPE_CHECKING:
@@ -18,8 +18,12 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 async def meeting() -> AsyncIterator[Meeting]:
-    """A broker on a free port and nodes, all in the test's loop; no task of theirs outlives them."""
+    """A broker on a free port and nodes, all in the test's loop; no task of theirs outlives them.
+
+    The budget of callbacks measures no time unless the test gives it a clock.
+    """
     before = asyncio.all_tasks()
+    stop_budget_clock()
     async with AsyncExitStack() as stack:
         place = Meeting(stack)
         await place.open()

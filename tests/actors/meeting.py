@@ -6,8 +6,10 @@ import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
+from actors.callbacks.budget import CallbackBudget
 from broker import Broker, BrokerOptions
 from tests import waiting
+from tests.ports import held_port
 from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
@@ -46,17 +48,32 @@ async def turns(count: int = 5) -> None:
         await asyncio.sleep(0)
 
 
+def stop_budget_clock() -> None:
+    """Let callbacks of the running loop take no time.
+
+    On a busy machine a callback may use up the budget, which puts others off to a later turn of the loop.
+    """
+    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0
+
+
 def latched(depth: int) -> actors.QoSProfile:
     """Return a profile whose last messages reach late joiners."""
     return actors.QoSProfile(depth=depth, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Meeting:
-    """A broker, and running nodes that end with the test."""
+    """A broker, and running nodes that end with the test.
 
-    def __init__(self, stack: AsyncExitStack) -> None:
+    Args:
+        stack: Ends them.
+        **options: The broker's.
+    """
+
+    def __init__(self, stack: AsyncExitStack, **options: Any) -> None:
         self._stack = stack
-        self.broker = Broker(BrokerOptions(port=0))
+        # Held, so that no other worker has it while no broker listens.
+        options = {"port": stack.enter_context(held_port()), **options}
+        self.broker = Broker(BrokerOptions(**options))
         self.url = ""
 
     async def open(self) -> None:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.callbacks.budget import CallbackBudget
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
 from proto import limits
 from proto.aio.channel import Channel
 from proto.wire import codec, frames
 from proto.wire.codec import Decoder, encode
-from tests.actors.meeting import KEEP_ALL, MIB, until
+from tests.actors.meeting import KEEP_ALL, MIB, stop_budget_clock, until
 from tests.seams.nodes import link_of
 from tests.simulation.stage import Stage, play
 
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 @pytest.fixture(autouse=True)
 async def _no_limit_for_callbacks() -> None:
     """Stop the clock of the callback budget: a slow machine would spread the work over more loop turns."""
-    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0
+    stop_budget_clock()
 
 
 class Work:

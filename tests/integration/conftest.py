@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-import random
 import signal
-import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -16,9 +14,11 @@ import pytest
 
 import broker
 from tests.fork_server.client import FORKED
+from tests.ports import hold_port
 from tests.waiting import until
 
 if TYPE_CHECKING:
+    import socket
     from collections.abc import AsyncIterator, Iterator, Mapping
 
     import actors
@@ -184,29 +184,16 @@ async def wait_for_subscriptions(publisher: actors.Publisher[Any], count: int = 
     await until(lambda: found() == count, f"{count} subscriptions", deadline_sec=DEADLINE_SEC)
 
 
-_HELD: Final = list[socket.socket]()
-"""Sockets bound to the ports that the running test has."""
+_HELD: Final[list[socket.socket]] = []
+"""They hold the ports of the running test."""
 
 
 def free_port() -> int:
-    """Return a free port outside the range of ephemeral ports, for the running test alone.
-
-    A bound socket holds it, because other workers and other runs on this machine choose ports at the same
-    time, and brokers are killed and started again. It does not listen, so that servers, which set
-    SO_REUSEADDR, may listen there.
-    """
-    while True:
-        port = random.SystemRandom().randrange(20_000, 30_000)
-        holder = socket.socket()
-        try:
-            holder.bind(("127.0.0.1", port))
-        except OSError:
-            holder.close()
-            continue
-        # Set afterwards: another holder, which binds without it, is refused.
-        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        _HELD.append(holder)
-        return port
+    """Return a port that the running test has for itself."""
+    holder = hold_port()
+    _HELD.append(holder)
+    port: int = holder.getsockname()[1]
+    return port
 
 
 @pytest.fixture(autouse=True)

@@ -20,10 +20,9 @@ from actors.tools import graph_documents
 from actors.web import limits, node_watch, observer, users
 from actors.web.options import WebOptions
 from actors.web.users import NoUsersError
-from broker import Broker, BrokerOptions
 from broker.access.credentials import hash_token
 from broker.access.editing import NEW_FILE, add_user
-from tests.actors.meeting import DEADLINE_SEC, Meeting, until
+from tests.actors.meeting import DEADLINE_SEC, Meeting, stop_budget_clock, until
 from tests.actors.web.site import Page, Site
 
 if TYPE_CHECKING:
@@ -83,8 +82,8 @@ async def guarded(rules: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
     """A broker with these rules, and an environment that has the operator's token."""
     monkeypatch.setenv("CALLBOARD_TOKEN", OPERATOR)
     async with AsyncExitStack() as stack:
-        meeting = Meeting(stack)
-        meeting.broker = Broker(BrokerOptions(port=0, auth=rules))
+        meeting = Meeting(stack, auth=rules)
+        stop_budget_clock()
         await meeting.open()
         stack.push_async_callback(meeting.stop_broker)
         yield meeting
@@ -383,8 +382,7 @@ async def test_the_roles_of_the_guide_have_all_metrics(
     rules.write_text(add_user(NEW_FILE, "web", token=hash_token(OPERATOR), roles=roles, source="new file"))
     monkeypatch.setenv("CALLBOARD_TOKEN", OPERATOR)
     async with AsyncExitStack() as stack:
-        meeting = Meeting(stack)
-        meeting.broker = Broker(BrokerOptions(port=0, auth=rules))
+        meeting = Meeting(stack, auth=rules)
         await meeting.open()
         stack.push_async_callback(meeting.stop_broker)
         site = await Site(stack, meeting).open()
@@ -487,8 +485,7 @@ async def test_reading_without_the_token_may_be_allowed(guarded: Meeting) -> Non
 async def test_the_page_of_a_broker_on_a_unix_socket_asks_for_its_token(tmp_path: Path) -> None:
     """Case 82: only its owner may open the socket."""
     async with AsyncExitStack() as stack:
-        meeting = Meeting(stack)
-        meeting.broker = Broker(BrokerOptions(unix=tmp_path / "broker.sock"))
+        meeting = Meeting(stack, unix=tmp_path / "broker.sock")
         await meeting.open()
         stack.push_async_callback(meeting.stop_broker)
         site = await GuardedSite(stack, meeting).open()

@@ -24,7 +24,7 @@ from proto.aio.channel import Channel
 from proto.queues.batches import BatchBuilder
 from proto.wire.codes import DetachReason
 from proto.wire.frames import Attached, Batch, Detached, Replay
-from tests.actors.meeting import KEEP_ALL, matched, turns, until
+from tests.actors.meeting import KEEP_ALL, matched, stop_budget_clock, turns, until
 from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, link_of
 
@@ -41,7 +41,7 @@ GID = bytes(16)
 async def node(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[actors.Node]:
     """A running node that has found no broker, and does not look again."""
     set_limits(monkeypatch, first_retry_sec=3600)  # each failed attempt removes what a test has attached
-    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0  # callbacks run where a batch arrives
+    stop_budget_clock()  # callbacks run where a batch arrives
     async with actors.Node("hearer", url=f"callboard+unix://{tmp_path}/none") as running:
         yield running
 
