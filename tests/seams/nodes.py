@@ -80,6 +80,11 @@ def note_greetings(monkeypatch: pytest.MonkeyPatch, note: Callable[[float], None
     monkeypatch.setattr(Inspector, "_greet", noted)
 
 
+def limit_questions(inspector: Inspector, seconds: float) -> None:
+    """Let the next questions of an inspector wait this long; its connection may have taken longer."""
+    inspector._timeout_sec = seconds
+
+
 def subscription_of(handler: ParameterEventHandler) -> Subscription[Any]:
     """Return the subscription of a handler, which is ready when it is matched."""
     return handler._subscription

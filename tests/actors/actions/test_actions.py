@@ -223,9 +223,10 @@ async def test_a_result_does_not_wait_for_feedback_for_long(
 
 @pytest.mark.parametrize("breaks", ["server", "broker"])
 async def test_a_result_waits_for_feedback_that_was_received_before_a_break(
-    meeting: Meeting, breaks: str
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch, breaks: str
 ) -> None:
     """Feedback that waits for the mailbox goes before the result, also if its publisher has gone."""
+    set_limits(monkeypatch, feedback_wait_sec=DEADLINE_SEC)
     both = await pair(meeting, five)
     entered, gate = asyncio.Event(), asyncio.Event()
 

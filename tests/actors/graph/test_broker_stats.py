@@ -14,7 +14,7 @@ from actors.graph.broker_report import BrokerReport, ReportParts
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from proto.wire.stats import BrokerStats, LinkStats, TopicStats
-from tests.actors.meeting import KEEP_ALL, matched, until
+from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, matched, until
 from tests.seams.nodes import link_of, queries_of
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ async def test_a_question_whose_link_breaks_or_that_is_cancelled_ends(meeting: M
     channel = link_of(node).channel
     assert channel is not None
     channel.abort()
-    async with asyncio.timeout(4):
+    async with asyncio.timeout(DEADLINE_SEC):
         with pytest.raises(asyncio.CancelledError):
             await cancelled
         with pytest.raises(actors.BrokerUnreachable):

@@ -13,7 +13,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import definition, type_hash
 from actors.interfaces.std_msgs.msg import Int64, String
 from proto.errors import InvalidNameError
-from tests.actors.meeting import KEEP_ALL, turns, until
+from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, turns, until
 from tests.seams.nodes import link_of, queries_of
 from tests.simulation.network import BROKER
 from tests.simulation.stage import play
@@ -194,7 +194,7 @@ async def test_a_query_whose_link_breaks_ends(meeting: Meeting) -> None:
     channel = link_of(node).channel
     assert channel is not None
     channel.abort()
-    async with asyncio.timeout(4):
+    async with asyncio.timeout(DEADLINE_SEC):
         for task in asking:
             with pytest.raises(actors.BrokerUnreachable):
                 await task

@@ -163,7 +163,7 @@ def test_it_is_kept_for_the_life_of_a_process(
 ) -> None:
     """The process is one of its clients before it has a node; the broker ends when the process has ended."""
     assert not started
-    monkeypatch.setattr(local_broker, "IDLE_SEC", 2.0)  # to connect, on a busy machine
+    monkeypatch.setattr(local_broker, "IDLE_SEC", 5.0)  # to connect, on a busy machine
     found = ensure_local_broker(target)
     assert found is not None
     program = (
@@ -185,7 +185,7 @@ def test_it_is_kept_for_the_life_of_a_process(
 
 def test_what_does_not_answer_is_not_kept(target: BrokerTarget) -> None:
     """Neither where nobody listens nor on other machines."""
-    before = threading.active_count()
+    before = set(threading.enumerate())
     keep_local_broker(target)
     keep_local_broker(find_broker_target("callboard://192.0.2.1:7411"))
-    assert threading.active_count() == before
+    assert set(threading.enumerate()) <= before

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
 
-launch = partial(actors.testing.launch, timeout_sec=DEADLINE_SEC)
+launch = partial(actors.testing.launch, timeout_sec=DEADLINE_SEC, stop_timeout_sec=DEADLINE_SEC)
 """Patient with a busy machine."""
 
 LONG_SEC: Final = 1000.0

@@ -19,6 +19,7 @@ from proto.wire.frames import ReplyEntry
 from tests.actors.meeting import DEADLINE_SEC, turns, until
 from tests.seams.limits import set_limits
 from tests.seams.nodes import link_of
+from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -163,33 +164,45 @@ async def test_a_reply_ends_a_call(meeting: Meeting, timeout: float | None) -> N
 
 
 @pytest.mark.parametrize("timeout", [0, 0.02])
-async def test_a_deadline_ends_a_call(meeting: Meeting, timeout: float) -> None:
+def test_a_deadline_ends_a_call(timeout: float) -> None:
     """ServiceTimeout, a TimeoutError; the handler is cancelled; the next call works."""
-    sloth = Sloth()
-    server, client = await pair(meeting, sloth)
-    with pytest.raises(TimeoutError) as caught:
-        await client.call(ASK, timeout)
-    assert isinstance(caught.value, actors.ServiceTimeout)
-    assert client.pending == 0
-    await turns()
-    sloth.leave.set()
-    assert (await client.call(ASK)).sum == 3
-    assert sloth.ends.count("done") == 1
-    assert server.callback_errors == 0
+
+    async def scene(stage: Stage) -> None:
+        sloth, server, caller = Sloth(), await stage.enter("server"), await stage.enter("caller")
+        server.create_service(AddTwoInts, "add", sloth, concurrent=True)
+        client = caller.create_client(AddTwoInts, "add")
+        assert await client.wait_for_service(20)
+        with pytest.raises(TimeoutError) as caught:
+            await client.call(ASK, timeout)
+        assert isinstance(caught.value, actors.ServiceTimeout)
+        assert client.pending == 0
+        await asyncio.sleep(1)
+        assert sloth.ends == ["cancelled"] * sloth.entered.is_set()
+        sloth.leave.set()
+        assert (await client.call(ASK)).sum == 3
+        assert sloth.ends.count("done") == 1
+        assert server.callback_errors == 0
+
+    play(scene)
 
 
-async def test_the_default_deadline_is_the_nodes(meeting: Meeting) -> None:
+def test_the_default_deadline_is_the_nodes() -> None:
     """timeout_sec=None means the node's default_call_timeout_sec."""
-    sloth = Sloth()
-    server = await meeting.node("server")
-    caller = await meeting.node("caller", default_call_timeout_sec=0.5)
-    server.create_service(AddTwoInts, "add", sloth)
-    client = caller.create_client(AddTwoInts, "add")
-    assert await client.wait_for_service(20)
-    with pytest.raises(actors.ServiceTimeout, match="'/add'"):
-        await client.call(ASK)
-    await until(lambda: sloth.ends)
-    assert sloth.ends == ["cancelled"]
+
+    async def scene(stage: Stage) -> None:
+        sloth, server = Sloth(), await stage.enter("server")
+        caller = await stage.enter("caller", default_call_timeout_sec=0.5)
+        server.create_service(AddTwoInts, "add", sloth)
+        client = caller.create_client(AddTwoInts, "add")
+        assert await client.wait_for_service(20)
+        began = stage.loop.time()
+        with pytest.raises(actors.ServiceTimeout, match="'/add'"):
+            await client.call(ASK)
+        assert stage.loop.time() - began == pytest.approx(0.5)
+        await stage.until(lambda: bool(sloth.ends))
+        assert sloth.ends == ["cancelled"]
+
+    play(scene)
 
 
 async def test_no_server_fails_at_once(meeting: Meeting) -> None:

@@ -15,7 +15,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Empty
 from proto.wire.frames import RequestEntry
-from tests.actors.meeting import MIB, Blow, turns, until
+from tests.actors.meeting import MIB, Blow, stop_budget_clock, turns, until
 from tests.seams.limits import set_limits
 from tests.seams.nodes import context_of, invalid_requests, link_of
 
@@ -33,8 +33,12 @@ def entry(call: int, a: int) -> RequestEntry:
 
 
 @pytest.mark.parametrize("outcome", ["reply", "raise"])
-async def test_a_call_whose_link_broke_is_never_answered_on_the_next(tmp_path: Path, outcome: str) -> None:
+async def test_a_call_whose_link_broke_is_never_answered_on_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome: str
+) -> None:
     """A handler that ends after its link broke must not answer a new call that has the same number."""
+    set_limits(monkeypatch, first_retry_sec=3600)  # each failed attempt ends the session, too
+    stop_budget_clock()
     finish, ended = asyncio.Event(), asyncio.Event()
 
     async def handle(request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -441,7 +445,8 @@ async def test_abandoned_handlers_count_until_they_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Handlers that ignore their cancellation keep to the limit over sessions, and are shown."""
-    set_limits(monkeypatch, running_requests=2)
+    set_limits(monkeypatch, running_requests=2, first_retry_sec=3600)
+    stop_budget_clock()
     finish = asyncio.Event()
     handled: list[int] = []
 

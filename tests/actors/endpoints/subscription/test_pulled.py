@@ -11,9 +11,9 @@ import pytest
 import actors
 from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.subscription.backlog import SharedBacklog
-from actors.endpoints.subscription.credit import WINDOW_MESSAGES
 from actors.interfaces.std_msgs.msg import Int64
 from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, until
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from tests.actors.meeting import Meeting
@@ -68,13 +68,13 @@ async def test_the_depth_holds(meeting: Meeting) -> None:
 
 async def test_expired_messages_are_not_returned(meeting: Meeting) -> None:
     """A publisher's lifespan holds for messages that wait for `take`."""
-    qos = actors.QoSProfile(depth=10, lifespan=actors.Duration(nanoseconds=1_000_000))
+    qos = actors.QoSProfile(depth=10, lifespan=actors.Duration(seconds=1000))
     publisher, subscription = await pair(meeting, qos)
     publish(publisher, range(4))
     await until(lambda: subscription.queued == 4)
     batch = endpoint_of(subscription).consumer.backlog.newest
     assert batch is not None
-    await until(lambda: asyncio.get_running_loop().time() > batch.expires_at)
+    batch.expires_at = asyncio.get_running_loop().time()
     assert subscription.take() is None
     assert (subscription.expired, subscription.received, subscription.queued) == (4, 0, 0)
 
@@ -101,9 +101,13 @@ async def test_a_jump_of_the_clock_changes_lifespans_while_no_thread_takes(meeti
     assert subscription.expired == 1
 
 
-async def test_keep_all_gets_credit_for_what_another_thread_takes(meeting: Meeting) -> None:
+async def test_keep_all_gets_credit_for_what_another_thread_takes(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """No message is lost or repeated, and at most the window waits while the thread takes nothing."""
-    count = 2 * WINDOW_MESSAGES
+    window = 1000
+    set_limits(monkeypatch, window_messages=window)
+    count = 2 * window
     publisher, subscription = await pair(meeting, KEEP_ALL)
     begin, numbers = threading.Event(), list[int]()
 
@@ -120,9 +124,9 @@ async def test_keep_all_gets_credit_for_what_another_thread_takes(meeting: Meeti
     async with asyncio.timeout(DEADLINE_SEC):
         sending, pulling = asyncio.create_task(send()), asyncio.create_task(asyncio.to_thread(pull))
         try:
-            await until(lambda: subscription.queued == WINDOW_MESSAGES)
+            await until(lambda: subscription.queued == window)
             await until(lambda: publisher.queued)
-            assert (subscription.received, subscription.queued) == (0, WINDOW_MESSAGES)
+            assert (subscription.received, subscription.queued) == (0, window)
         finally:
             begin.set()
         await asyncio.gather(sending, pulling)
