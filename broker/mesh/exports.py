@@ -227,25 +227,28 @@ class WantedTopics:
     Args:
         router: The graph's router.
         emit: Takes what to subscribe to.
+
+    Attributes:
+        touched: Topics for `update`.
     """
 
     def __init__(self, router: Router, emit: Callable[[Subscribe], None]) -> None:
         self._router = router
         self._emit = emit
-        self._touched: set[str] = set()
+        self.touched: set[str] = set()
         self._wanted: set[str] = set()
 
     def touch(self, topic: str) -> None:
         """Note that a subscription to a topic has come or gone."""
-        self._touched.add(topic)
+        self.touched.add(topic)
 
     def update(self) -> None:
         """Subscribe and unsubscribe as the noted topics need it."""
-        for topic in self._touched:
+        for topic in self.touched:
             record = self._router.topics.by_name.get(topic)
             subscriptions = () if record is None else record.subscriptions.values()
             wanted = not all(each.mirrored or each.private for each in subscriptions)
             if wanted != (topic in self._wanted):
                 (self._wanted.add if wanted else self._wanted.discard)(topic)
                 self._emit(Subscribe(topic, wanted=wanted))
-        self._touched.clear()
+        self.touched.clear()

@@ -89,6 +89,7 @@ class Mesh:
         sender: Takes frames from the router.
         queries: What brokers ask each other.
         sessions: The sessions with the brokers that are alive.
+        out: Messages to send, for `pop_messages`.
         wanted: The topics whose messages are wanted of them.
         overflows: Resets the sessions with brokers for which too much waits.
         work: What is left to do of long work; whoever uses a mesh calls `go_on` while `busy`.
@@ -114,9 +115,9 @@ class Mesh:
         self._number, self._name = number, name
         self._router = router
         self._deliver, self._warn = deliver, warn
-        self._out: list[Message] = []
-        self.wanted = WantedTopics(router, self._out.append)
-        self.sessions = BrokerSessions(self._out.append, memory or MeshMemory())
+        self.out: list[Message] = []
+        self.wanted = WantedTopics(router, self.out.append)
+        self.sessions = BrokerSessions(self.out.append, memory or MeshMemory())
         self._snapshot_sent_to: dict[int, None] = {}
         """Brokers that have asked for the snapshot, in this epoch: they can take what is sent to them."""
         self._answers = Counter[int]()
@@ -129,7 +130,7 @@ class Mesh:
         self.peer, _ = router.connect(b"", b"", mesh=True)
         self._held = HeldPublishers(router, self.peer)
         self._calls = calls = MeshCalls()
-        publish, direct = self._out.append, self.sessions.direct
+        publish, direct = self.out.append, self.sessions.direct
         exports = self._exports = MeshExports(self._change, self.wanted.touch, self.peer)
         imports = self._imports = MeshImports(
             router,
@@ -182,9 +183,9 @@ class Mesh:
             del self._asks[broker]
             session = self.sessions.get(broker)
             if session is not None and session.asked:
-                self._out.append(Ask(broker, session.epoch))
-        out = self._out[:]
-        self._out.clear()
+                self.out.append(Ask(broker, session.epoch))
+        out = self.out[:]
+        self.out.clear()
         return out
 
     @property
@@ -249,11 +250,11 @@ class Mesh:
     def _send_heartbeat(self) -> None:
         self._exports.forget_emptied()
         if self.sessions or self._standings.any_banned:
-            self._out.append(self.sessions.heartbeat(self._exports.version, self._held.next_sequences()))
+            self.out.append(self.sessions.heartbeat(self._exports.version, self._held.next_sequences()))
 
     def _change(self, change: Change) -> None:
         self.wanted.update()  # before others learn of the subscription
-        self._out.append(change)
+        self.out.append(change)
 
     # What comes in
 

@@ -21,6 +21,7 @@ class MeshOverflows:
         warn: As for `Mesh`.
 
     Attributes:
+        noted: Brokers for `handle`, and what they have done.
         count: How often too much waited.
     """
 
@@ -35,7 +36,7 @@ class MeshOverflows:
         self._exports = exports
         self._reset = reset
         self._warn = warn
-        self._noted: dict[int, str] = {}
+        self.noted: dict[int, str] = {}
         self.count = 0
 
     def note(self, broker: int, text: str) -> None:
@@ -45,13 +46,13 @@ class MeshOverflows:
             broker: The broker.
             text: What it has done, for the log.
         """
-        self._noted[broker] = text
+        self.noted[broker] = text
 
     def handle(self) -> None:
         """Reset the sessions with the brokers that have been noted."""
         # Not at once in `note`: that is called while the router routes, and a reset changes its routes.
-        while self._noted:
-            broker, text = self._noted.popitem()
+        while self.noted:
+            broker, text = self.noted.popitem()
             self.reset((broker,), text)
 
     def reset(self, brokers: Iterable[int], text: str) -> None:

@@ -74,6 +74,8 @@ class MeshChannel:
 
     def flush(self) -> None:
         """Send frames until the engine is full, then trim the publisher queues and apply the limits."""
+        if self._is_idle():
+            return
         outbox, engine = self.outbox, self._engine
         outbox.max_held_bytes = self._options().max_link_bytes  # a reload may have changed it
         self.mesh.overflows.handle()
@@ -93,6 +95,12 @@ class MeshChannel:
         self._pass_on()
         if self.mesh.busy:
             self._go_on_later()
+
+    def _is_idle(self) -> bool:
+        """Return whether there is nothing to do: of many graphs most have nothing at most flushes."""
+        mesh, outbox = self.mesh, self.outbox
+        waits = outbox.held_bytes or outbox.urgent_bytes or outbox.ordered_bytes or outbox.has_more
+        return not (waits or mesh.out or mesh.busy or mesh.wanted.touched or mesh.overflows.noted)
 
     def _limit(self) -> None:
         """Reset the session with a broker, or with all, if more waits than the limits allow.

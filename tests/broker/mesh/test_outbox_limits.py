@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+from unittest import mock
 
 from broker import BrokerOptions
 from broker.mesh.engine.channel import MeshChannel
@@ -15,6 +16,8 @@ from tests.broker import frame_makers as make
 from tests.broker.mesh.attack import NODE, OTHER, THERE, Attack
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from broker.mesh.messages import Message
 
 KIB = 1024
@@ -99,6 +102,32 @@ def test_requests_for_snapshots_do_not_go_with_messages() -> None:
     assert attack.engine.take(Ask) == []
     attack.channel.ask()
     assert len(attack.engine.take(Ask)) == 1
+
+
+def test_a_graph_with_nothing_to_send_is_passed_over() -> None:
+    """Case 64: another broker may be in many graphs, and each is flushed after each message of any node."""
+    attack = Congestion()
+    attack.flush()
+    options = mock.Mock(return_value=BrokerOptions())
+    channel = MeshChannel(attack.mesh, attack.broker.router, attack.engine, options)
+    channel.flush()
+    assert not options.called
+    begins: tuple[Callable[[], None], ...] = (
+        lambda: attack.mesh.add_broker(1000),
+        attack.mesh.send_heartbeat,
+        lambda: attack.mesh.wanted.touch("/chatter"),
+        lambda: attack.mesh.overflows.note(THERE, "why"),
+        lambda: channel.send(frames.Ping(1)),
+    )
+    for begin in begins:
+        begin()
+        channel.flush()
+        assert options.called
+        while channel.mesh.busy:
+            channel.ask()
+        options.reset_mock()
+        channel.flush()
+        assert not options.called
 
 
 def test_small_replies_that_wait_for_a_mesh_have_a_limit() -> None:
