@@ -1,10 +1,11 @@
-"""Serves the files of `assets/`, which are read and compressed once."""
+"""Serves the files of `assets/`, which a process reads and compresses once."""
 
 from __future__ import annotations
 
 import gzip
 import hashlib
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
@@ -48,7 +49,7 @@ class PageFiles:
     """All files of the page, by their path below the page's address."""
 
     def __init__(self) -> None:
-        self._files = {path: _read(path, file) for path, file in _walk(files("actors.web") / "assets")}
+        self._files = _all_files()
 
     async def serve(self, request: web.Request) -> web.Response:
         """Answer a request for a file; the browser asks each time whether it has changed.
@@ -67,6 +68,11 @@ class PageFiles:
             body, headers["Content-Encoding"] = asset.compressed, "gzip"
         headers["Content-Type"] = asset.content_type
         return web.Response(body=body, headers=headers)
+
+
+@cache
+def _all_files() -> dict[str, PageFile]:
+    return {path: _read(path, file) for path, file in _walk(files("actors.web") / "assets")}
 
 
 def _walk(folder: Traversable, prefix: str = "") -> Iterator[tuple[str, Traversable]]:
