@@ -294,6 +294,29 @@ def test_a_large_broker_is_removed_in_slices(monkeypatch: pytest.MonkeyPatch) ->
     assert keys_of(attack, THERE) == {1, *range(10, 40)}
 
 
+def test_the_numbers_of_a_large_broker_are_freed_in_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 66: they lie between the records, whose memory is free only with them."""
+
+    freed: list[int] = []
+
+    class Number(int):
+        """A number whose end is seen."""
+
+        def __del__(self) -> None:
+            freed.append(int(self))
+
+    monkeypatch.setattr(slices, "SLICE", 10)
+    attack = Attack()
+    attack.rejoin(*(frames.Node(Number(value), f"/n{value}") for value in range(10, 110)))
+    finish(attack)
+    assert not freed
+    attack.mesh.remove_broker(THERE)
+    attack.mesh.work.go_on(40)
+    assert len(freed) in {49, 50}
+    finish(attack)
+    assert len(freed) == 100
+
+
 def test_a_snapshot_is_no_more_imported_when_its_broker_has_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 66: in the middle of it."""
     monkeypatch.setattr(slices, "SLICE", 10)
