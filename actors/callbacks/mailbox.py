@@ -36,6 +36,7 @@ from actors.callbacks.source import Share, changed
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
+    from actors.callbacks.callback_future import CallbackFuture
     from actors.callbacks.callback_task import CallbackTask
     from actors.callbacks.source import CallbackSource
 
@@ -57,7 +58,7 @@ class Mailbox:
 
     Attributes:
         workers: Asyncio tasks that run callback tasks, or wait for one.
-        running: The callback tasks that have begun, or are about to.
+        running: The callbacks that have begun, or are about to: callback tasks, and those with a future.
         budget: The callback budget of the loop that the node runs on; set by `open`.
         cancelling: Whether all callback tasks are cancelled, so that CancelledError in them is no error.
         on_exit: Called with a callback's SystemExit, after which no callback begins. With None, it ends the
@@ -66,7 +67,7 @@ class Mailbox:
 
     def __init__(self) -> None:
         self.workers = 0
-        self.running: dict[CallbackTask, None] = {}
+        self.running: dict[CallbackTask | CallbackFuture, None] = {}
         self.cancelling = False
         self.on_exit: Callable[[SystemExit], None] | None = None
         self._on_drained: Callable[[], None] | None = None
@@ -144,7 +145,7 @@ class Mailbox:
         for callback_task in tuple(self.running):
             callback_task.cancel()
 
-    def task_ended(self, callback_task: CallbackTask) -> None:
+    def task_ended(self, callback_task: CallbackTask | CallbackFuture) -> None:
         """Forget a callback task that has ended or was discarded."""
         self.running.pop(callback_task, None)
         if self._on_drained is not None and not self.running:

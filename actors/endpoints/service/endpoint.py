@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
+from actors.callbacks.callback_future import CallbackFuture
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.service.replies import Replies
@@ -90,7 +91,7 @@ class ServiceEndpoint(DeclaredService):
         self.calls = 0
         self.timing = context.watch.of(callback, "the service", name)
         self.waiting = RequestQueue(MAX_QUEUED)
-        self.running: dict[int, CallbackTask] = {}
+        self.running: dict[int, CallbackTask | CallbackFuture] = {}
         self._callback = callback
         self.concurrent = concurrent
         self._suspended = 0
@@ -167,16 +168,22 @@ class ServiceEndpoint(DeclaredService):
             self._raised(call, error)
             return None
         # Nearly every plain handler returns a response: whether that may be awaited need not be asked.
-        coroutine = None if type(result) is self._response_type else as_coroutine(result)
-        if coroutine is None:
+        if type(result) is self._response_type:
             self._reply(call, result, entry.attributes)
             return None
-        return self._callback_task(call, coroutine, entry.attributes)
+        # Without a task: it need not be run, and there may be thousands of requests a second.
+        awaited = result if self.concurrent and asyncio.isfuture(result) else as_coroutine(result)
+        if awaited is None:
+            self._reply(call, result, entry.attributes)
+            return None
+        return self._suspend(call, awaited, entry.attributes)
 
-    def _callback_task(self, call: int, coroutine: Any, attributes: frames.Options | None) -> CallbackTask:
+    def _suspend(self, call: int, awaited: Any, attributes: frames.Options | None) -> CallbackTask | None:
+        """Reply when a coroutine or a future has ended; return the callback task of a coroutine."""
+
         def ended(result: object, error: BaseException | None) -> None:
             self._suspended -= 1
-            if self.running.get(call) is not callback_task:
+            if self.running.get(call) is not callback:
                 # The call was abandoned, and its number may be another call's by now.
                 if error is not None and not isinstance(error, asyncio.CancelledError):
                     self.context.callback_failed(self.timing.what, error)
@@ -184,7 +191,7 @@ class ServiceEndpoint(DeclaredService):
                 del self.running[call]
                 if error is None:
                     self._reply(call, result, attributes)
-                elif callback_task.cancelled and isinstance(error, asyncio.CancelledError):
+                elif callback.cancelled and isinstance(error, asyncio.CancelledError):
                     self.replies.send_text(call, Status.CANCELLED, "the handler was cancelled")
                 else:
                     self._raised(call, error)
@@ -193,9 +200,14 @@ class ServiceEndpoint(DeclaredService):
             elif self.context.stopping:
                 self._destroy_if_done()
 
-        callback_task = CallbackTask(self.context.mailbox, coroutine, ended, self.timing)
-        self.running[call] = callback_task
         self._suspended += 1
+        mailbox = self.context.mailbox
+        callback: CallbackTask | CallbackFuture
+        if asyncio.isfuture(awaited):
+            callback = self.running[call] = CallbackFuture(mailbox, awaited, ended, self.timing.name)
+            mailbox.running[callback] = None
+            return None
+        callback = callback_task = self.running[call] = CallbackTask(mailbox, awaited, ended, self.timing)
         return callback_task
 
     def _raised(self, call: int, error: BaseException) -> None:

@@ -112,6 +112,8 @@ class NodeParts:
                     # match.
                     shared_name=True,
                     strict_qos=True,
+                    # The program's callbacks do not run in the loop.
+                    slow_callback_sec=None,
                 ),
                 **options,
             )

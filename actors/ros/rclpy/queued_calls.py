@@ -52,33 +52,35 @@ class QueuedCalls(Entity):
         """Return the next call."""
         return self._calls.popleft() if self._calls else None
 
-    async def run(self, callback: Callable[..., Any], *args: Any) -> Any:
-        """Make a call where the executor spins, and return its result; in the loop.
+    def answer_of(self, callback: Callable[..., Any], *args: Any) -> asyncio.Future[Any]:
+        """Make a call where the executor spins, and return the future of its result; in the loop.
 
-        If it raises, spinning raises the error, and so does this.
+        If it raises, spinning raises the error, and the future has it.
         """
-        return await self._answer_of(partial(self._serve, callback, args))
+        return self._enqueue_answered(partial(self._serve, callback, args))
+
+    async def run(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Do the same, and wait for the result."""
+        return await self.answer_of(callback, *args)
 
     async def run_task(self, callback: Callable[..., Any], *args: Any) -> Any:
         """Make a call as a task of the executor, outside the callback group.
 
         If it raises, this does, and spinning goes on.
         """
-        return await self._answer_of(partial(self._create_task, callback, args))
+        return await self._enqueue_answered(partial(self._create_task, callback, args))
 
-    async def _answer_of(self, call: Callable[[asyncio.Future[Any]], Any]) -> Any:
+    def _enqueue_answered(self, call: Callable[[asyncio.Future[Any]], Any]) -> asyncio.Future[Any]:
         answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         # With the callback task of callboard's node, since that task and not the future is what a stopping
         # node waits for.
         self._unanswered[answer] = current_callback_task.get()
-        try:
-            if self._given_up:
-                self._cancel_answer(answer)
-            else:
-                self.enqueue(partial(call, answer))
-            return await answer
-        finally:
-            del self._unanswered[answer]
+        answer.add_done_callback(self._unanswered.pop)
+        if self._given_up:
+            self._cancel_answer(answer)
+        else:
+            self.enqueue(partial(call, answer))
+        return answer
 
     def give_up(self) -> None:
         """Cancel all waits for answers, later ones, too: no executor will make the calls. In the loop."""
@@ -166,7 +168,7 @@ class QueuedCalls(Entity):
         Returns:
             A future, which the executor completes. If it is cancelled, so is the coroutine.
         """
-        future = Future[Any]()
+        future: Future[Any] = Future()
         # Two futures for one call: the loop completes `reply` in its own thread, but rclpy promises that a
         # future is completed where the executor spins.
         reply = self._thread.submit(work)

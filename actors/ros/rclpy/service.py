@@ -11,6 +11,7 @@ from actors.ros.values import convert_assignments, copied, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
+    import asyncio
     from collections.abc import Callable, Coroutine
 
     from actors.endpoints.service.service import ServiceServer as NativeService
@@ -60,21 +61,20 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         self._native = thread.call(lambda: make(weakly(self._handle)))
         convert_assignments(srv_type.Response)
 
-    async def _handle(self, request: RequestT) -> ResponseT:
+    def _handle(self, request: RequestT) -> asyncio.Future[ResponseT]:
         """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        header = RequestHeader()
-        await self.run(self._respond, request, header)
-        response: ResponseT = header.response
-        return response
+        return self.answer_of(self._respond, request, RequestHeader())
 
     def _respond(self, request: RequestT, header: RequestHeader) -> Any:
         response = self.callback(rosidl_values(request), self.srv_type.Response())
         if inspect.iscoroutine(response):
             return self._respond_later(response, header)
-        return self.send_response(response, header)
+        self.send_response(response, header)
+        return header.response
 
-    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT], header: RequestHeader) -> None:
+    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT], header: RequestHeader) -> Any:
         self.send_response(await response, header)
+        return header.response
 
     def send_response(self, response: ResponseT, header: RequestHeader) -> None:
         """Answer a request. Called with what the handler returns; programs may replace it.

@@ -109,10 +109,17 @@ async def async_two(request: AddTwoInts.Request, response: AddTwoInts.Response) 
     return two(request, response)
 
 
-@pytest.mark.parametrize("callback", [one, two, async_one, async_two])
+def later(request: AddTwoInts.Request) -> asyncio.Future[AddTwoInts.Response]:
+    loop = asyncio.get_running_loop()
+    reply: asyncio.Future[AddTwoInts.Response] = loop.create_future()
+    loop.call_soon(reply.set_result, one(request))
+    return reply
+
+
+@pytest.mark.parametrize("callback", [one, two, async_one, async_two, later])
 @pytest.mark.parametrize("concurrent", [False, True])
 async def test_every_form_of_handler_answers(adder: Adder, callback: Any, *, concurrent: bool) -> None:
-    """(request) and (request, response), `def` and `async def`, concurrent or not."""
+    """(request) and (request, response), `def` and `async def`, with a future, concurrent or not."""
     service = await adder.serve(callback, concurrent=concurrent)
     assert await asyncio.gather(*(adder.add(i, 1) for i in range(20))) == list(range(1, 21))
     assert (service.served, service.pending, adder.client.pending) == (20, 0, 0)
@@ -283,6 +290,52 @@ async def test_a_concurrent_service_answers_while_another_callback_is_suspended(
     assert not call.done()
     gate.set()
     await call
+
+
+async def test_the_future_of_a_handler_ends_as_the_handler_would(adder: Adder) -> None:
+    """Its error reaches the caller; it is cancelled by a caller that gives up, and with its service."""
+    futures: list[asyncio.Future[AddTwoInts.Response]] = []
+
+    def endless(request: AddTwoInts.Request) -> asyncio.Future[AddTwoInts.Response]:
+        futures.append(asyncio.get_running_loop().create_future())
+        return futures[-1]
+
+    service = await adder.serve(endless, concurrent=True)
+    failing, given_up, destroyed = (asyncio.ensure_future(adder.add()) for _ in range(3))
+    await until(lambda: len(futures) == 3)
+    assert (service.pending, endpoint_of(service).diagnostics().running) == (3, 3)
+    futures[0].set_exception(ValueError("no sum"))
+    with pytest.raises(actors.RemoteError, match="no sum"):
+        await failing
+    given_up.cancel()
+    await until(futures[1].cancelled)
+    adder.server.destroy_service(service)
+    with pytest.raises(actors.ServiceUnavailable):
+        await destroyed
+    assert futures[2].cancelled()
+    await turns()
+    assert (service.pending, endpoint_of(service).diagnostics().running) == (0, 0)
+    assert adder.server.callback_errors == 1
+
+
+async def test_a_stopping_node_waits_for_the_future_of_a_handler(adder: Adder, meeting: Meeting) -> None:
+    """The reply still reaches the caller; a future that is never done is cancelled after the time limit."""
+    futures: list[asyncio.Future[AddTwoInts.Response]] = []
+
+    def endless(request: AddTwoInts.Request) -> asyncio.Future[AddTwoInts.Response]:
+        futures.append(asyncio.get_running_loop().create_future())
+        return futures[-1]
+
+    async with actors.Node("leaving", url=meeting.url, stop_timeout_sec=0.1) as leaving:
+        leaving.create_service(AddTwoInts, "add", endless, concurrent=True)
+        assert await adder.client.wait_for_service(20)
+        answered, cancelled = asyncio.ensure_future(adder.add()), asyncio.ensure_future(adder.add())
+        await until(lambda: len(futures) == 2)
+        futures[0].set_result(AddTwoInts.Response(sum=3))  # the service hears of it in the next loop turn
+    assert await answered == 3
+    with pytest.raises(actors.ServiceUnavailable):
+        await cancelled
+    assert futures[1].cancelled()
 
 
 async def test_a_destroyed_service_fails_its_callers(adder: Adder) -> None:

@@ -1,0 +1,67 @@
+"""A callback that has returned a future: it runs, without a task, until the future is done."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class CallbackRunner(Protocol):
+    """The part of a mailbox that this uses."""
+
+    def task_ended(self, callback: CallbackFuture, /) -> None:
+        """Forget a callback that has ended."""
+        ...
+
+
+class CallbackFuture:
+    """One callback of a `concurrent=True` source, from the future that it has returned to its end.
+
+    Its owner adds it to the running callbacks of the mailbox, so that a stopping node waits for it.
+
+    Args:
+        mailbox: The mailbox of the node.
+        future: The future.
+        ended: Called with the result, or with the exception.
+        name: The callback's name, for messages.
+    """
+
+    __slots__ = ("_ended", "_future", "_mailbox", "name")
+
+    holding: Final = False
+    concurrent: Final = True
+    task: Final = None
+
+    def __init__(
+        self,
+        mailbox: CallbackRunner,
+        future: asyncio.Future[Any],
+        ended: Callable[[Any, BaseException | None], None],
+        name: str,
+    ) -> None:
+        self.name = name
+        self._mailbox = mailbox
+        self._future = future
+        self._ended = ended
+        future.add_done_callback(self._done)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the future was cancelled."""
+        return self._future.cancelled()
+
+    def cancel(self) -> None:
+        """Cancel the future."""
+        self._future.cancel()
+
+    def _done(self, future: asyncio.Future[Any]) -> None:
+        self._mailbox.task_ended(self)
+        if future.cancelled():
+            self._ended(None, asyncio.CancelledError())
+        elif (error := future.exception()) is not None:
+            self._ended(None, error)
+        else:
+            self._ended(future.result(), None)
