@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
+from actors.errors import TimeSourceChanged
 from actors.parameters.errors import InvalidParameterException as InvalidParameterException
 from actors.parameters.errors import InvalidParameterTypeException as InvalidParameterTypeException
 from actors.parameters.errors import InvalidParameterValueException as InvalidParameterValueException
@@ -25,6 +26,7 @@ InvalidNodeNameException: TypeAlias = InvalidNodeNameError
 InvalidServiceNameException: TypeAlias = InvalidServiceNameError
 InvalidTopicNameException: TypeAlias = InvalidTopicNameError
 NameValidationException: TypeAlias = InvalidNameError
+TimeSourceChangedError: TypeAlias = TimeSourceChanged
 
 
 class NotInitializedException(Exception):

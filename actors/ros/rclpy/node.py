@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar, cast
 
 from actors.interfaces.message import Message, is_message_type
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
@@ -40,7 +40,7 @@ from actors.ros.rclpy.imported_names import imported_names
 from proto.errors import InvalidNameError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from types import TracebackType
 
     from actors.logging.logger import Logger
@@ -92,6 +92,9 @@ class Node(NodeParameters, NodeGraph):
         NotInitializedException: The context is not ok.
         NameValidationException: The name or the namespace breaks the rules.
     """
+
+    _callboard_classes: ClassVar[Mapping[type[Any], type[Any]]] = {}
+    """The classes of entities that subclasses make instead of others."""
 
     def __init__(
         self,
@@ -363,7 +366,7 @@ class Node(NodeParameters, NodeGraph):
                 msg_type, topic, qos_profile=profile.native(), raw=raw, event_callbacks=callbacks
             )
         )
-        subscription = Subscription[MsgT](
+        subscription: Subscription[MsgT] = self._callboard.class_for(Subscription)(
             self._callboard.thread,
             native,
             callback,
@@ -387,7 +390,7 @@ class Node(NodeParameters, NodeGraph):
     ) -> Client[Any, Any, Any]:
         """Make a client of a service."""
         native = self._callboard.thread.call(lambda: self._callboard.native.create_client(srv_type, srv_name))
-        client = Client[Any, Any, Any](
+        client: Client[Any, Any, Any] = self._callboard.class_for(Client)(
             self._context,
             srv_type,
             srv_name,
@@ -410,7 +413,7 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,
     ) -> Service[Any, Any, Any]:
         """Serve requests with `callback(request, response)`, which returns the response."""
-        service = Service[Any, Any, Any](
+        service: Service[Any, Any, Any] = self._callboard.class_for(Service)(
             self._callboard.thread,
             srv_type,
             srv_name,
@@ -447,7 +450,9 @@ class Node(NodeParameters, NodeGraph):
         """
         period_ns = int(float(timer_period_sec) * 1e9)
         group = callback_group or self._default_callback_group
-        timer = Timer(callback, group, period_ns, clock or self._clock, autostart=autostart)
+        timer = self._callboard.class_for(Timer)(
+            callback, group, period_ns, clock or self._clock, autostart=autostart
+        )
         self._callboard.add(timer)
         timer.rearm()
         return timer

@@ -1,7 +1,8 @@
 """The parts of a node, in an object of their own.
 
 Programs derive classes from `Node` and give them attributes and methods of their own, such as `_thread`.
-Therefore a node has a single attribute that rclpy's does not have, `_callboard`, which holds these parts.
+Therefore a node has a single attribute that rclpy's does not have, `_callboard`, which holds these parts; its
+class has `_callboard_classes`, the classes of entities that subclasses make instead of others.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SER
 from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator, Sequence
+    from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator, Mapping, Sequence
 
     from actors.parameters.types import Parameter
     from actors.ros.rclpy.callback_groups import CallbackGroup
@@ -92,6 +93,8 @@ class NodeParts:
         # Weak, since the node has these parts: a circle would keep a node that was dropped until the
         # garbage collector runs.
         self._node = weakref.ref(node)
+        made: Any = node
+        self._classes: Mapping[type[Any], type[Any]] = made._callboard_classes  # noqa: SLF001 - as in `parts_of`
         self.context = context
         self.thread = context.thread
         self.allow_undeclared = allow_undeclared
@@ -120,7 +123,7 @@ class NodeParts:
         )
         self.jumps = QueuedCalls(self.thread, group)
         jump_calls = RecentCalls(self.jumps, JUMP_DEPTH)
-        self.clock = self.thread.call(lambda: ROSClock(self.native.get_clock(), jump_calls))
+        self.clock = self.thread.call(lambda: self.class_for(ROSClock)(self.native.get_clock(), jump_calls))
         self.lifeline = Lifeline()
         # Not at exit: the context ends then.
         weakref.finalize(self.lifeline, _abandon, self.thread, self._native).atexit = False
@@ -155,6 +158,10 @@ class NodeParts:
 
     # Endpoints
 
+    def class_for(self, kind: type[T]) -> type[T]:
+        """Return the class to make for a class of entities: that, or the node's own."""
+        return self._classes.get(kind, kind)
+
     def add(self, entity: Entity) -> None:
         """Make something an entity of the node."""
         node = self._node()
@@ -164,7 +171,7 @@ class NodeParts:
 
     def of(self, kind: type[Entity]) -> list[Any]:
         """Return the entities of a class; they may change."""
-        return self.entities.setdefault(kind, [])
+        return self.entities.setdefault(self.class_for(kind), [])
 
     def all_entities(self) -> Iterator[Entity]:
         """Yield the entities of all classes."""
