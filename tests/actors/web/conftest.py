@@ -7,13 +7,21 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from actors.web import observer
 from actors.web.options import WebOptions
+from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from tests.actors.meeting import Meeting
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the server wait for a busy broker, at its start and for each user."""
+    monkeypatch.setattr(observer, "CONNECT_SEC", DEADLINE_SEC)
 
 
 @pytest.fixture

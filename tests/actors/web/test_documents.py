@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 
@@ -16,7 +17,8 @@ async def test_a_graph_that_changes_all_the_time_is_described_at_times(
 ) -> None:
     """Case 77: a pause follows; who asks meanwhile gets what is there at its end, made once."""
     spent = iter([0.0, 0.001, 0.0, 0.001])
-    monkeypatch.setattr("actors.web.documents.time.thread_time", lambda: next(spent))
+    clock = SimpleNamespace(thread_time=lambda: next(spent), monotonic=lambda: 0.0)
+    monkeypatch.setattr(documents, "time", clock)
     worker = Worker()
     made, found = Documents(worker.share()), list[int]()
     states = [object(), object(), object()]

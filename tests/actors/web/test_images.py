@@ -154,7 +154,7 @@ async def test_who_does_not_read_an_image_is_disconnected(
     camera: Camera, site: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would keep its bytes in memory."""
-    monkeypatch.setattr(limits, "UNREAD_SEC", 0.1)
+    monkeypatch.setattr(limits, "UNREAD_SEC", 0.5)
     monkeypatch.setattr(limits, "MAX_STREAMS", 1)
     side = 4096  # what the kernel keeps for a connection is less
     data = Random(1).randbytes(side * side)

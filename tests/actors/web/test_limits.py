@@ -31,7 +31,7 @@ async def test_headers_that_do_not_arrive_are_given_up(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Those of a first request, and of one that is behind another: the connection is closed."""
-    monkeypatch.setattr(limits, "KEEPALIVE_SEC", 0.2)
+    monkeypatch.setattr(limits, "KEEPALIVE_SEC", 1.0)
     async with AsyncExitStack() as stack:
         site = await Site(stack, meeting).open()
         for before in (b"", b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"):

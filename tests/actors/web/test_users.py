@@ -7,6 +7,7 @@ import logging
 import re
 import threading
 from contextlib import AsyncExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -277,12 +278,14 @@ async def status_from(site: GuardedSite, address: str, token: str) -> int:
     ("address", "attempts"), [("127.0.0.2", 10 + limits.MAX_SIGN_INS + 1), ("127.0.0.3", 14)]
 )
 async def test_wrong_tokens_keep_nobody_from_signing_in(
-    site: GuardedSite, address: str, attempts: int
+    site: GuardedSite, guarded: Meeting, address: str, attempts: int
 ) -> None:
     """Case 75: the broker answers all after the tenth late; they delay those of their own address at most.
 
     Whoever has signed in before waits for nobody, whatever the address.
     """
+    # No late answer comes during the test.
+    guarded.broker.reconfigure(replace(guarded.broker.options, handshake_timeout_sec=1000))
     assert await status_from(site, "127.0.0.2", OPERATOR) == 200
     wrong = [asyncio.create_task(status_from(site, "127.0.0.3", f"{NOBODY}{n}")) for n in range(attempts)]
     await until(lambda: sum(each.done() for each in wrong) == 10)
@@ -401,8 +404,11 @@ async def test_who_may_not_administer_the_broker_sees_no_zeros(site: GuardedSite
     assert set(totals.values()) == {None}
 
 
-async def test_the_first_request_of_a_user_waits_for_the_graph(site: GuardedSite) -> None:
+async def test_the_first_request_of_a_user_waits_for_the_graph(
+    site: GuardedSite, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Case 81: its workspace is opened by the request, and closed when nobody has used it for a while."""
+    monkeypatch.setattr(observer, "GRAPH_SEC", DEADLINE_SEC)
     found = await site.answer(ZOE, "/api/nodes")
     assert [each["name"] for each in found] == ["/zoe/driver"]
 
