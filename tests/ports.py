@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator
 
 
 def hold_port() -> socket.socket:
@@ -31,7 +31,7 @@ def hold_port() -> socket.socket:
 
 
 @contextmanager
-def held_port() -> Iterator[int]:
+def held_port() -> Generator[int]:
     """A port that is held until the end of the block."""
     with hold_port() as holder:
         yield holder.getsockname()[1]

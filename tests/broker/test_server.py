@@ -19,7 +19,7 @@ from proto.wire.codec import encode
 from proto.wire.identity import VERSION
 from proto.wire.url import parse_url
 from tests.broker import frame_makers as make
-from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
+from tests.broker.rawclient import DEADLINE_SEC, RawClient, hello, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -156,7 +156,7 @@ async def test_a_ping_alone_restores_a_suspended_client() -> None:
             while not any((await viewer.next(frames.Graph)).removed):
                 pass
             frozen.send(frames.Ping(5))
-            async with asyncio.timeout(3):
+            async with asyncio.timeout(DEADLINE_SEC):
                 while not (await viewer.next(frames.Graph)).added:
                     pass
         beat.cancel()
@@ -229,7 +229,7 @@ async def test_stopping_says_goodbye_and_leaves_nothing() -> None:
 async def test_stopping_is_bounded_when_a_client_stays(broker: Broker) -> None:
     """A client that ignores GOODBYE does not keep the broker."""
     async with link(broker, "/n") as client:
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(DEADLINE_SEC):
             await broker.stop()
         await client.gone()
 

@@ -10,11 +10,11 @@ from actors.interfaces.std_msgs.msg import Int64
 from broker import Broker, BrokerOptions
 from proto.wire import frames
 from proto.wire.identity import public_gid
-from proto.wire.url import parse_url
 from tests.actors.meeting import until
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, link
 from tests.broker.switch import Switch
+from tests.ports import held_port
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,36 +36,38 @@ async def overtake(thief: RawClient, gid: bytes, heard: Callable[[], int]) -> No
 
 async def test_a_publisher_with_the_gid_of_another_silences_nobody() -> None:
     """Case 45: subscribers keep apart who copies a gid from ATTACHED, also after a restart of the broker."""
-    options = BrokerOptions(port=0, drain_timeout_sec=0.2)
     heard: list[int] = []
-    async with Broker(options) as broker:
-        port = parse_url(broker.url).port
-        talker, listener = actors.Node("talker", url=broker.url), actors.Node("listener", url=broker.url)
-        async with talker, listener:
-            publisher = talker.create_publisher(Int64, "numbers")
-            subscription = listener.create_subscription(Int64, "numbers", lambda msg: heard.append(msg.data))
+    with held_port() as port:
+        options = BrokerOptions(port=port, drain_timeout_sec=0.2)
+        async with Broker(options) as broker:
+            talker, listener = actors.Node("talker", url=broker.url), actors.Node("listener", url=broker.url)
+            async with talker, listener:
+                publisher = talker.create_publisher(Int64, "numbers")
+                subscription = listener.create_subscription(
+                    Int64, "numbers", lambda msg: heard.append(msg.data)
+                )
 
-            def arrived() -> int:
-                return len(heard) + subscription.undecodable
+                def arrived() -> int:
+                    return len(heard) + subscription.undecodable
 
-            await until(publisher.get_subscription_count)
-            publisher.publish(Int64(data=1))
-            await until(lambda: heard == [1])
-            async with link(broker, "/thief") as thief:
-                thief.send(make.subscription(1, "/numbers", raw=True))
-                gid = (await thief.next(frames.Attached)).gid
-                assert gid == publisher.gid
-                await overtake(thief, gid, arrived)
-            publisher.publish(Int64(data=2))
-            await until(lambda: heard == [1, 2])
-            await broker.stop()
-            async with Broker(BrokerOptions(port=port, drain_timeout_sec=0.2)) as restarted:
                 await until(publisher.get_subscription_count)
-                async with link(restarted, "/thief") as thief:
+                publisher.publish(Int64(data=1))
+                await until(lambda: heard == [1])
+                async with link(broker, "/thief") as thief:
+                    thief.send(make.subscription(1, "/numbers", raw=True))
+                    gid = (await thief.next(frames.Attached)).gid
+                    assert gid == publisher.gid
                     await overtake(thief, gid, arrived)
-                publisher.publish(Int64(data=3))
-                await until(lambda: heard == [1, 2, 3])
-            assert publisher.gid == gid
+                publisher.publish(Int64(data=2))
+                await until(lambda: heard == [1, 2])
+                await broker.stop()
+                async with Broker(options) as restarted:
+                    await until(publisher.get_subscription_count)
+                    async with link(restarted, "/thief") as thief:
+                        await overtake(thief, gid, arrived)
+                    publisher.publish(Int64(data=3))
+                    await until(lambda: heard == [1, 2, 3])
+                assert publisher.gid == gid
 
 
 def test_a_publisher_with_the_gid_of_another_resumes_none_of_its_queues() -> None:

@@ -11,7 +11,8 @@ from actors import Inspector, Node, NotAuthorized
 from actors.cli.main import main
 from broker import Broker, BrokerOptions
 from broker.access.credentials import hash_token
-from tests.actors.meeting import BARE
+from tests.actors.meeting import BARE, DEADLINE_SEC
+from tests.ports import held_port
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -32,12 +33,13 @@ def rules(token: str) -> str:
 
 @pytest.fixture
 async def broker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Broker]:
-    """A broker with one user, where nodes look for one."""
+    """A broker with one user, where nodes look for one; its port stays the test's."""
     file = tmp_path / "access.toml"
     file.write_text(rules(TOKEN))
-    async with Broker(BrokerOptions(port=0, auth=file)) as running:
-        monkeypatch.setenv("CALLBOARD_URL", running.url)
-        yield running
+    with held_port() as port:
+        async with Broker(BrokerOptions(port=port, auth=file)) as running:
+            monkeypatch.setenv("CALLBOARD_URL", running.url)
+            yield running
 
 
 async def test_a_node_presents_its_token(broker: Broker, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,7 +103,7 @@ async def test_a_running_node_waits_for_credentials_that_are_valid_again(
     async with Node("n") as node:
         await broker.stop()
         file.write_text(rules(OTHER))
-        async with Broker(BrokerOptions(port=port, auth=file)) as again, asyncio.timeout(20):
+        async with Broker(BrokerOptions(port=port, auth=file)) as again, asyncio.timeout(DEADLINE_SEC):
             while again.stats().unauthorized_connections < 3:
                 await asyncio.sleep(0.01)
             assert not node.connected

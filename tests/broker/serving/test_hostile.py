@@ -15,8 +15,8 @@ from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.type_hash import hash_of
 from tests.broker import frame_makers as make
+from tests.broker.rawclient import DEADLINE_SEC, RawClient, hello, link, read_error, stream, until
 from tests.broker.rawclient import GREETING_BYTES as GREETING
-from tests.broker.rawclient import RawClient, hello, link, read_error, stream, until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -80,7 +80,7 @@ async def test_a_session_split_at_every_byte_is_understood(broker: Broker) -> No
         for byte in GREETING + encode(frames.Node(0, "/split")) + encode(frames.Ping(77)):
             writer.write(bytes([byte]))
             await asyncio.sleep(0)
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(DEADLINE_SEC):
             await reader.readuntil(encode(frames.Pong(77)))
 
 

@@ -19,6 +19,7 @@ from broker import AddressInUseError, Broker, BrokerOptions, ListenError
 from broker.serving.listening import listen_unix
 from proto.aio.process import new_event_loop
 from proto.wire.url import parse_url
+from tests.broker.rawclient import DEADLINE_SEC
 from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
@@ -188,8 +189,11 @@ def test_an_address_of_another_machine_is_named(new_loop: Callable[[], asyncio.A
 
 
 @pytest.mark.parametrize("place", ["port", "socket file"])
-async def test_an_address_in_use_by_a_broker_is_reported_as_such(tmp_path: Path, place: str) -> None:
+async def test_an_address_in_use_by_a_broker_is_reported_as_such(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
     """The error has the agent of the first broker."""
+    set_limits(monkeypatch, probe_sec=DEADLINE_SEC)
     options = BrokerOptions(port=0) if place == "port" else BrokerOptions(unix=tmp_path / "s")
     async with Broker(options) as first:
         if place == "port":

@@ -18,8 +18,9 @@ from proto.aio.local_socket import connect_beside, listen_beside, local_name
 from proto.errors import ErrorCode
 from proto.wire import frames
 from proto.wire.url import parse_url
-from tests.broker.rawclient import RawClient, hello
+from tests.broker.rawclient import DEADLINE_SEC, RawClient, hello
 from tests.certificates import Authority
+from tests.ports import held_port
 from tests.seams.nodes import link_of
 from tests.system import change_user
 
@@ -49,13 +50,12 @@ async def test_a_node_on_the_brokers_machine_uses_it(host: str) -> None:
 async def test_a_node_goes_on_by_tcp_and_comes_back() -> None:
     """A broker that starts again without the socket, and then with it, keeps its nodes."""
     found: list[int] = []
-    async with AsyncExitStack() as stack, asyncio.timeout(30):
-        node, port = None, 0
+    async with AsyncExitStack() as stack, asyncio.timeout(DEADLINE_SEC):
+        node, port = None, stack.enter_context(held_port())
         for local_socket in (True, False, True):
             async with Broker(BrokerOptions(port=port, local_socket=local_socket)) as broker:
                 if node is None:
                     node = await stack.enter_async_context(Node("talker", url=broker.url))
-                    port = parse_url(broker.url).port
                 while not node.connected:
                     await link_of(node).changed()
                 found.append(family(node))
@@ -90,9 +90,10 @@ async def test_it_ends_with_the_broker() -> None:
 
 async def test_a_name_that_another_process_has_leaves_tcp(caplog: pytest.LogCaptureFixture) -> None:
     """The broker starts all the same, and says why nodes use TCP."""
-    async with Broker(BrokerOptions(port=0, local_socket=False)) as broker:
-        port = parse_url(broker.url).port
-    with closing(cast("socket.socket", listen_beside("127.0.0.1", port, 8))) as rival:
+    with (
+        held_port() as port,
+        closing(cast("socket.socket", listen_beside("127.0.0.1", port, 8))) as rival,
+    ):
         async with Broker(BrokerOptions(port=port)):
             assert f"No unix socket beside port {port}: Address already in use" in caplog.text
         rival.close()

@@ -16,9 +16,10 @@ import actors
 from broker import AddressInUseError, Broker, BrokerOptions, InvalidOptionError, UnprotectedError
 from proto.errors import TlsFileError
 from proto.wire.url import BrokerUrl, parse_url
-from tests.broker.rawclient import until
+from tests.broker.rawclient import DEADLINE_SEC, until
 from tests.certificates import Authority
 from tests.seams.brokers import dispatcher_of
+from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -84,8 +85,11 @@ def test_options_that_do_not_go_together(names: list[str], text: str, tmp_path: 
         BrokerOptions(**dict.fromkeys(names, tmp_path))  # type: ignore[arg-type]
 
 
-async def test_the_broker_of_a_port_in_use_is_found(authority: Authority) -> None:
+async def test_the_broker_of_a_port_in_use_is_found(
+    authority: Authority, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A broker with TLS is recognised without a certificate."""
+    set_limits(monkeypatch, probe_sec=DEADLINE_SEC)
     async with Broker(authority.options()) as broker:
         options = BrokerOptions(port=parse_url(broker.url).port)
         with pytest.raises(AddressInUseError, match=r"broker \(with TLS\) is already running"):

@@ -36,6 +36,7 @@ from actors.threads import NodeThread
 from actors.time.types import ClockType, Duration, Time
 from broker import Broker, BrokerOptions
 from tests.actors.ros.conftest import running_context
+from tests.ports import held_port
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -468,10 +469,9 @@ def test_the_graph_is_asked(node: Node) -> None:
 
 def test_a_restart_of_the_broker_does_not_end_who_asks_for_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
     """The question waits for the next broker."""
-    with NodeThread("broker") as thread:
-        first = thread.enter(Broker(BrokerOptions(port=0)))
+    with held_port() as port, NodeThread("broker") as thread:
+        first = thread.enter(Broker(BrokerOptions(port=port)))
         monkeypatch.setenv("CALLBOARD_URL", first.url)
-        port = int(first.url.rsplit(":", 1)[1])
         with running_context() as context, ThreadPoolExecutor() as asking:
             node = Node("node", context=context)
             thread.call(first.stop)

@@ -27,6 +27,7 @@ from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
 from proto.wire.stats import BrokerStats, TopicStats
+from tests.ports import held_port
 from tests.waiting import until
 
 if TYPE_CHECKING:
@@ -377,19 +378,21 @@ def test_a_window_that_is_given_is_meant(given: int | None, least_sec: float) ->
 
 async def test_a_broker_that_goes_and_comes_back(capsys: pytest.CaptureFixture[str]) -> None:
     """One note with what starts it; when it is there again, it is queried again."""
-    async with Broker(BrokerOptions(port=0)) as first:
-        asked = Inspector(first.url)
-        reports = ReportReader(asked)
-        await asyncio.to_thread(asked.connect)
-        assert await asyncio.to_thread(reports.read)
-    port = asked.url.port
-    assert [await asyncio.to_thread(reports.read) for _ in range(3)] == [None] * 3
-    text = capsys.readouterr().err
-    assert text.count("\n") == 1
-    assert text.endswith(f"; waiting for it to come back. Start one with: callboard broker --port {port}\n")
-    async with Broker(BrokerOptions(port=port)):
-        assert await asyncio.to_thread(reports.read)
-        await asyncio.to_thread(asked.close)
+    with held_port() as port:
+        async with Broker(BrokerOptions(port=port)) as first:
+            asked = Inspector(first.url)
+            reports = ReportReader(asked)
+            await asyncio.to_thread(asked.connect)
+            assert await asyncio.to_thread(reports.read)
+        assert [await asyncio.to_thread(reports.read) for _ in range(3)] == [None] * 3
+        text = capsys.readouterr().err
+        assert text.count("\n") == 1
+        assert text.endswith(
+            f"; waiting for it to come back. Start one with: callboard broker --port {port}\n"
+        )
+        async with Broker(BrokerOptions(port=port)):
+            assert await asyncio.to_thread(reports.read)
+            await asyncio.to_thread(asked.close)
 
 
 async def test_a_lost_broker_whose_host_is_unknown_now(
