@@ -55,7 +55,7 @@ coverage: $(READY)
 
 # Without the tests that start processes or simulate histories.
 quick: $(READY)
-	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros simulation) $(PYTEST_FLAGS)
+	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros simulation) -m 'not processes' $(PYTEST_FLAGS)
 
 nightly: $(READY) $(ROS2_READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)

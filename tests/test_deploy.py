@@ -68,6 +68,7 @@ def test_the_unit_runs_the_broker_in_a_sandbox() -> None:
     assert "$MAINPID" in unit_values("ExecReload")[0]
 
 
+@pytest.mark.processes
 def test_systemd_accepts_the_unit(tmp_path: Path) -> None:
     """`systemd-analyze verify` finds nothing, and the exposure is what the guide says."""
     tool = shutil.which("systemd-analyze")

@@ -84,6 +84,7 @@ def commands_by_verb() -> list[tuple[tuple[str, ...], list[str]]]:
 
 
 @pytest.mark.parametrize(("verb", "options"), commands_by_verb())
+@pytest.mark.processes
 def test_every_callboard_command_in_the_documents_exists(verb: tuple[str, ...], options: list[str]) -> None:
     """The verbs and options that the documents show are accepted by the command line."""
     done = run_python("-m", "actors", *verb, "--help")
@@ -107,6 +108,7 @@ def test_the_command_line_reference_matches_the_parsers() -> None:
     assert text == reference()
 
 
+@pytest.mark.processes
 def test_the_program_about_diagnostics_runs() -> None:
     """It prints the rate of messages, the callback's durations, and the loop's lag."""
     text = document("how-to/diagnostics.md")
@@ -120,6 +122,7 @@ def test_the_program_about_diagnostics_runs() -> None:
     )
 
 
+@pytest.mark.processes
 def test_the_program_about_the_broker_runs() -> None:
     """It prints the broker's traffic, and what is queued for each node."""
     text = document("how-to/diagnostics.md")
@@ -149,6 +152,7 @@ def test_the_table_of_limits_matches_the_code() -> None:
     assert named > 8
 
 
+@pytest.mark.processes
 def test_the_picture_in_the_readme_is_up_to_date(tmp_path: Path) -> None:
     """After a change: python docs/pictures.py. Only names are compared, so that colours may change."""
     run_python(str(ROOT / "docs" / "pictures.py"), str(tmp_path / "graph.svg"))
@@ -283,6 +287,7 @@ def test_the_architecture_names_every_package() -> None:
         assert f"`{package}/`" in text
 
 
+@pytest.mark.processes
 def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
     """The first program stops on SIGINT with 0; the second prints what is shown."""
     text = document("how-to/supervision.md")
@@ -299,6 +304,7 @@ def test_the_programs_in_the_supervision_guide_run(tmp_path: Path) -> None:
         assert (done.returncode, done.stdout) == (0, printed), done.stderr
 
 
+@pytest.mark.processes
 def test_the_programs_in_the_delivery_guide_print_what_it_shows() -> None:
     """Each program in docs/explanation/delivery.md prints the lines that follow it."""
     text = document("explanation/delivery.md")
@@ -309,6 +315,7 @@ def test_the_programs_in_the_delivery_guide_print_what_it_shows() -> None:
         assert (done.stdout, done.stderr, done.returncode) == (output, "", 0)
 
 
+@pytest.mark.processes
 def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Each command is accepted; those about contexts print what is shown."""
     text = document("how-to/command-line.md")
@@ -331,6 +338,7 @@ def test_the_command_line_guide_shows_what_is_printed(tmp_path: Path) -> None:
     assert done.stdout.endswith("False\n")
 
 
+@pytest.mark.processes
 def test_the_launch_guide_shows_what_is_printed(tmp_path: Path) -> None:
     """Its files and commands are accepted; those that start nothing print what is shown."""
     text = document("how-to/launch.md")

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.processes
+
 ROOT = Path(__file__).resolve().parent.parent
 REMEDY = "Rename that, or install callboard into a separate environment: python -m venv\n"
 

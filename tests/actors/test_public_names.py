@@ -92,6 +92,7 @@ def test_importing_callboard_loads_nothing() -> None:
     assert done.stdout.strip() == "set()"
 
 
+@pytest.mark.processes
 def test_callboard_can_be_imported_above_a_checkout(tmp_path: Path) -> None:
     """Not the folder of that name in the current one, which Python would take for an empty namespace."""
     (tmp_path / "callboard" / "actors").mkdir(parents=True)

@@ -178,6 +178,7 @@ roles.run({{"publisher": wait, "server": serve}}, sys.argv[1])
 """
 
 
+@pytest.mark.processes
 def test_a_server_ends_with_its_stdin(tmp_path: Path) -> None:
     """It reports, and ends well."""
     ended = start_role("server", made_up, tmp_path)
@@ -185,6 +186,7 @@ def test_a_server_ends_with_its_stdin(tmp_path: Path) -> None:
     assert [json.loads(line)["event"] for line in ended.stdout.splitlines()] == ["ready", "done"]
 
 
+@pytest.mark.processes
 def test_any_other_role_gives_up_with_its_stdin(tmp_path: Path) -> None:
     """Nobody is left to report to."""
     ended = start_role("publisher", made_up, tmp_path)

@@ -834,6 +834,7 @@ async def test_graph_queries_know_actions(meeting: Meeting) -> None:
     assert all(map(is_hidden, names))
 
 
+@pytest.mark.processes
 def test_a_node_without_actions_does_not_load_them() -> None:
     """Their modules and messages would add to the start of every node."""
     code = "import sys, actors; actors.Node('a'); sys.exit('actors.actions.server' in sys.modules)"

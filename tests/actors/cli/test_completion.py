@@ -147,6 +147,7 @@ def test_a_script_is_printed_for_each_shell(capsys: pytest.CaptureFixture[str]) 
         assert capsys.readouterr().out == script(shell)
 
 
+@pytest.mark.processes
 def test_completing_loads_little() -> None:
     """Neither a loop nor a node, since somebody waits."""
     code = (
@@ -200,6 +201,7 @@ complete -C "callboard interface generate "
         ),
     ],
 )
+@pytest.mark.processes
 def test_real_shells_understand_their_script(
     shell: str, before: str, trial: str, answer: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

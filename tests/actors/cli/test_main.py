@@ -158,6 +158,7 @@ def test_signal_handlers_are_put_back() -> None:
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+@pytest.mark.processes
 def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
     """So that it starts fast."""
     code = (
@@ -189,6 +190,7 @@ def test_help_loads_neither_asyncio_nor_the_nodes() -> None:
     ],
     ids=" ".join,
 )
+@pytest.mark.processes
 async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker) -> None:
     """A question to the broker needs neither asyncio nor message classes, whatever the answer."""
     code = (
@@ -205,6 +207,7 @@ async def test_what_only_asks_loads_no_node(arguments: list[str], broker: Broker
     assert not re.search(r"asyncio|msgspec|yaml|actors|broker", err.decode())
 
 
+@pytest.mark.processes
 def test_python_m_actors_is_callboard() -> None:
     """The same command, without an installed script."""
     ended = subprocess.run(
@@ -220,6 +223,7 @@ def _interface_raises(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> 
     monkeypatch.setattr(interface_list, "run", run)
 
 
+@pytest.mark.processes
 def test_another_package_called_proto_is_one_clear_text(tmp_path: Path) -> None:
     """Where it goes before callboard's, the text says where it is; no traceback."""
     file = tmp_path / "proto.py"

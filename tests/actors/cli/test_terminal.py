@@ -32,6 +32,7 @@ def test_the_terminal_says_how_wide(monkeypatch: pytest.MonkeyPatch) -> None:
     assert columns() == 80
 
 
+@pytest.mark.processes
 def test_a_query_imports_only_what_it_needs() -> None:
     """What takes milliseconds and is not needed stays out: codecs of host names, shutil, difflib."""
     unneeded = {"shutil", "difflib", "encodings.idna", "asyncio", "msgspec"}

@@ -87,6 +87,7 @@ with Contexts.changing() as contexts:
 """
 
 
+@pytest.mark.processes
 def test_processes_that_change_it_together_lose_nothing() -> None:
     """Each sees what the others have written."""
     names = [f"robot{number}" for number in range(8)]

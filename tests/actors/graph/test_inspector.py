@@ -261,6 +261,7 @@ def test_a_broker_that_hangs_up() -> None:
         inspector.graph()
 
 
+@pytest.mark.processes
 def test_loads_no_event_loop() -> None:
     """It is for what must start fast."""
     code = (

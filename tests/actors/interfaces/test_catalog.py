@@ -104,6 +104,7 @@ def test_unknown_packages(package: str, text: str) -> None:
     assert str(caught.value) == text
 
 
+@pytest.mark.processes
 def test_lists_need_no_classes() -> None:
     """The names of all standard types are there without msgspec."""
     code = (

@@ -265,6 +265,7 @@ def test_packages_whose_messages_contain_each_other_are_refused(tmp_path: Path, 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.processes
 def test_packages_that_use_each_other_can_be_imported(tmp_path: Path) -> None:
     """Case 84: in another process, of what was written: also long constants with brackets in their text."""
     text = "a (b" * 40

@@ -11,6 +11,7 @@ import actors.interfaces
 import actors.interfaces.std_msgs.msg as std_messages
 
 
+@pytest.mark.processes
 def test_one_message_loads_one_message() -> None:
     """Importing Imu leaves the rest of sensor_msgs alone."""
     code = (

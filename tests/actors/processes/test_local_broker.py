@@ -52,6 +52,7 @@ def started(target: BrokerTarget, monkeypatch: pytest.MonkeyPatch) -> Iterator[l
         assert os.waitpid(each.pid, 0) == (each.pid, 0)
 
 
+@pytest.mark.processes
 def test_it_is_started_only_where_none_answers(target: BrokerTarget, started: list[LocalBroker]) -> None:
     """It listens when the call returns, has a session of its own, and a log; the second call starts none."""
     found = ensure_local_broker(target)
@@ -66,6 +67,7 @@ def test_it_is_started_only_where_none_answers(target: BrokerTarget, started: li
     )
 
 
+@pytest.mark.processes
 def test_of_several_starters_one_starts_it(target: BrokerTarget, started: list[LocalBroker]) -> None:
     """All return at the moment when a broker answers, whoever has started it."""
     ready = threading.Barrier(3)
@@ -110,6 +112,7 @@ def test_none_is_started_where_another_program_listens(target: BrokerTarget) -> 
             assert ensure_local_broker(target, start_timeout_sec=0) is None
 
 
+@pytest.mark.processes
 def test_the_error_has_what_the_broker_said(tmp_path: Path, started: list[LocalBroker]) -> None:
     """A socket file in a folder that does not exist."""
     assert not started
@@ -128,6 +131,7 @@ def test_a_broker_that_is_too_slow_is_ended(target: BrokerTarget, started: list[
         pass
 
 
+@pytest.mark.processes
 def test_the_log_has_a_limit(
     target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +149,7 @@ def test_the_log_has_a_limit(
     assert "a line" not in Path(found.log).read_text()
 
 
+@pytest.mark.processes
 def test_it_starts_without_a_log(
     target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -158,6 +163,7 @@ def test_it_starts_without_a_log(
     assert ", log" not in str(found)
 
 
+@pytest.mark.processes
 def test_it_is_kept_for_the_life_of_a_process(
     target: BrokerTarget, started: list[LocalBroker], monkeypatch: pytest.MonkeyPatch
 ) -> None:

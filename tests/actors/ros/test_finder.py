@@ -37,6 +37,7 @@ def python(code: str, *, path: Path | None = None) -> str:
     return (done.stdout + done.stderr.rpartition("\n  File")[2].rpartition("\n\n")[2]).strip()
 
 
+@pytest.mark.processes
 def test_a_module_is_the_same_under_both_names() -> None:
     """Neither a module nor a class exists twice, whichever name comes first."""
     code = """install()
@@ -53,6 +54,7 @@ print(ours.__spec__.name, sys.modules["std_msgs.msg"] is ours)"""
     ]
 
 
+@pytest.mark.processes
 def test_an_installed_interface_package_wins(tmp_path: Path) -> None:
     """A regular package is imported; a mere folder of that name is not."""
     (tmp_path / "std_msgs").mkdir()
@@ -62,6 +64,7 @@ def test_an_installed_interface_package_wins(tmp_path: Path) -> None:
     assert python(code, path=tmp_path) == "1 actors.interfaces.nav_msgs.msg"
 
 
+@pytest.mark.processes
 def test_a_real_rclpy_is_hidden_only_by_force(tmp_path: Path) -> None:
     """Without `force` it is an error that says what to do."""
     (tmp_path / "rclpy.py").write_text("")
@@ -71,6 +74,7 @@ def test_a_real_rclpy_is_hidden_only_by_force(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.processes
 def test_other_names_are_left_alone() -> None:
     """What callboard does not have is not found, also below a package that it has."""
     code = """install(); install()
@@ -96,6 +100,7 @@ def test_a_library_that_is_absent_says_so(name: str, monkeypatch: pytest.MonkeyP
     assert found.find_spec(name, None) is None
 
 
+@pytest.mark.processes
 def test_modules_are_attributes_of_rclpy() -> None:
     """`import rclpy` is enough for `rclpy.logging`; what there is not has rclpy's name in its error."""
     code = """install()
@@ -162,6 +167,7 @@ def test_a_module_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert names == []
 
 
+@pytest.mark.processes
 def test_fields_are_checked_if_the_environment_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """With ROS 2's variable, from the first import on; else a message takes what it gets."""
     code = """install()

@@ -125,6 +125,7 @@ for too_many in (lambda: UUID(bytes(16), uuid=bytes(16)), lambda: UUID(bytes(16)
 
 
 @pytest.mark.parametrize("numpy", [True, False])
+@pytest.mark.processes
 def test_a_process_gets_them_with_and_without_numpy(numpy: bool, tmp_path: Path) -> None:
     """Fixed arrays are NumPy's if it is installed; the parts of services have ROS 2's names."""
     command = [sys.executable, "-c", CODE.format(folder=str(tmp_path)), *([] if numpy else ["without"])]

@@ -78,6 +78,7 @@ def test_a_folder_and_a_module_run_as_with_python(
     assert capsys.readouterr().out == "__main__ ['-x']\n"
 
 
+@pytest.mark.processes
 def test_a_broker_is_started_unless_it_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

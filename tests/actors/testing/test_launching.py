@@ -87,6 +87,7 @@ async def test_lines_are_found_that_came_and_that_come() -> None:
         assert running.dropped_lines == 0
 
 
+@pytest.mark.processes
 async def test_the_graph_is_waited_for_and_the_test_can_join_it(tmp_path: Path) -> None:
     """What is waited for is there when the waits return; the service answers the test's own node."""
     script = tmp_path / "adder.py"

@@ -434,6 +434,7 @@ thread.enter(context())
 """
 
 
+@pytest.mark.processes
 def test_a_forgotten_thread_is_stopped_when_the_program_ends() -> None:
     """What was entered is left, and the process exits."""
     done = subprocess.run(
@@ -463,6 +464,7 @@ with NodeThread() as thread:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+@pytest.mark.processes
 def test_a_forked_child_has_no_thread() -> None:
     """Calls raise there instead of waiting for ever; it may have a thread of its own."""
     done = subprocess.run(

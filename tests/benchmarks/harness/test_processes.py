@@ -76,11 +76,13 @@ def _count(outcome: Outcome) -> dict[str, float]:
     return {"roles": len(outcome.played), "cpu": -1.0 if outcome.server_cpu_s is None else 0.0}
 
 
+@pytest.mark.processes
 async def test_roles_start_and_report() -> None:
     """All of them, with their own parameters; a held one when the others have ended."""
     assert await run_trial(contender(), case("", "stay", ""), 0.1) == {"roles": 3, "cpu": -1.0}
 
 
+@pytest.mark.processes
 async def test_a_server_is_waited_for_and_measured() -> None:
     """Roles start when it listens, and its CPU time is known."""
     assert (await run_trial(contender(SERVER), case(""), 0.1))["roles"] == 1
@@ -95,6 +97,7 @@ async def test_a_server_is_waited_for_and_measured() -> None:
         ("limp", "reported and then ended with 3"),
     ],
 )
+@pytest.mark.processes
 async def test_a_role_that_fails_fails_the_trial(plan: str, text: str) -> None:
     """With what it said last; the others are not waited for."""
     with pytest.raises(TrialError) as error:
@@ -108,6 +111,7 @@ async def test_a_server_that_does_not_start_fails_the_trial() -> None:
         await run_trial(contender("import sys; sys.exit('out of order')"), case(""), 0.1)
 
 
+@pytest.mark.processes
 async def test_no_process_is_left_after_a_trial(tmp_path: Path) -> None:
     """Neither server nor roles, also by an exception."""
     pids: list[int] = []

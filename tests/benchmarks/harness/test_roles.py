@@ -7,10 +7,13 @@ import subprocess
 import sys
 from typing import Any, cast
 
+import pytest
+
 from benchmarks.harness.roles.stream import publisher
 from broker import Broker, BrokerOptions
 
 
+@pytest.mark.processes
 def test_a_role_ends_when_its_parent_is_gone() -> None:
     """Without figures, and with an exit code that says so."""
     parameters = {

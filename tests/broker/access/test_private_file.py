@@ -48,6 +48,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.processes
 def test_files_are_written_in_utf_8_whatever_the_locale(tmp_path: Path) -> None:
     """The rules are read in UTF-8, so a locale of another encoding must not decide how they are written."""
     file = tmp_path / "rules"

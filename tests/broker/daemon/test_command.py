@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
 
+pytestmark = pytest.mark.processes
+
 PREFIX = "callboard broker listening on "
 
 

@@ -42,6 +42,7 @@ async def line(process: Process, text: str) -> str:
                 return raw.decode().rstrip("\n")
 
 
+@pytest.mark.processes
 async def test_a_daemon_with_a_configuration_file(tmp_path: Path) -> None:
     """The file says where it listens, unless the command line does."""
     path = tmp_path / "broker.toml"
@@ -104,6 +105,7 @@ async def test_sighup_applies_what_can_change_and_names_the_rest(tmp_path: Path)
 
 
 @pytest.mark.parametrize("answers", [True, False])
+@pytest.mark.processes
 async def test_the_health_check_says_whether_a_broker_answers(answers: bool, tmp_path: Path) -> None:
     """It exits with 0 next to a broker with the same options, and with 1 without one."""
     options = ("--unix", str(tmp_path / "s"))

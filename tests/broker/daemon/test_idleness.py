@@ -47,6 +47,7 @@ def test_the_time_has_a_range(seconds: float) -> None:
         DaemonOptions(exit_when_idle=seconds)
 
 
+@pytest.mark.processes
 async def test_an_idle_process_ends_with_0_and_says_so() -> None:
     """It runs as long as a client is connected, even beyond the limit, and ends when there is none."""
     options = ("--port", "0", "--exit-when-idle", "2", "--keepalive-sec", "6", "--idle-keepalive-sec", "6")

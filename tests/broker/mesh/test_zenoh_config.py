@@ -204,6 +204,7 @@ def test_unusable_options_are_refused(tmp_path: Path) -> None:
         BrokerOptions(mesh_auth=tmp_path / "odd")
 
 
+@pytest.mark.processes
 def test_a_missing_extra_is_one_clear_line() -> None:
     """The broker says what to install, and does not start."""
     code = (

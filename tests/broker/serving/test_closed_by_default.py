@@ -28,6 +28,7 @@ async def test_an_open_broker_is_refused(host: str) -> None:
         await Broker(BrokerOptions(host=host, port=0)).__aenter__()
 
 
+@pytest.mark.processes
 def test_the_daemon_loop_refuses_as_well(tmp_path: Path) -> None:
     """uvloop reports addresses in its own way; the command ends with code 2 and the text."""
     command = [sys.executable, "-m", "broker", "--host", "0.0.0.0", "--port", "0"]

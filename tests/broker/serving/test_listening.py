@@ -83,6 +83,7 @@ def _raced(places: list[str]) -> list[list[str]]:
         return said
 
 
+@pytest.mark.processes
 def test_of_many_processes_one_gets_a_port() -> None:
     """All others report that it is in use."""
     with ExitStack() as stack:
@@ -96,6 +97,7 @@ def test_of_many_processes_one_gets_a_port() -> None:
             assert sorted(said) == ["in use"] * (RACERS - 1) + ["listens"]
 
 
+@pytest.mark.processes
 def test_of_many_processes_one_gets_a_socket_file(tmp_path: Path) -> None:
     """Also in place of a stale one that each of them would remove; afterwards none is left."""
     paths = [tmp_path / f"{number}.sock" for number in range(PLACES)]

@@ -107,6 +107,7 @@ async def serial(url: BrokerUrl, authority: Authority) -> str:
         writer.close()
 
 
+@pytest.mark.processes
 async def test_sighup_reads_the_files_again(authority: Authority) -> None:
     """New connections get the new certificate; a broken file keeps the old one, with one line in the log."""
     pair = authority.issue("127.0.0.1")

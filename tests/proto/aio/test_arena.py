@@ -80,6 +80,7 @@ def elsewhere(reference: frames.Reference, *announcements: frames.Arena) -> list
     return done.stdout.decode().splitlines()
 
 
+@pytest.mark.processes
 def test_another_process_reads_what_was_announced_and_nothing_else(arena: Arena) -> None:
     """The right announcement opens the arena; a wrong size, token or number opens nothing."""
     before, right = reference_to(arena, MESSAGE), arena.announcement
@@ -136,6 +137,7 @@ def test_less_than_a_page_is_not_an_arena(size: int) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="needs root")
+@pytest.mark.processes
 def test_a_file_of_another_user_is_not_an_arena(arena: Arena) -> None:
     """Root could open it; its content would be another user's."""
     (descriptor,) = arena.descriptors()
@@ -145,6 +147,7 @@ def test_a_file_of_another_user_is_not_an_arena(arena: Arena) -> None:
     assert error == f"/proc/{process}/fd/{descriptor} is not as announced"
 
 
+@pytest.mark.processes
 def test_processes_of_one_host_know_each_other() -> None:
     """By a hash of 16 bytes, which says nothing about the host."""
     identity = host_identity()
@@ -185,6 +188,7 @@ def test_nobody_else_can_write_or_cut_it(arena: Arena) -> None:
         open_arena(arena.announcement)[PAGE_BYTES] = 1
 
 
+@pytest.mark.processes
 def test_a_closed_arena_cannot_be_opened_and_keeps_its_messages(arena: Arena) -> None:
     """Its descriptor is gone; slots and mappings stay valid."""
     slot = arena.put(MESSAGE)
@@ -312,6 +316,7 @@ def test_numbers_in_a_later_message_are_no_generation(arena: Arena) -> None:
         del larger
 
 
+@pytest.mark.processes
 def test_a_forked_child_writes_nothing(arena: Arena) -> None:
     """It has the same memory, in which the parent's messages are, but not the descriptor."""
     (descriptor,) = arena.descriptors()
@@ -364,6 +369,7 @@ def test_what_is_read_in_place_stays_in_forked_children(arena: Arena) -> None:
     os.close(writing)
 
 
+@pytest.mark.processes
 def test_the_token_is_read_by_processes_of_the_same_user(arena: Arena, tmp_path: Path) -> None:
     """Another process finds it where the arena is, and nothing in other files or numbers."""
     told, (own,) = arena.announcement, arena.descriptors()

@@ -29,6 +29,7 @@ def test_without_uvloop_the_loop_is_asyncios(monkeypatch: pytest.MonkeyPatch) ->
     assert isinstance(loop, asyncio.BaseEventLoop)
 
 
+@pytest.mark.processes
 def test_loaded_objects_are_frozen() -> None:
     """After the configuration, the collector skips imported objects."""
     code = (
@@ -41,6 +42,7 @@ def test_loaded_objects_are_frozen() -> None:
     assert done.stdout.strip() == "True"
 
 
+@pytest.mark.processes
 def test_many_waiting_objects_cause_no_full_collection() -> None:
     """Case 46: half a million objects that a broker keeps do not let its collector look at all of them."""
     code = (
@@ -73,6 +75,7 @@ def test_a_platform_without_mallopt_is_left_as_it_is(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+@pytest.mark.processes
 def test_a_loop_runs_though_streams_are_closed() -> None:
     """They are the null device then, and no descriptor of the loop takes their numbers."""
     code = (
@@ -113,6 +116,7 @@ def test_the_limit_of_open_files_is_raised_as_far_as_it_goes(
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs glibc and /proc")
+@pytest.mark.processes
 def test_freed_memory_is_returned_on_request() -> None:
     """Case 46: blocks below one that lives stay with malloc until `return_memory`."""
     if not hasattr(ctypes.CDLL(None), "malloc_trim"):

@@ -43,6 +43,7 @@ def _reports(**changes: Any) -> Programs:
     return Programs(role=REPORT.format({"subscriber": RECEIVED | changes, "publisher": SENT}))
 
 
+@pytest.mark.processes
 async def test_figures_are_computed_from_reports() -> None:
     """The rate is the receiver's; CPU time is per message, of each process."""
     assert await run_trial(_reports(), STREAM, 1.0) == {
@@ -55,12 +56,14 @@ async def test_figures_are_computed_from_reports() -> None:
 
 
 @pytest.mark.parametrize("changes", [{"messages": 999}, {"lost": 1}])
+@pytest.mark.processes
 async def test_lost_messages_fail_a_trial(changes: dict[str, int]) -> None:
     """Its rate would mean nothing."""
     with pytest.raises(CommandError, match="lost messages"):
         await run_trial(_reports(**changes), STREAM, 1.0)
 
 
+@pytest.mark.processes
 async def test_a_role_that_fails_ends_the_trial() -> None:
     """At once, with the end of its log, while the other role still runs."""
     code = "import sys, time; 'publisher' in sys.argv[-1] and sys.exit('no broker there'); time.sleep(1000)"
@@ -98,6 +101,7 @@ def _descriptors() -> int:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/proc")
+@pytest.mark.processes
 async def test_a_role_that_does_not_start_leaves_no_descriptor() -> None:
     """Nobody reads from the subscriber then, whose pipe is closed all the same."""
     await run_trial(_reports(), STREAM, 1.0)  # what is opened once is open now

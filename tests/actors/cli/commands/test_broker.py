@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+@pytest.mark.processes
 async def test_a_signal_ends_the_broker_cleanly(number: signal.Signals) -> None:
     """It says where it listens; stopped, it ends with 0 and without a traceback."""
     process = await asyncio.create_subprocess_exec(
@@ -50,6 +51,7 @@ def test_wrong_flags_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+@pytest.mark.processes
 async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
     """After a crash it is started again."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -78,6 +80,7 @@ async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
         pass  # nobody listens there any more
 
 
+@pytest.mark.processes
 async def test_the_page_trusts_the_certificate_of_its_own_broker(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -132,6 +135,7 @@ async def test_who_may_read_the_page_of_a_guarded_broker(
         assert await process.wait() == 0
 
 
+@pytest.mark.processes
 def test_python_m_broker_has_no_page() -> None:
     """It says which program has; in a process, whose logging it sets up."""
     command = [sys.executable, "-m", "broker", "--port", "0", "--http", "127.0.0.1:7412"]
@@ -150,6 +154,7 @@ def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> No
     assert captured.err == f"--http: cannot listen on {address}: Address already in use\n"
 
 
+@pytest.mark.processes
 def test_a_broker_with_the_page_is_never_idle() -> None:
     """It does not start with an option that would do nothing; in a process, whose logging it sets up."""
     with socket.create_server(("127.0.0.1", 0)) as server:

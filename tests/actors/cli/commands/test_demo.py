@@ -75,6 +75,7 @@ async def _start() -> asyncio.subprocess.Process:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
+@pytest.mark.processes
 async def test_a_signal_ends_the_demo_cleanly(number: signal.Signals) -> None:
     """In the middle of the talk: the summary, 0, nothing on stderr."""
     process = await _start()

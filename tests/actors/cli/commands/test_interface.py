@@ -163,6 +163,7 @@ def test_show_does_not_wait_for_a_terminal(
     assert "reads the type from a pipe" in capsys.readouterr().err
 
 
+@pytest.mark.processes
 async def test_show_of_what_only_a_node_knows(desk: Desk) -> None:
     """Not installed here: the broker has the definition. Other verbs know the type, too."""
     publisher = (
@@ -305,6 +306,7 @@ def test_unknown_package(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr() == ("", "Unknown package 'std_srv'; did you mean std_srvs?\n")
 
 
+@pytest.mark.processes
 def test_generated_classes_are_found_from_their_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -347,6 +349,7 @@ def _wheels(folder: Path, name: str, text: str = "float64 speed\n") -> Path:
         ("raise ImportError('no')\n", "__init__.py:1: ", "ImportError: no"),
     ],
 )
+@pytest.mark.processes
 def test_generate_imports_what_it_has_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], own: str, place: str, reason: str
 ) -> None:
@@ -360,6 +363,7 @@ def test_generate_imports_what_it_has_written(
     assert "cli_import_wheels" not in sys.modules
 
 
+@pytest.mark.processes
 def test_generate_refuses_a_package_that_python_has(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -368,6 +372,7 @@ def test_generate_refuses_a_package_that_python_has(
     assert "No module named 'json.msg'" in capsys.readouterr().err
 
 
+@pytest.mark.processes
 def test_generate_names_packages_that_are_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """They may be generated afterwards."""
     source = _wheels(tmp_path, "cli_needing", "cli_needed_wheels/Wheel wheel\n")

@@ -139,6 +139,7 @@ def test_ctrl_c_ends_it(tmp_path: Path) -> None:
         thread.join()
 
 
+@pytest.mark.processes
 def test_nothing_is_left_when_the_launch_is_killed(tmp_path: Path) -> None:
     """Though it cannot clean up any more."""
     os.mkfifo(path := tmp_path / "pipe")

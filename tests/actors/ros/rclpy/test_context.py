@@ -129,6 +129,7 @@ def test_wrong_arguments_are_errors_of_rclpy() -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.usefixtures("context")
+@pytest.mark.processes
 def test_a_forked_child_makes_nodes_of_its_own() -> None:
     """What it has from its parent raises; the parent's node goes on."""
     child = subprocess.run(
@@ -190,6 +191,7 @@ def test_a_node_that_is_made_during_a_shutdown_is_destroyed(context: Context) ->
     ],
 )
 @pytest.mark.usefixtures("context")
+@pytest.mark.processes
 def test_a_program_ends_silently_while_a_daemon_thread_spins(kind: type[object], *, endless: bool) -> None:
     """It need not shut down; a callback may be publishing as everything ends."""
     program = subprocess.run(

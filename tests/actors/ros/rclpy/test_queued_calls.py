@@ -117,6 +117,7 @@ def test_a_goal_that_runs_does_not_hold_up_a_shutdown(context: Context) -> None:
 
 
 @pytest.mark.usefixtures("context")
+@pytest.mark.processes
 def test_a_request_without_an_answer_does_not_hold_up_the_end_of_a_program() -> None:
     """It may end without a shutdown, while a daemon thread spins."""
     program = subprocess.run(

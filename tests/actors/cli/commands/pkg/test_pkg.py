@@ -124,6 +124,7 @@ def test_without_packages_it_says_how_to_make_one(
         assert "callboard pkg create" in printed.err
 
 
+@pytest.mark.processes
 def test_listing_loads_nothing_heavy() -> None:
     """Neither a loop, nor types, nor packages."""
     code = (

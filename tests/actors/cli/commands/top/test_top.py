@@ -159,6 +159,7 @@ def test_without_textual_the_text_says_how_to_get_it(
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["top", "--help"], ["top"]], ids=" ".join)
+@pytest.mark.processes
 def test_only_the_live_view_loads_textual(arguments: list[str]) -> None:
     """Help starts fast, and so does the error without a terminal."""
     code = (
