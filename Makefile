@@ -12,7 +12,7 @@ ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 NPM_READY := $(NPM)/.ready
 
-.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream judges clean
+.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream rclpy-tests judges clean
 .DEFAULT_GOAL := check
 
 $(DEMO_READY): pyproject.toml
@@ -88,6 +88,10 @@ check: $(READY)
 # Programs written for ROS 2, in checkouts of https://github.com/ros2/examples and demos below the folder UPSTREAM.
 upstream: $(READY)
 	@$(BIN)/python -m tests.upstream "$(or $(UPSTREAM),$(error make upstream UPSTREAM=folder with checkouts))" $(UPSTREAM_FLAGS)
+
+# rclpy's own tests with callboard in its place, from a checkout with its history in the folder UPSTREAM.
+rclpy-tests: $(READY) $(ROS2_READY)
+	@$(BIN)/python -m tests.upstream.rclpy_tests "$(or $(UPSTREAM),$(error make rclpy-tests UPSTREAM=folder with a checkout of rclpy))" $(UPSTREAM_FLAGS)
 
 # Tests of packages from the package index that are written for rclpy.
 judges: $(READY)

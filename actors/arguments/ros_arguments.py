@@ -186,7 +186,9 @@ def parse_ros_arguments(argv: Sequence[str]) -> RosArguments:
             builder.remaining.append(argument)
     if builder.unknown:
         hint = "a remap rule needs -r before it, a parameter -p"
-        raise UnknownRosArgumentError(" ".join(builder.unknown), f"Found unknown ROS arguments; {hint}")
+        raise UnknownRosArgumentError(
+            " ".join(builder.unknown), f"Found unknown ROS arguments {builder.unknown}; {hint}"
+        )
     return builder.build()
 
 

@@ -331,12 +331,14 @@ class Logger:
 
 
 def _skip(options: LogOptions) -> bool:
-    """Return False for a message that is not logged; a misspelt option raises nevertheless."""
+    """Return False for a message that is not logged; a misspelt or lonely option raises nevertheless."""
     # Checked also when the message is not logged. Otherwise a misspelt option would raise for the first
     # time when somebody turns on debug output, in production.
     if options and (unknown := options.keys() - _KNOWN_OPTIONS):
         known = ", ".join(_KNOWN_OPTIONS)
         raise TypeError(f"{min(unknown)!r} is not one of the recognized logging options: {known}")
+    if "throttle_time_source_type" in options and "throttle_duration_sec" not in options:
+        raise TypeError("throttle_time_source_type needs throttle_duration_sec, which is not given")
     return False
 
 

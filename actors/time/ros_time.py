@@ -62,9 +62,12 @@ class RosTime:
             self._notify(change, 0)
 
     def set(self, nanoseconds: int) -> None:
-        """Set the time, and run what is due."""
+        """Set the time, and run what is due. While it is not active, nothing jumps."""
         delta = nanoseconds - self._now
         first, self.known = not self.known, True
+        if not self.active:
+            self._now = nanoseconds
+            return
         with self._jump(ClockChange.ROS_TIME_NO_CHANGE, delta):
             self._now = nanoseconds
             # Steps forward need no notice: everything that waits for them is in `_calls`.

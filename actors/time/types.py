@@ -24,6 +24,12 @@ class ClockType(IntEnum):
     SYSTEM_TIME = 2
     STEADY_TIME = 3
 
+    @classmethod
+    def _missing_(cls, value: object) -> None:
+        # As rclpy has it. A number of no clock stays enum's ValueError.
+        if not isinstance(value, int):
+            raise TypeError(f"a kind of clock is a ClockType, got {value!r}")
+
 
 class _Stamp(Protocol):
     sec: int

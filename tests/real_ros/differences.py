@@ -248,6 +248,12 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
+        ("declaring.values_of_unknown_parameters",),
+        "A request for parameters of which one is unknown or has no value is answered with the values of the"
+        " others. rclpy's answer is empty.",
+    ),
+    Difference(
+        "program",
         ("declaring.descriptor_without_type",),
         "A descriptor of no type keeps the parameter's. rclpy refuses the parameter's own value then.",
     ),

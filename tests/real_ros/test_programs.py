@@ -27,6 +27,7 @@ PROGRAM_MODULES = (
     "private_parts",
     "qos",
     "shutting_down",
+    "simulated_time",
     "times",
     "waitables",
 )

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import weakref
+from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, Self, cast
 
 from actors.errors import TimeSourceChanged
 from actors.ros.process_thread import process_thread
+from actors.ros.rclpy.entity import weakly
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.utilities import get_default_context
 from actors.time.clock import Clock as NativeClock
+from actors.time.clock import ros_time_of
 from actors.time.jumps import ClockChange as ClockChange
 from actors.time.jumps import JumpHandle as JumpHandle
 from actors.time.jumps import JumpThreshold as JumpThreshold
@@ -48,14 +51,18 @@ class Clock:
     """
 
     def __new__(cls, *args: Any, clock_type: ClockType = ClockType.SYSTEM_TIME, **kwargs: Any) -> Self:
-        """Return a ROSClock for ROS time."""
+        """Return a ROSClock for ROS time; raise TypeError for what is no kind of clock."""
         del args, kwargs
+        if not isinstance(cast("object", clock_type), ClockType):
+            raise TypeError(f"clock_type must be a ClockType, got {clock_type!r}")
         made: Any = ROSClock if cls is Clock and clock_type is ClockType.ROS_TIME else cls
         return cast("Self", object.__new__(made))
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
         self.native = NativeClock(clock_type)
         self._jump_calls: RecentCalls | None = None
+        self._own_jump_calls: deque[Callable[[], None]] = deque()
+        """Calls of a clock without a node, for the thread that sets its time."""
         self._followers: dict[int, weakref.ref[ClockFollower]] = {}
         """Timers by their ids. A dict, since its values can be copied while other threads change it."""
 
@@ -112,11 +119,10 @@ class Clock:
         )
 
     def _queued(self, callback: Callable[P, None] | None) -> Callable[P, None] | None:
-        calls = self._jump_calls
-        # A clock without a node has no executor; its functions are called in the loop.
-        if callback is None or calls is None:
-            return callback
-        return lambda *args, **kwargs: calls.add(partial(callback, *args, **kwargs))
+        if callback is None:
+            return None
+        add = self._own_jump_calls.append if self._jump_calls is None else self._jump_calls.add
+        return lambda *args, **kwargs: add(partial(callback, *args, **kwargs))
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
         """Sleep until a point in time.
@@ -149,10 +155,10 @@ class Clock:
 
 
 class ROSClock(Clock):
-    """The clock of a node: simulated while its parameter `use_sim_time` is set.
+    """A clock that may be simulated, as a node's own is while the node's parameter `use_sim_time` is set.
 
     Args:
-        native: The node's clock in callboard; None makes one that no node sets.
+        native: The node's clock in callboard; None makes one that a program or a `TimeSource` sets.
         jump_calls: Makes the node's calls of jump callbacks.
         clock_type: ROS_TIME, as of every one.
     """
@@ -169,14 +175,34 @@ class ROSClock(Clock):
         self._jump_calls = jump_calls
         if native is not None:
             self.native = native
-            # Every jump, however small: by simulated time a timer may be due after each message of
-            # `/clock`.
-            every = JumpThreshold(
-                min_forward=Duration(nanoseconds=1),
-                min_backward=Duration(nanoseconds=-1),
-                on_clock_change=True,
-            )
-            native.create_jump_callback(every, post_callback=self._jumped)
+        # Every jump, however small: by simulated time a timer may be due after each message of `/clock`.
+        every = JumpThreshold(
+            min_forward=Duration(nanoseconds=1),
+            min_backward=Duration(nanoseconds=-1),
+            on_clock_change=True,
+        )
+        self.native.create_jump_callback(every, post_callback=weakly(self._jumped))
+
+    def set_ros_time_override(self, time: Time) -> None:
+        """Set the time that it shows while it is simulated.
+
+        A node's own clock shows it until the next message of `/clock`.
+
+        Raises:
+            TypeError: It is no Time.
+        """
+        if not isinstance(cast("object", time), Time):
+            raise TypeError(f"a clock is set to an rclpy.time.Time, got {type(time).__name__}")
+        self._change(lambda: ros_time_of(self.native).set(time.nanoseconds))
+
+    def _set_ros_time_is_active(self, enabled: bool) -> None:
+        """Simulate it or not. Private in rclpy, but what programs have that set a clock without a node."""
+        self._change(lambda: ros_time_of(self.native).activate(active=enabled))
+
+    def _change(self, change: Callable[[], None]) -> None:
+        process_thread().call(change)
+        while self._own_jump_calls:
+            self._own_jump_calls.popleft()()
 
     def _jumped(self, jump: TimeJump) -> None:
         del jump

@@ -22,7 +22,7 @@ from actors.arguments.ros_arguments import (
 from actors.config.environment import domain_id as environment_domain
 from actors.errors import NodeDestroyed
 from actors.ros.process_thread import process_thread
-from actors.ros.rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
+from actors.ros.rclpy._rclpy_pybind11 import RCLError, RCLInvalidROSArgsError, UnknownROSArgsError
 from actors.ros.rclpy.destroyable import VALID, Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.console_output import console_output
@@ -124,7 +124,7 @@ class Context:
                 raise RuntimeError(f"Domain id ({domain_id}) should not be lower than zero.")
             if self._initialized:
                 raise RuntimeError("Context.init() must only be called once")
-            self.arguments = _parsed(sys.argv if args is None else args)
+            self.arguments = parsed_arguments(sys.argv if args is None else args)
             self.domain_id = environment_domain(ros=True) if domain_id is None else domain_id
             if initialize_logging:
                 set_up_logging(self.arguments, **console_output())
@@ -337,13 +337,14 @@ _watched: NodeThread | None = None
 _exiting = False
 
 
-def _parsed(argv: Sequence[str]) -> RosArguments:
+def parsed_arguments(argv: Sequence[str]) -> RosArguments:
+    """Return the ROS arguments of a command line; raise rclpy's errors for wrong ones."""
     try:
         return parse_ros_arguments(argv)
     except UnknownRosArgumentError as error:
         raise UnknownROSArgsError(str(error)) from error
     except InvalidRosArgumentError as error:
-        raise RCLError(str(error)) from error
+        raise RCLInvalidROSArgsError(str(error)) from error
 
 
 def _thread_for(context: Context) -> NodeThread:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, fields
+from enum import IntEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -33,6 +34,27 @@ QoSRequestedIncompatibleQoSInfo: TypeAlias = IncompatibleQoSInfo
 QoSSubscriptionMatchedInfo: TypeAlias = MatchedInfo
 
 __getattr__ = imported_names(__name__, "CallbackGroup NumberOfEntities Waitable get_logger")
+
+
+class QoSPublisherEventType(IntEnum):
+    """The events of a publisher. callboard uses them nowhere: programs name them."""
+
+    RCL_PUBLISHER_OFFERED_DEADLINE_MISSED = 0
+    RCL_PUBLISHER_LIVELINESS_LOST = 1
+    RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS = 2
+    RCL_PUBLISHER_INCOMPATIBLE_TYPE = 3
+    RCL_PUBLISHER_MATCHED = 4
+
+
+class QoSSubscriptionEventType(IntEnum):
+    """The events of a subscription, for the same purpose."""
+
+    RCL_SUBSCRIPTION_REQUESTED_DEADLINE_MISSED = 0
+    RCL_SUBSCRIPTION_LIVELINESS_CHANGED = 1
+    RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS = 2
+    RCL_SUBSCRIPTION_MESSAGE_LOST = 3
+    RCL_SUBSCRIPTION_INCOMPATIBLE_TYPE = 4
+    RCL_SUBSCRIPTION_MATCHED = 5
 
 
 class UnsupportedEventTypeError(Exception):

@@ -91,6 +91,7 @@ class Node(NodeParameters, NodeGraph):
     Raises:
         NotInitializedException: The context is not ok.
         NameValidationException: The name or the namespace breaks the rules.
+        RCLInvalidROSArgsError, UnknownROSArgsError: `cli_args` cannot be read.
     """
 
     _callboard_classes: ClassVar[Mapping[type[Any], type[Any]]] = {}

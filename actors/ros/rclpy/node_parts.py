@@ -19,6 +19,7 @@ from actors.node.options import NodeOptions
 from actors.parameters.store import ParameterStore
 from actors.ros.rclpy._rclpy_pybind11 import NodeNameNonExistentError as NodeNameNonExistentError
 from actors.ros.rclpy.clock import ROSClock
+from actors.ros.rclpy.context import parsed_arguments
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
 from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
@@ -103,6 +104,7 @@ class NodeParts:
         self.publishers: list[Publisher[Any]] = []
         self.entities: dict[type[Entity], list[Any]] = {}
         self.destroyed = False
+        parsed_arguments(options["cli_args"])  # for rclpy's errors
         values = {each.name: each.value for each in overrides}
         self._native: NativeNode = self.thread.call(
             lambda: NativeNode(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 from actors.interfaces.message import Message
 from actors.interfaces.message import is_message_type
@@ -31,9 +31,18 @@ def _is_action_type(action_type: Any) -> bool:
 
 
 def check_for_type_support(msg_or_srv_type: Any) -> None:
-    """Raise NoTypeSupportImportedException unless it is a message, service or action class."""
-    if not any(check(msg_or_srv_type) for check in (is_message_type, _is_service_type, _is_action_type)):
-        raise NoTypeSupportImportedException(f"{msg_or_srv_type!r} is no message, service or action class")
+    """Check that something is a message, service or action class.
+
+    Raises:
+        NoTypeSupportImportedException: It is a class that ROS 2 generated, without its C code.
+        AttributeError: It is something else.
+    """
+    if any(check(msg_or_srv_type) for check in (is_message_type, _is_service_type, _is_action_type)):
+        return
+    metaclass = cast("type[object]", type(msg_or_srv_type))
+    is_generated = hasattr(metaclass, "__import_type_support__")
+    error = NoTypeSupportImportedException if is_generated else AttributeError
+    raise error(f"{msg_or_srv_type!r} is no message, service or action class")
 
 
 def check_is_valid_msg_type(msg_type: Any) -> None:

@@ -8,6 +8,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from actors.arguments.ros_arguments import parse_ros_arguments
+from actors.ros.rclpy._rclpy_pybind11 import rclpy_get_rmw_implementation_identifier
 from actors.ros.rclpy.context import Context
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -70,9 +71,7 @@ def remove_ros_args(args: Sequence[str] | None = None) -> list[str]:
     return list(parse_ros_arguments(given).remaining)
 
 
-def get_rmw_implementation_identifier() -> str:
-    """Return what carries the messages."""
-    return "callboard"
+get_rmw_implementation_identifier = rclpy_get_rmw_implementation_identifier
 
 
 def get_available_rmw_implementations() -> set[str]:

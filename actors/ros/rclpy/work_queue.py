@@ -191,6 +191,7 @@ class WorkQueue:
         limited = timeout_sec is not None and timeout_sec >= 0
         deadline = time.monotonic() + timeout_sec if limited and timeout_sec is not None else inf
         wake_up: WakeUp | None = None
+        has_polled = False
         try:
             while True:
                 work = self._next_work()
@@ -200,7 +201,11 @@ class WorkQueue:
                     raise ConditionReachedException
                 now = time.monotonic()
                 if now >= deadline:
-                    raise TimeoutException
+                    # As in rclpy, the shortest wait resumes these tasks, too: programs call `spin_once(0)`.
+                    if has_polled or not self._polled:
+                        raise TimeoutException
+                    has_polled, self._next_poll_sec = True, now
+                    continue
                 # Only a thread that finds nothing claims one. With work in the queue none of this is
                 # touched.
                 if wake_up is None:

@@ -69,6 +69,7 @@ def test_unknown_arguments(unknown: str) -> None:
     with pytest.raises(InvalidRosArgumentError, match="Found unknown ROS arguments") as caught:
         ros("-r", "a:=b", unknown)
     assert f"Failed to parse ROS arguments: '{unknown}'" in str(caught.value)
+    assert f"arguments [{unknown!r}]" in str(caught.value)
     assert "needs -r before it" in str(caught.value)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from actors.logging.logger import MAX_FILTERS, Logger, get_logger, node_logger_name
 from actors.logging.severity import LoggingSeverity, severity_from_name
+from actors.time.clock import Clock
 from actors.time.types import Time
 
 if TYPE_CHECKING:
@@ -173,6 +174,13 @@ def test_call_site_cannot_change(name: str) -> None:
         call(LoggingSeverity.WARN, 1.0)
     with pytest.raises(ValueError, match="cannot be changed between calls"):
         call(LoggingSeverity.INFO, 2.0)
+
+
+def test_a_clock_without_a_duration(name: str) -> None:
+    """The clock of a throttle alone is a TypeError, also below the threshold."""
+    for call in (get_logger(name).info, get_logger(name).debug):
+        with pytest.raises(TypeError, match="needs throttle_duration_sec"):
+            call("text", throttle_time_source_type=Clock())
 
 
 def test_unknown_option(name: str) -> None:

@@ -6,7 +6,8 @@ For each module of rclpy the table, `rclpy_names.yaml`, has the names that are t
 differ or are absent, with the difference or the reason, and `own`: names that only callboard has. An absent
 class includes its methods. A module without names is callboard's own and not for programs.
 
-The differences in behaviour are those of `tests/real_ros/differences.py`.
+The differences in behaviour are those of `tests/real_ros/differences.py`, and the tests of rclpy's own that
+fail are those of `tests/upstream/rclpy_listed.py`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Final, cast
 
 from actors.interfaces.yaml_reader import load_yaml
 from tests.real_ros import differences
+from tests.upstream import rclpy_listed
 
 TABLE: Final = Path(__file__).with_suffix(".yaml")
 STATUSES: Final = ("same", "differs", "absent", "own")
@@ -41,6 +43,11 @@ _BEHAVIOUR: Final = """\
 Tests give the same programs, values and files to callboard and to real ROS 2 (rclpy 9.1.2), and compare the
 answers. These are different on purpose:
 """
+_TESTS: Final = """\
+## Tests of rclpy
+
+Of the tests of rclpy 8.0 that pass on rclpy 9.1.2, callboard passes those that are not listed here:
+"""
 
 
 def table() -> dict[str, dict[str, dict[str, str]]]:
@@ -61,6 +68,7 @@ def reference() -> str:
     total = {status: sum(len(each.get(status, ())) for each in modules.values()) for status in STATUSES}
     numbers = ", ".join(f"{total[status]} {status}" for status in STATUSES[:3])
     parts = [_HEAD, f"Of rclpy's names: {numbers}.\n", _BEHAVIOUR, differences.reference()]
+    parts += [_TESTS, rclpy_listed.reference()]
     for module, statuses in modules.items():
         if not statuses:
             continue

@@ -14,9 +14,10 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 
 from tests.real_ros.programs.errors import outcome
-from tests.real_ros.programs.running import running_node
+from tests.real_ros.programs.running import running_node, spin_until
 
 VALUES = (
     *(
@@ -430,3 +431,23 @@ def on_set_callbacks_without_an_answer():
             )
             node.remove_on_set_parameters_callback(check)
         return [results, [each.category.__name__ for each in caught]]
+
+
+def values_of_unknown_parameters():
+    """Ask a node's services for parameters that it does not have, or that have no value."""
+    with running_node() as node:
+        node.declare_parameter("a", 1)
+        node.declare_parameter("b", Parameter.Type.STRING)
+        client, found = AsyncParameterClient(node, "probe"), []
+        spin_until(node, client.services_are_ready)
+        for names in (["a"], ["a", "b"], ["unknown", "a"]):
+            for ask in (client.get_parameters, client.describe_parameters, client.get_parameter_types):
+                ask(names, lambda future: found.append(future.result()))
+                count = len(found)
+                spin_until(node, lambda: len(found) > count)  # noqa: B023
+
+        def items(response):
+            (field,) = response.get_fields_and_field_types()
+            return getattr(response, field)
+
+        return [len(items(each)) for each in found]

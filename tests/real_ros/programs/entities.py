@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 
 from rclpy.action import ActionClient, ActionServer
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.context import Context
+from rclpy.event_handler import QoSPublisherEventType, QoSSubscriptionEventType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from rclpy.type_support import check_for_type_support
 from std_msgs.msg import Int32, String
 from std_srvs.srv import SetBool, Trigger
 from test_msgs.action import Fibonacci
@@ -343,3 +346,44 @@ def node_with_a_publisher_that_is_kept():
         publisher.publish(String(data="x"))
         spin_until(node, lambda: received)
         return [received, "other" in node.get_node_names()]
+
+
+def steps_of_coroutines_in_short_spins():
+    """Spin a coroutine that awaits no future with a timeout of zero."""
+    with running_node() as node:
+        executor, steps = SingleThreadedExecutor(context=node.context), []
+        executor.add_node(node)
+
+        async def work():
+            for each in range(3):
+                steps.append(each)
+                await asyncio.sleep(0)
+
+        task = executor.create_task(work)
+        seen = []
+        while not task.done() and len(seen) < 20:
+            executor.spin_once(timeout_sec=0)
+            seen.append(len(steps))
+        return [*dict.fromkeys(seen)]  # rclpy has spins between them that do nothing
+
+
+def wrong_arguments_of_a_node():
+    """Give a node arguments that are unknown or incomplete."""
+    with running_node() as node:
+        wrong = (["unknown"], ["--my-flag"], ["-r", "no_rule"], ["-p", "no_rule"], ["--log-level", "loud"])
+        return [
+            outcome(Node, "x", context=node.context, cli_args=["--ros-args", *each]) for each in wrong
+        ] + [outcome(Context().init, ["--ros-args", *each]) for each in wrong]
+
+
+def numbers_of_events():
+    """List the kinds of events."""
+    return [
+        {name: int(each) for name, each in kinds.__members__.items()}
+        for kinds in (QoSPublisherEventType, QoSSubscriptionEventType)
+    ]
+
+
+def classes_without_type_support():
+    """Check what is no class of ROS 2's."""
+    return [outcome(check_for_type_support, each) for each in (object(), object, int, 5, None)]

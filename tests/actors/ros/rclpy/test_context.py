@@ -120,11 +120,13 @@ def test_the_domain_is_the_arguments_or_the_environments(monkeypatch: pytest.Mon
     context.shutdown()
 
 
-def test_wrong_arguments_are_errors_of_rclpy() -> None:
+def test_wrong_arguments_are_errors_of_rclpy(context: Context) -> None:
     """A program may catch them by rclpy's names."""
     for error, arguments in ((UnknownROSArgsError, ["--nothing"]), (RCLError, ["-r", "no rule"])):
         with pytest.raises(error):
             Context().init(["--ros-args", *arguments])
+        with pytest.raises(error):
+            Node("node", context=context, cli_args=["--ros-args", *arguments])
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -357,6 +357,22 @@ def test_a_pool_resumes_coroutines_that_await_something_unknown(context: Context
     assert done.done()
 
 
+def test_each_spin_without_time_resumes_coroutines(executor: SingleThreadedExecutor) -> None:
+    """As in rclpy: those that give way go on by one step at least, however short the spins are."""
+    steps = list[int]()
+
+    async def give_way() -> None:
+        for each in range(3):
+            steps.append(each)
+            await asyncio.sleep(0)
+
+    task = executor.create_task(give_way)
+    for count in (1, 2, 3, 3):
+        executor.spin_once(timeout_sec=0)
+        assert len(steps) == count
+    assert task.done()
+
+
 def test_a_coroutine_that_waits_for_time_leaves_the_processor_alone(
     executor: SingleThreadedExecutor,
 ) -> None:

@@ -23,12 +23,25 @@ from actors.ros.rclpy.type_support import (
 from actors.ros.rclpy.validate_parameter_name import validate_parameter_name
 
 
+class GeneratedType(type):
+    """As ROS 2's classes have it."""
+
+    def __import_type_support__(cls) -> None:
+        """Load the C code."""
+
+
+class Generated(metaclass=GeneratedType):
+    """A class of ROS 2's own, without its C code."""
+
+
 def test_classes_are_checked() -> None:
     """Messages, services and actions have type support, and are told from each other."""
     for each in (String, AddTwoInts, Fibonacci):
         check_for_type_support(each)
-    with pytest.raises(NoTypeSupportImportedException):
+    with pytest.raises(AttributeError):
         check_for_type_support(int)
+    with pytest.raises(NoTypeSupportImportedException):
+        check_for_type_support(Generated)
     check_is_valid_msg_type(String)
     check_is_valid_srv_type(AddTwoInts)
     with pytest.raises(RuntimeError, match="no message class"):
