@@ -26,7 +26,7 @@ from msgspec import StructMeta
 
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.checking import check_field, check_fields
-from actors.interfaces.fields import FieldType, fields_of
+from actors.interfaces.fields import FieldType, constants_of, fields_of
 from actors.interfaces.message import Action, Message, Service
 from actors.interfaces.naming import MessageType, message_name
 
@@ -67,6 +67,7 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
 
     setattr(MessageType, "__new__", make_adopted)  # noqa: B010 - not for type checkers
     setattr(MessageType, "__call__", _checked_call if checks else _call)  # noqa: B010
+    setattr(MessageType, "__getattr__", _constants)  # noqa: B010
     setattr(Message, "_check_fields", False)  # noqa: B010
     for base in (Service, Action):
         _follow(base, is_ours)
@@ -165,6 +166,13 @@ def adopt(cls: MessageType) -> None:
 def has_adopted(cls: type) -> bool:
     """Return whether a class has such properties."""
     return cls in _converters
+
+
+def _constants(cls: MessageType, name: str) -> dict[str, object]:
+    """Return the constants of a class, by a private name that `ros2 service echo` uses."""
+    if name != f"_Metaclass_{cls.__name__}__constants":
+        raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
+    return {constant: value for constant, _, value in constants_of(cls)}
 
 
 def _call(cls: MessageType, *args: Any, **fields: Any) -> Any:

@@ -20,7 +20,10 @@ class Robot(actors.LifecycleNode):
         self.declare_parameter("speed", 0.5)
         points = self.create_publisher(PointStamped, "points")
         self.create_timer(0.1, lambda: points.publish(self._point()))
-        self.create_service(AddTwoInts, "add_two_ints", self._add)
+        server = self.create_service(AddTwoInts, "add_two_ints", self._add)
+        server.configure_introspection(self.get_clock(), 10, actors.ServiceIntrospectionState.CONTENTS)
+        self._client = self.create_client(AddTwoInts, "add_two_ints")
+        self.create_timer(0.2, self._call)
         self.create_action_server(Fibonacci, "fibonacci", self._fibonacci)
         self.create_subscription(String, "words", lambda message: print("heard", message.data, flush=True))
 
@@ -32,6 +35,10 @@ class Robot(actors.LifecycleNode):
     def _add(self, request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
         response.sum = request.a + request.b
         return response
+
+    async def _call(self) -> None:
+        if self._client.service_is_ready():
+            await self._client.call(AddTwoInts.Request(a=2, b=2))
 
     async def _fibonacci(self, goal: Any) -> Fibonacci.Result:
         goal.publish_feedback(Fibonacci.Feedback(sequence=[0, 1, 1]))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Final
 
 from tests.upstream.runs import OURS, Run
@@ -23,6 +24,7 @@ ENDED: Final = (0, 2, 130, -2)
 """Exit codes of commands that SIGINT ends."""
 ADD: Final = "example_interfaces/srv/AddTwoInts"
 FIBONACCI: Final = "example_interfaces/action/Fibonacci"
+PARAMETERS: Final = Path(__file__).with_name("robot.yaml")
 GOAL: Final = "{order: 2}"
 
 
@@ -80,7 +82,7 @@ SCENARIOS: Final = (
         query("service info /add_two_ints", "Services count: 1"),
         verb(f"service find {ADD}", "/add_two_ints"),
         verb(f"service call /add_two_ints {ADD}", "response:", "sum=5", args=("{a: 2, b: 3}",)),
-        verb(f"service echo /add_two_ints {ADD}", endless=True),
+        verb(f"service echo /add_two_ints {ADD}", "event_type: REQUEST_RECEIVED", "- a: 2", endless=True),
     ),
     (
         _ROBOT,
@@ -89,6 +91,7 @@ SCENARIOS: Final = (
         query("param set /robot use_sim_time false", "Set parameter successful"),
         query("param describe /robot speed", "Parameter name: speed", "Type: double"),
         query("param dump /robot", "/robot:", r"speed: 0\.5"),
+        query(f"param load /robot {PARAMETERS}", "Set parameter speed successful"),
         query("param delete /robot nothing", "Deleting parameter failed"),
     ),
     (

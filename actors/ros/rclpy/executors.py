@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity
     from actors.ros.rclpy.node import Node
+    from actors.ros.rclpy.node_parts import NodeParts
     from actors.ros.rclpy.work_queue import Work
 
 __getattr__ = imported_names(
@@ -81,7 +82,8 @@ class Executor:
             raise RuntimeError("The context must be initialized before an executor is made")
         if not self._context.ok():
             raise RCLError("The context of the executor has been shut down")
-        self._nodes: set[Node] = set()
+        self._nodes: dict[Node, NodeParts] = {}
+        """With their parts: an object that delegates to a node may not do so any more when it is removed."""
         self._nodes_lock = threading.RLock()
         self.work = WorkQueue(self)
         self._is_shutdown = False
@@ -116,9 +118,8 @@ class Executor:
         with self._nodes_lock:
             if node in self._nodes:
                 return False
-            self._nodes.add(node)
+            parts = self._nodes[node] = parts_of(node)
         node.executor = self
-        parts = parts_of(node)
         # Not by the node's attribute: an object that delegates to the node has just set its own.
         parts.active_executor = weakref.ref(self)
         for entity in parts.all_entities():
@@ -131,8 +132,9 @@ class Executor:
     def remove_node(self, node: Node) -> None:
         """Run the node's callbacks no more."""
         with self._nodes_lock:
-            self._nodes.discard(node)
-        parts = parts_of(node)
+            parts = self._nodes.pop(node, None)
+        if parts is None:
+            return
         # Not if another executor has taken the node over. As in rclpy, `node.executor` stays.
         if parts.active_executor is not None and parts.active_executor() is self:
             parts.active_executor = None

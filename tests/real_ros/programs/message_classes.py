@@ -14,7 +14,8 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovariance
 from rclpy.client import SrvTypeRequest
 from rclpy.publisher import MsgType
 from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import CameraInfo, CompressedImage, Imu, JointState, LaserScan
+from sensor_msgs.msg import CameraInfo, CompressedImage, Imu, JointState, LaserScan, NavSatStatus
+from service_msgs.msg import ServiceEventInfo
 from std_msgs.msg import ByteMultiArray, Float64MultiArray, String, UInt8MultiArray
 from std_srvs.srv import SetBool, SetBool_Event, SetBool_Request
 from unique_identifier_msgs.msg import UUID
@@ -48,6 +49,13 @@ def fields_of_classes():
     classes = (PoseStamped, CameraInfo, SetBool.Response, UUID)
     names = ("__slots__", "_fields_and_field_types")
     return [[*(getattr(each, name) for name in names), len(each.SLOT_TYPES)] for each in classes]
+
+
+def constants_of_classes():
+    """Read constants as `ros2 service echo` does."""
+    parts = (ServiceEventInfo, "ServiceEventInfo"), (NavSatStatus, "NavSatStatus"), (String, "String")
+    constants = [getattr(cls, f"_Metaclass_{name}__constants") for cls, name in parts]
+    return [*constants, SetBool_Request._Metaclass_SetBool_Request__constants]  # noqa: SLF001
 
 
 def names_that_can_be_imported():

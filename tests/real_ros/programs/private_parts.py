@@ -69,6 +69,7 @@ def delegates():
         added = executor.add_node(delegate)
         executor.spin_until_future_complete(future, timeout_sec=5.0)
         nodes = executor.get_nodes()
+        delegate.node = None  # `ros2 service echo` has one that raises once the context has ended
         executor.remove_node(delegate)
         return [added, future.done(), [each is delegate for each in nodes], executor.get_nodes()]
 
