@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.actions import client_goal, feedback_order, server_endpoint
-from actors.cli import broker_target, completion
+from actors.cli import broker_target, completion, hidden_node
 from actors.endpoints.client import endpoint as client_endpoint
 from actors.endpoints.client import refused_calls
 from actors.endpoints.publisher import queue_limits
@@ -52,6 +52,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "inspector_stay_sec": (inspector, "_STAY_SEC"),
     "proxied_connections": (fault_proxy, "MAX_CONNECTIONS"),
     "connect_sec": (broker_target, "CONNECT_TIMEOUT_SEC"),
+    "connect_node_sec": (hidden_node, "CONNECT_TIMEOUT_SEC"),
     "completion_broker_sec": (completion, "BROKER_TIMEOUT_SEC"),
     "completion_parameters_sec": (completion, "PARAMETERS_TIMEOUT_SEC"),
     "watching_end_sec": (watching, "END_TIMEOUT_SEC"),

@@ -146,7 +146,7 @@ async def test_set_ends_in_time(desk: Desk) -> None:
     """The command ends with 124 while the callback still runs; so does the transition, in its own time."""
     async with Managed(desk, stop_timeout_sec=0) as node:
         await node.trigger_configure()
-        setting = desk.start("lifecycle", "set", "/managed", "activate", "--timeout", "1")
+        setting = desk.start("lifecycle", "set", "/managed", "activate", "--timeout", "3")
         await node.activating.wait()
         assert (await desk.callboard("lifecycle", "get", "/managed")).out == "activating [13]\n"
         assert (await setting).code == 124

@@ -374,8 +374,8 @@ async def test_a_node_that_does_not_answer(desk: Desk) -> None:
     async with desk.node("frozen") as node:
         node.create_service(GetParameters, "~/get_parameters", never)
         await node.get_graph()
-        code, _, err = await desk.callboard("param", "get", "/frozen", "a", "--timeout", "0.5")
-        assert (code, err) == (124, "Node '/frozen' has not answered within 0.5 s\n")
+        code, _, err = await desk.callboard("param", "get", "/frozen", "a", "--timeout", "2")
+        assert (code, err) == (124, "Node '/frozen' has not answered within 2 s\n")
 
 
 async def test_a_node_that_is_yet_to_come(desk: Desk) -> None:
@@ -386,7 +386,7 @@ async def test_a_node_that_is_yet_to_come(desk: Desk) -> None:
             assert not getting.done()
         async with driver(desk):
             assert await getting == (0, "1.5\n", "")
-            code, _, err = await desk.callboard("param", "get", "/drivr", "speed", "--timeout", "0.3")
+            code, _, err = await desk.callboard("param", "get", "/drivr", "speed", "--timeout", "2")
             assert (code, err) == (124, "Node not found: '/drivr'; did you mean '/driver'?\n")
 
 

@@ -122,7 +122,7 @@ async def test_two_types_on_one_topic_are_both_printed(desk: Desk) -> None:
         node.create_publisher(String, "said", LATCHED).publish(String(data="x"))
         node.create_publisher(Vector3, "said", LATCHED).publish(Vector3())
         await node.get_graph()
-        first = await desk.callboard("topic", "echo", "/said", "--json", "--timeout", "0.5")
+        first = await desk.callboard("topic", "echo", "/said", "--json", "--timeout", "2")
     assert first.code == 124
     assert sorted(map(str, first.documents)) == ["{'data': 'x'}", "{'x': 0.0, 'y': 0.0, 'z': 0.0}"]
 
