@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import LaunchDescription as CallboardDescription
@@ -77,7 +78,12 @@ class LaunchDescription(CallboardDescription):
         return declared_arguments(self.actions)
 
 
-LaunchDescriptionEntity = (CallboardAction, LaunchDescription)
+class LaunchDescriptionEntity(ABC):  # noqa: B024 - a class, for annotations such as `List[...]`
+    """Base class, for `isinstance` and annotations, of actions and descriptions."""
+
+
+LaunchDescriptionEntity.register(CallboardAction)
+LaunchDescriptionEntity.register(CallboardDescription)
 
 
 class LaunchIntrospector:

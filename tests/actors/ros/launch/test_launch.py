@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import typing
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -22,6 +23,7 @@ from actors.ros.launch import (
     InvalidLaunchFileError,
     LaunchContext,
     LaunchDescription,
+    LaunchDescriptionEntity,
     LaunchIntrospector,
     LaunchService,
     actions,
@@ -76,6 +78,14 @@ def test_names_are_found_by_those_of_ros_2() -> None:
         assert spec.loader is not None
         assert spec.loader.create_module(spec) is not None
     assert found.find_spec("launch.actions.none", None) is None
+
+
+def test_entities_can_be_annotated() -> None:
+    """Actions and descriptions are entities, and `List[LaunchDescriptionEntity]` is a type."""
+    entities = [actions.LogInfo(msg="x"), Action(), LaunchDescription()]
+    assert all(isinstance(each, LaunchDescriptionEntity) for each in entities)
+    assert not isinstance("x", LaunchDescriptionEntity)
+    assert typing.get_args(typing.List[LaunchDescriptionEntity]) == (LaunchDescriptionEntity,)  # noqa: UP006
 
 
 def test_processes_have_the_defaults_of_ros_2() -> None:
