@@ -7,7 +7,6 @@ import sys
 import threading
 import warnings
 import weakref
-from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
 
@@ -181,8 +180,9 @@ class Future(Generic[T]):
 
     def forget(self, wake: Callable[[], object]) -> None:
         """Do not call a function of `when_done` any more."""
-        with self._lock, suppress(ValueError):  # it has been called
-            self._waiting.remove(wake)
+        with self._lock:
+            if wake in self._waiting:  # it has not been called
+                self._waiting.remove(wake)
 
 
 class Task(Future[T]):
