@@ -109,10 +109,11 @@ class Reading:
 def _nothing_left() -> Iterator[None]:
     """Nodes of this process close and unmap what they had."""
     gc.collect()
-    before = mappings(), descriptors()
+    mapped, opened = mappings(), descriptors()
     yield
     gc.collect()
-    assert (mappings(), descriptors()) == before
+    assert mappings() <= mapped
+    assert descriptors() <= opened
 
 
 async def test_three_processes_share_a_message(system: System) -> None:

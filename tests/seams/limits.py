@@ -56,6 +56,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "completion_broker_sec": (completion, "BROKER_TIMEOUT_SEC"),
     "completion_parameters_sec": (completion, "PARAMETERS_TIMEOUT_SEC"),
     "watching_end_sec": (watching, "END_TIMEOUT_SEC"),
+    "watching_quiet_ms": (watching, "QUIET_MS"),
     "log_lines_per_sec": (presence_log, "MAX_LINES_PER_SEC"),
     "probe_sec": (probe, "PROBE_TIMEOUT_SEC"),
     "mesh_heartbeat_sec": (member, "HEARTBEAT_SEC"),

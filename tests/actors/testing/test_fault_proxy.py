@@ -17,6 +17,7 @@ from actors.testing import Direction, FaultProxy
 from actors.testing.pipe import HELD_BYTES
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import DEADLINE_SEC, matched, until
+from tests.ports import held_port
 from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
@@ -255,13 +256,12 @@ async def test_refused_connections_are_reset_and_the_others_stay(proxy: FaultPro
 
 async def test_without_a_broker_behind_it_connections_are_refused() -> None:
     """The target need not be there; who connects meanwhile is cut off, and counted."""
-    with socket.create_server(("127.0.0.1", 0)) as place:
-        url = f"callboard://127.0.0.1:{place.getsockname()[1]}"
-    async with FaultProxy(url) as proxy, dialled(proxy) as (reader, _):
-        with pytest.raises(ConnectionResetError):
-            await reader.read(1)
-        await proxy.wait_until(lambda: not proxy.connections)
-        assert (proxy.accepted, proxy.refused, proxy.resets) == (0, 1, 0)
+    with held_port() as port:
+        async with FaultProxy(f"callboard://127.0.0.1:{port}") as proxy, dialled(proxy) as (reader, _):
+            with pytest.raises(ConnectionResetError):
+                await reader.read(1)
+            await proxy.wait_until(lambda: not proxy.connections)
+            assert (proxy.accepted, proxy.refused, proxy.resets) == (0, 1, 0)
 
 
 async def test_one_connection_s_faults_are_its_own(proxy: FaultProxy) -> None:

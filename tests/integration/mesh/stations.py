@@ -11,7 +11,7 @@ import actors
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.testing.changes import ChangeSignal
-from tests.integration.conftest import DEADLINE_SEC, free_port, wait_for_subscriptions
+from tests.integration.conftest import DEADLINE_SEC, NO_KEEPALIVE, free_port, wait_for_subscriptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from tests.integration.conftest import Program, System
 
 KEEP_ALL: Final = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
+NEVER_SILENT: Final = (*NO_KEEPALIVE, "--mesh-lease-sec", str(10 * DEADLINE_SEC))
+"""Options of brokers that do not notice silence in time, as that of a process that gets no processor."""
 PERIOD_SEC: Final = 0.05
 """Between two messages of a station that publishes until it is heard."""
 KEPT: Final = 10

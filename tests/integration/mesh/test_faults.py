@@ -13,6 +13,7 @@ import actors
 from actors.interfaces.std_msgs.msg import String
 from tests.integration.conftest import DEADLINE_SEC, NO_KEEPALIVE, wait_for_subscriptions
 from tests.integration.mesh.stations import (
+    NEVER_SILENT,
     PERIOD_SEC,
     Station,
     check_again,
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 PAIR = ((), (0,))
 LINE = ((), (0,), (1,))
-NEVER_SILENT = (*NO_KEEPALIVE, "--mesh-lease-sec", str(10 * DEADLINE_SEC))
-"""Options of brokers that do not notice each other's silence in time."""
 
 
 async def publish_for_ever(station: Station) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from broker.mesh import wire
 from tests.hostile.mesh_attacks import PREFIX, zenoh_client
-from tests.integration.mesh.stations import check_traffic, make_brokers, start_all
+from tests.integration.mesh.stations import NEVER_SILENT, check_traffic, make_brokers, start_all
 
 if TYPE_CHECKING:
     from contextlib import AsyncExitStack
@@ -19,7 +19,7 @@ async def test_queries_in_the_number_of_another_broker_are_ignored(
 ) -> None:
     """Case 67: a greater epoch in one would make the asked broker forget the other's endpoints."""
     brokers = make_brokers(system, ((), (0,)))
-    stations = await start_all(brokers, stack)
+    stations = await start_all(brokers, stack, *NEVER_SILENT)
     await check_traffic(*stations)
     with zenoh_client(brokers[0].endpoint) as session:
         numbers: set[str] = set()

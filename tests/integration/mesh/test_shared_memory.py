@@ -11,7 +11,7 @@ import pytest
 import actors
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from tests.integration.conftest import wait_for_subscriptions
-from tests.integration.mesh.stations import make_brokers, start_all
+from tests.integration.mesh.stations import NEVER_SILENT, make_brokers, start_all
 from tests.integration.slot_victims import content, number_of
 from tests.waiting import until
 
@@ -30,7 +30,7 @@ async def test_a_batch_in_shared_memory_reaches_readers_of_other_brokers(
 ) -> None:
     """All of it, in order, whole, and as bytes; the reader at the publisher's broker gets references."""
     brokers = make_brokers(system, ((), (0,)))
-    near, far = await start_all(brokers, stack)
+    near, far = await start_all(brokers, stack, *NEVER_SILENT)
     reader = await stack.enter_async_context(actors.Node("reader", url=brokers[0].url))
     got: dict[str, list[int]] = {"near": [], "far": []}
     for name, node in (("near", reader), ("far", far.node)):

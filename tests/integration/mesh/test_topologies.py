@@ -9,6 +9,7 @@ import pytest
 
 from tests.integration.conftest import DEADLINE_SEC, free_port
 from tests.integration.mesh.stations import (
+    NEVER_SILENT,
     MeshBroker,
     Station,
     check_again,
@@ -45,7 +46,7 @@ async def test_each_message_arrives_once_everywhere(
     system: System, stack: AsyncExitStack, topology: tuple[tuple[int, ...], ...]
 ) -> None:
     """All nodes of four brokers hear and call each other, and no broker hears itself."""
-    stations = await start_all(make_brokers(system, topology), stack)
+    stations = await start_all(make_brokers(system, topology), stack, *NEVER_SILENT)
     ignored = [(await each.node.get_broker_stats()).mesh.ignored for each in stations]
     await check_traffic(*stations)
     assert ignored == [(await each.node.get_broker_stats()).mesh.ignored for each in stations]
@@ -54,7 +55,7 @@ async def test_each_message_arrives_once_everywhere(
 async def test_a_ring_survives_the_loss_of_a_broker(system: System, stack: AsyncExitStack) -> None:
     """Each message arrives once in a ring of four brokers; when one is killed, the others go on."""
     brokers = make_brokers(system, RING)
-    stations = await start_all(brokers, stack)
+    stations = await start_all(brokers, stack, *NEVER_SILENT)
     await _wait_for_neighbours(stations, 2)
     await check_again(*stations)  # the last link of the ring changes routes
     await check_traffic(*stations)
@@ -76,7 +77,7 @@ async def test_a_zenoh_router_connects_brokers(system: System, stack: AsyncExitS
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     router = await system.python("-c", ZENOH_ROUTER, endpoint)
     await router.wait_for_line("open")
-    stations = await start_all([MeshBroker(system, [endpoint]) for _ in range(2)], stack)
+    stations = await start_all([MeshBroker(system, [endpoint]) for _ in range(2)], stack, *NEVER_SILENT)
     await check_traffic(*stations)
     await router.kill()
     for each in stations:
@@ -90,15 +91,17 @@ async def test_a_zenoh_router_connects_brokers(system: System, stack: AsyncExitS
 async def test_brokers_join_in_any_order(system: System, stack: AsyncExitStack) -> None:
     """A broker joins when the one to which it connects starts, and again when that has been restarted."""
     last, first = make_brokers(system, ((), (0,)))
-    await first.start()
+    await first.start(*NEVER_SILENT)
     near = await stack.enter_async_context(Station("near", first.url))
     await near.call(near)
-    await last.start()
+    await last.start(*NEVER_SILENT)
     far = await stack.enter_async_context(Station("far", last.url))
     await wait_until_joined(near, far)
     last.stop()
     await near.wait_until_alone(1)
-    await last.start()
+    assert last.program is not None
+    await last.program.wait_for_exit()  # nobody else can listen there before
+    await last.start(*NEVER_SILENT)
     await wait_until_joined(near, far)
     await check_traffic(near, far)
 
@@ -106,7 +109,7 @@ async def test_brokers_join_in_any_order(system: System, stack: AsyncExitStack) 
 async def test_domains_of_a_mesh_are_apart(system: System, stack: AsyncExitStack) -> None:
     """Nodes with the same names in two domains at two brokers do not meet those of the other domain."""
     brokers = make_brokers(system, ((), (0,)))
-    await asyncio.gather(*(each.start() for each in brokers))
+    await asyncio.gather(*(each.start(*NEVER_SILENT) for each in brokers))
     pairs = [
         [
             await stack.enter_async_context(Station(name, each.url, domain=domain))

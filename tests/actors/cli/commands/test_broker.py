@@ -19,9 +19,18 @@ from actors.cli.main import main
 from proto.extras import install_command
 from tests.certificates import Authority
 from tests.fork_server.client import FORKED
+from tests.ports import held_port
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
+
+
+@pytest.fixture
+def address() -> Iterator[str]:
+    """A place for the page."""
+    with held_port() as port:
+        yield f"127.0.0.1:{port}"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)
@@ -52,10 +61,8 @@ def test_wrong_flags_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.processes
-async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
+async def test_the_page_is_served_beside_the_broker_and_ends_with_it(address: str) -> None:
     """After a crash it is started again."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"127.0.0.1:{server.getsockname()[1]}"
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "actors", "broker", "--port", "0", "--http", address),
         executable=FORKED,
@@ -82,15 +89,13 @@ async def test_the_page_is_served_beside_the_broker_and_ends_with_it() -> None:
 
 @pytest.mark.processes
 async def test_the_page_trusts_the_certificate_of_its_own_broker(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the options in a file, and in an environment that trusts another authority."""
     own, other = Authority(tmp_path), Authority(tmp_path, "other")
     pair = own.issue("127.0.0.1")
     monkeypatch.setenv("CALLBOARD_CA", str(other.ca))
     (tmp_path / "web.token").write_text("t" * 32)
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"127.0.0.1:{server.getsockname()[1]}"
     options = {"tls_cert": pair.certificate.name, "tls_key": pair.key.name, "http": address}
     options |= {"http_token": "web.token"}
     file = tmp_path / "broker.toml"
@@ -115,13 +120,21 @@ async def test_the_page_trusts_the_certificate_of_its_own_broker(
 
 @pytest.mark.parametrize(("flags", "status"), [((), 401), (("--http-read-without-token",), 200)])
 async def test_who_may_read_the_page_of_a_guarded_broker(
-    tmp_path: Path, flags: tuple[str, ...], status: int
+    address: str, tmp_path: Path, flags: tuple[str, ...], status: int
 ) -> None:
     """Whoever has the token, or everybody on this machine if the broker's owner says so."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"127.0.0.1:{server.getsockname()[1]}"
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "actors", "broker", "--unix", tmp_path / "socket", "--http", address, *flags),
+        *(
+            sys.executable,
+            "-m",
+            "actors",
+            "broker",
+            "--unix",
+            str(tmp_path / "socket"),
+            "--http",
+            address,
+            *flags,
+        ),
         executable=FORKED,
         stdout=asyncio.subprocess.PIPE,
     )
@@ -155,10 +168,8 @@ def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.processes
-def test_a_broker_with_the_page_is_never_idle() -> None:
+def test_a_broker_with_the_page_is_never_idle(address: str) -> None:
     """It does not start with an option that would do nothing; in a process, whose logging it sets up."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        address = f"127.0.0.1:{server.getsockname()[1]}"
     command = [sys.executable, "-m", "actors", "broker", "--port", "0"]
     command += ["--http", address, "--exit-when-idle", "10"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -22,7 +22,7 @@ from tests.fork_server.client import FORKED
 def test_the_demo_talks_and_sums_up(capsys: pytest.CaptureFixture[str]) -> None:
     """Every node says its lines under its label; without a terminal there is no colour."""
     level = logging.getLogger("callboard").level
-    assert main(["demo", "--seconds", "1.2"]) == 0
+    assert main(["demo", "--seconds", "3"]) == 0
     out = capsys.readouterr().out
     for line in (
         r'minimal_publisher +\| Publishing: "Hi Automatic Addison: 0"',
@@ -46,7 +46,7 @@ def test_the_demo_does_without_a_network(
         raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
     monkeypatch.setattr(socket, "create_connection", unreachable)
-    assert main(["demo", "--seconds", "0.3"]) == 0
+    assert main(["demo", "--seconds", "1"]) == 0
     out = capsys.readouterr().out
     assert "A broker at callboard+unix://" in out
     assert "| Sum: 8\n" in out

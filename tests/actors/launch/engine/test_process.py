@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextvars
+import gc
 import os
 import signal
 import sys
@@ -236,6 +237,7 @@ async def test_the_ends_that_a_process_writes_to_are_its_own() -> None:
     guard = Guard()
     first = Run(guard, DEAF)  # the guard itself has some
     await first.says(b"deaf")
+    gc.collect()  # what earlier tests have left
     before = descriptors()
     second = Run(guard, DEAF, split=True)
     await second.says(b"deaf")
@@ -256,4 +258,4 @@ async def test_a_pipe_that_cannot_be_read_leaves_nothing_open(monkeypatch: pytes
     monkeypatch.setattr(asyncio.get_running_loop(), "connect_read_pipe", refuse)
     run = Run(Guard(), DEAF)
     assert "no more pipes" in (await run.outcome).reason
-    assert descriptors() == before
+    assert descriptors() <= before  # what earlier tests have left may be closed meanwhile

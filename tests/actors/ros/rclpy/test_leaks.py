@@ -93,8 +93,9 @@ def test_entities_leave_nothing(context: Context) -> None:
             assert node.destroy_publisher(publisher)
 
         assert not left_behind(round_, ROUNDS, node)
-    assert threading.active_count() == threads
-    assert _descriptors() <= descriptors  # others may have been closed meanwhile
+    # Threads and descriptors of others may have ended meanwhile.
+    assert threading.active_count() <= threads
+    assert _descriptors() <= descriptors
 
 
 def test_clients_and_services_leave_nothing(context: Context) -> None:
@@ -138,5 +139,6 @@ def test_nodes_contexts_and_executors_leave_nothing(context: Context) -> None:
             executor.spin_once(0)
 
     assert not left_behind(round_, NODE_ROUNDS, watching)
-    assert threading.active_count() == threads
-    assert _descriptors() <= descriptors  # others may have been closed meanwhile
+    # Threads and descriptors of others may have ended meanwhile.
+    assert threading.active_count() <= threads
+    assert _descriptors() <= descriptors

@@ -374,7 +374,7 @@ def test_nodes_come_and_go(context: Context) -> None:
         node.create_client(AddTwoInts, "add")
         node.destroy_node()
         node.destroy_node()
-    assert threading.active_count() == before
+    assert threading.active_count() <= before  # those of others may have ended meanwhile
     assert Node("last", context=context).get_node_names() == ["last"]
 
 
