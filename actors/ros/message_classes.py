@@ -130,6 +130,16 @@ def _rename_parts(owner: type, is_ours: Callable[[str], bool]) -> None:
         if isinstance(cls, MessageType) and cls.__qualname__ == f"{owner.__qualname__}.{part}":
             rename(cls, is_ours, f"{owner.__name__}_{part}")
     rename(owner, is_ours)
+    module = sys.modules.get(owner.__module__)
+    if module is not None and _MODULE.fullmatch(owner.__module__) is not None:
+        # The parts that callboard makes when they are used first, such as an action's FeedbackMessage: the
+        # package knows them.
+        package = module.__name__.rpartition(".")[0]
+
+        def part(name: str) -> object:
+            return getattr(sys.modules[package], name)
+
+        vars(module).setdefault("__getattr__", part)
 
 
 def adopt(cls: MessageType) -> None:

@@ -61,7 +61,14 @@ def constants_of_classes():
 def names_that_can_be_imported():
     """Import parts of a service, and type variables."""
     parts = [SetBool_Request is SetBool.Request, SetBool_Event.__name__, SrvTypeRequest.__name__]
-    return [*parts, MsgType.__name__, import_module("std_srvs.srv._set_bool").SetBool_Response.__qualname__]
+    services, actions = import_module("std_srvs.srv._set_bool"), import_module("test_msgs.action._fibonacci")
+    names = ("Feedback", "FeedbackMessage", "SendGoal", "GetResult_Response")
+    parts += [
+        services.SetBool_Event.__name__,
+        *(getattr(actions, f"Fibonacci_{each}").__name__ for each in names),
+    ]
+    parts.append(hasattr(actions, "Fibonacci_Other"))
+    return [*parts, MsgType.__name__, services.SetBool_Response.__qualname__]
 
 
 def _types(message):
