@@ -11,7 +11,7 @@ import pytest
 import actors
 from actors.interfaces.std_msgs.msg import Int64, String, UInt8MultiArray
 from tests.actors.meeting import BARE
-from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
+from tests.integration.conftest import DEADLINE_SEC, NO_KEEPALIVE, wait_for_subscriptions
 
 if TYPE_CHECKING:
     import broker
@@ -48,7 +48,7 @@ actors.run(Counter)
 async def test_a_frozen_subscriber_delays_no_other(system: System, qos: str) -> None:
     """Cases 29 and 35: another subscription receives everything; only KEEP_LAST loses, and counts it."""
     total, padding = 4000, "x" * 2000
-    await system.broker()
+    await system.broker(*NO_KEEPALIVE)
     counter = await system.python("-c", COUNTER, qos)
     profile = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL) if qos == "all" else 10
     async with (

@@ -85,7 +85,7 @@ SLOW_SEC = 20.0
 
 async def test_nothing_depends_on_the_wall_clock(system: System) -> None:
     """Case 37: deadlines, waits and timers are on time, no node is suspended, messages keep order."""
-    daemon = await system.python("-c", BROKER, "--port", str(system.port), "--keepalive-sec", "2")
+    daemon = await system.python("-c", BROKER, "--port", str(system.port), "--keepalive-sec", "10")
     await daemon.wait_for_line("listening on")
     async with actors.Node("hearer", url=system.url) as node:
         received = aiter(node.create_subscription(Int64, "numbers", qos_profile=1000))

@@ -487,7 +487,7 @@ def test_clocks_sleep_in_any_thread(context: Context, node: Node) -> None:
     assert clock.sleep_until(clock.now(), context)
     with pytest.raises(ValueError, match="does not match"):
         clock.sleep_until(Time(clock_type=ClockType.STEADY_TIME), context)
-    threading.Timer(0.02, context.shutdown).start()
+    threading.Timer(0.2, context.shutdown).start()  # when this thread sleeps
     assert not clock.sleep_for(Duration(seconds=1000), context)
     with pytest.raises(NotInitializedException):
         clock.sleep_for(Duration(seconds=1), context)
