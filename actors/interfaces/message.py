@@ -50,6 +50,22 @@ def _rebuilt(cls: type[Message], values: dict[str, Any]) -> Message:
     return cls(**values)
 
 
+def rebuilt_by_name(module: str, name: str, values: dict[str, Any]) -> Message:
+    """Return a pickled message of a program written for ROS 2, where classes have other names.
+
+    Args:
+        module: The module that has the class here.
+        name: Its name there, with that of its service or action.
+        values: The fields.
+    """
+    from importlib import import_module  # noqa: PLC0415 - seldom needed
+
+    found: Any = import_module(module)
+    for each in name.split("."):
+        found = getattr(found, each)
+    return _rebuilt(found, values)
+
+
 class _SlotTypes:
     """Gives a message class's `SLOT_TYPES` on first use."""
 

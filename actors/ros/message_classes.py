@@ -27,7 +27,7 @@ from msgspec import StructMeta
 from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.checking import check_field, check_fields
 from actors.interfaces.fields import FieldType, constants_of, fields_of
-from actors.interfaces.message import Action, Message, Service
+from actors.interfaces.message import Action, Message, Service, rebuilt_by_name
 from actors.interfaces.naming import MessageType, message_name
 
 if TYPE_CHECKING:
@@ -42,6 +42,9 @@ _READ_ONLY: Final = (memoryview, bytes)
 _make: Final[Any] = StructMeta.__call__
 """Makes a message. `super` would take a third of the time of a small one."""
 
+_reduce_plain: Final[Any] = Message.__reduce__
+_own_names: Final[dict[type, tuple[str, str]]] = {}
+"""Renamed classes: their modules and names in callboard."""
 _converters: Final[dict[Any, dict[str, Any]]] = {}
 """Classes with such sequences: what their constructors convert, by the names of the fields."""
 
@@ -59,8 +62,19 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
     make = MessageType.__new__
     checks = "__call__" in MessageType.__dict__
 
-    def make_adopted(mcls: type[MessageType], *args: Any, **options: Any) -> MessageType:
-        made = make(mcls, *args, **options)
+    def make_adopted(
+        mcls: type[MessageType],
+        name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        **options: Any,
+    ) -> MessageType:
+        init = namespace.pop("__init__", None)
+        if init is None:
+            made = make(mcls, name, bases, namespace, **options)
+        else:
+            made = make(_Initialized, name, bases, namespace, dict=True, **options)
+            type.__setattr__(made, "__init__", init)
         adopt(made)
         rename(made, is_ours)
         return made
@@ -69,6 +83,8 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
     setattr(MessageType, "__call__", _checked_call if checks else _call)  # noqa: B010
     setattr(MessageType, "__getattr__", _constants)  # noqa: B010
     setattr(Message, "_check_fields", False)  # noqa: B010
+    setattr(Message, "__init__", _init)  # noqa: B010
+    setattr(Message, "__reduce__", _reduce)  # noqa: B010
     for base in (Service, Action):
         _follow(base, is_ours)
     for cls in _subclasses(Message):
@@ -80,6 +96,41 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
 
 
 _has_adopted = False
+
+
+class _Initialized(MessageType):
+    """The class of a program's subclasses with an `__init__`, which msgspec neither allows nor calls."""
+
+    def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805 - a metaclass
+        """Make a message of the defaults, and let the program's `__init__` set the fields."""
+        message = _make(cls)
+        message.__init__(*args, **fields)
+        return message
+
+
+def _init(message: Message, *, check_fields: object = None, **fields: Any) -> None:
+    """Set fields, for `super().__init__` in such a class."""
+    del check_fields
+    for name, value in fields.items():
+        if name not in message.__struct_fields__:
+            raise TypeError(f"Unexpected keyword argument '{name}'")
+        setattr(message, name, value)
+
+
+def _reduce(message: Message) -> tuple[Any, ...]:
+    """Return what pickle and copy make the message of: in callboard's own processes, too."""
+    cls = type(message)
+    rebuilt, (_, values) = _reduce_plain(message)
+    if isinstance(cls, _Initialized):
+        return _remade, (cls, values, vars(message))
+    name = _own_names.get(cls)
+    return (rebuilt, (cls, values)) if name is None else (rebuilt_by_name, (*name, values))
+
+
+def _remade(cls: type[Message], values: dict[str, Any], attributes: dict[str, Any]) -> Message:
+    message: Message = _make(cls, **values)
+    vars(message).update(attributes)
+    return message
 
 
 def _follow(base: type, is_ours: Callable[[str], bool]) -> None:
@@ -113,13 +164,16 @@ def rename(cls: type, is_ours: Callable[[str], bool], name: str = "") -> None:
     module = sys.modules.get(cls.__module__)
     if match is None or module is None:
         return
+    own = cls.__module__, cls.__qualname__
     if match[1] != cls.__module__:
         if not is_ours(match[1].partition(".")[0]):
             return
         # The module is known by both names, and is one object: pickle and annotations find the class.
         cls.__module__ = match[1]
         sys.modules.setdefault(match[1], module)
+        _own_names.setdefault(cls, own)
     if name:
+        _own_names.setdefault(cls, own)
         cls.__name__ = cls.__qualname__ = name
     if "_" in cls.__name__:
         setattr(module, cls.__name__, cls)

@@ -16,6 +16,7 @@ from actors.interfaces import types
 from actors.interfaces.codec import codec_for
 from actors.interfaces.message import Message
 from actors.interfaces.sensor_msgs.msg import Image
+from actors.interfaces.std_srvs.srv import SetBool
 from actors.ros.message_classes import adopt, has_adopted
 
 if TYPE_CHECKING:
@@ -121,17 +122,22 @@ for too_many in (lambda: UUID(bytes(16), uuid=bytes(16)), lambda: UUID(bytes(16)
         too_many()
     except TypeError as error:
         print(error)
+print(pickle.dumps([SetBool.Request(data=True), UUID(uuid=[7] * 16)]).hex())
 """
 
 
 @pytest.mark.parametrize("numpy", [True, False])
 @pytest.mark.processes
 def test_a_process_gets_them_with_and_without_numpy(numpy: bool, tmp_path: Path) -> None:
-    """Fixed arrays are NumPy's if it is installed; the parts of services have ROS 2's names."""
+    """Fixed arrays are NumPy's if it is installed; the parts of services have ROS 2's names.
+
+    Their messages can be unpickled here, where they have not.
+    """
     command = [sys.executable, "-c", CODE.format(folder=str(tmp_path)), *([] if numpy else ["without"])]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     kind = "ndarray" if numpy else "array"
-    assert done.stdout.splitlines() == [
+    *lines, pickled = done.stdout.splitlines()
+    assert lines == [
         f"{kind} {kind}",
         "std_srvs.srv._set_bool SetBool_Request SetBool_Event",
         "std_srvs.srv.SetBool_Request(data=True)",
@@ -140,6 +146,10 @@ def test_a_process_gets_them_with_and_without_numpy(numpy: bool, tmp_path: Path)
         "Argument 'uuid' given by name and position",
         "Extra positional arguments provided",
     ]
+    # This process has other names for the classes.
+    request, identifier = pickle.loads(bytes.fromhex(pickled))
+    assert request == SetBool.Request(data=True)
+    assert bytes(identifier.uuid) == bytes([7] * 16)
 
 
 def test_pickles_of_native_classes_stay() -> None:

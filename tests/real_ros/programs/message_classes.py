@@ -167,3 +167,31 @@ def copies():
     deep.k[0], shallow.d[0] = 5, 6
     request = pickle.loads(pickle.dumps(SetBool.Request(data=True)))
     return [plain(each) for each in (message, deep, pickled, request)]
+
+
+class _Labelled(CameraInfo):
+    """A program's own, with attributes beside the fields."""
+
+    def __init__(self, model, **fields):
+        super().__init__(distortion_model=model, **fields)
+        self.label = model.upper()
+
+
+class _Derived(_Labelled):
+    pass
+
+
+def subclasses():
+    """Make, copy and send messages of a program's subclasses, one with an `__init__`."""
+    message, derived = _Labelled("plumb", k=[1.0] * 9), _Derived("fisheye")
+    deep, pickled = copy.deepcopy(message), pickle.loads(pickle.dumps(derived))
+    deep.k[0] = 5
+    received = deserialize_message(serialize_message(message), CameraInfo)
+    return [
+        *(plain(each) for each in (message, derived, deep, pickled, received)),
+        [type(each).__name__ for each in (message, derived, deep, pickled, message.k, received)],
+        [each.label for each in (message, derived, deep, pickled)],
+        deep == copy.deepcopy(deep),
+        outcome(_Labelled),
+        outcome(_Labelled, "a", check_fields=False).height,
+    ]
