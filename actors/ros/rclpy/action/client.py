@@ -7,18 +7,16 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from actors.ros.rclpy.action.goal_handle import GoalHandle
+from actors.ros.rclpy.call_endpoint import CallEndpoint
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.imported_names import imported_names
 from actors.ros.rclpy.node_parts import parts_of
-from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+from actors.ros.rclpy.queued_calls import RecentCalls
 from actors.threads.errors import ThreadStopped
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 
 if TYPE_CHECKING:
-    from actors.endpoints.service_introspection import ServiceIntrospectionState
-    from actors.ros.rclpy.clock import Clock
-    from actors.ros.rclpy.qos import QoSProfile
     from collections.abc import Callable, Coroutine
 
     from actors.actions.client import ActionClient as NativeClient
@@ -128,7 +126,7 @@ class ClientGoalHandle(GoalHandle["NativeHandle[Any, Any]"]):
         return response
 
 
-class ActionClient(QueuedCalls):
+class ActionClient(CallEndpoint):
     """Sends goals to an action server.
 
     Args:
@@ -260,23 +258,9 @@ class ActionClient(QueuedCalls):
         except (ExternalShutdownException, NotInitializedException):
             return False
 
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Publish events of the action's services on `<service>/_service_event`, or stop doing so."""
-        self._thread.call(
-            lambda: self._native.configure_introspection(
-                clock.native, service_event_qos_profile.native(), introspection_state
-            )
-        )
-
     def destroy(self) -> None:
         """Take the client out of service; its futures end with an exception."""
         node = self.node
         if node is not None:
             node.remove_waitable(self)
         super().destroy()
-        self._thread.call(self._native.destroy)

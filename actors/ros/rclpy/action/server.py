@@ -13,15 +13,12 @@ from actors.errors import InvalidGoalTransitionError
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.action.goal_handle import GoalHandle
 from actors.ros.rclpy.entity import weakly
-from actors.ros.rclpy.queued_calls import QueuedCalls
+from actors.ros.rclpy.call_endpoint import CallEndpoint
 from actors.ros.values import convert_assignments, prepare, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
-    from actors.endpoints.service_introspection import ServiceIntrospectionState
-    from actors.ros.rclpy.clock import Clock
-    from actors.ros.rclpy.qos import QoSProfile
     from collections.abc import Callable
 
     from actors.actions.server_goal import ServerGoalHandle as NativeHandle
@@ -101,7 +98,7 @@ class ServerGoalHandle(GoalHandle["NativeHandle[Any, Any, Any]"]):
         self._server.call(self._native.canceled)
 
 
-class ActionServer(QueuedCalls):
+class ActionServer(CallEndpoint):
     """Executes goals.
 
     Args:
@@ -239,23 +236,9 @@ class ActionServer(QueuedCalls):
             raise TypeError("Failed to register goal execution callback: not callable")
         self._execute_callback = execute_callback
 
-    def configure_introspection(
-        self,
-        clock: Clock,
-        service_event_qos_profile: QoSProfile,
-        introspection_state: ServiceIntrospectionState,
-    ) -> None:
-        """Publish events of the action's services on `<service>/_service_event`, or stop doing so."""
-        self._thread.call(
-            lambda: self._native.configure_introspection(
-                clock.native, service_event_qos_profile.native(), introspection_state
-            )
-        )
-
     def destroy(self) -> None:
         """Take the server out of service."""
         node = self.node
         if node is not None:
             node.remove_waitable(self)
         super().destroy()
-        self._thread.call(self._native.destroy)
