@@ -108,4 +108,4 @@ async def test_a_role_that_does_not_start_leaves_no_descriptor() -> None:
     before = _descriptors()
     with pytest.raises(FileNotFoundError):
         await run_trial(WithoutPublisher(role=REPORT.format({"subscriber": RECEIVED})), STREAM, 1.0)
-    assert _descriptors() == before
+    assert _descriptors() <= before  # what earlier tests have left may be closed meanwhile
