@@ -18,6 +18,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -75,17 +76,22 @@ def _rows() -> Iterator[Row]:
     yield Row("timer of 1 ms, part of a CPU", ("timer",), {}, "cpu", more=False)
     yield Row("timer of 1 ms, p99 jitter us", ("timer",), {}, "p99_us", more=False)
     yield Row("idle, part of a CPU", ("idle",), {}, "cpu", more=False)
+    for name, figure in {"start ms": "start_ms", "RSS MiB": "rss_mib", "PSS MiB": "pss_mib"}.items():
+        yield Row(f"a process with one node, {name}", ("one_node",), {}, figure, more=False)
 
 
 def measure(side: str, row: Row, seconds: float) -> dict[str, float]:
     """Run a row's roles once; return the figure and the CPU time of a message or call."""
-    parameters = json.dumps({**row.parameters, "seconds": seconds})
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         environment = {**os.environ, "ROS_DOMAIN_ID": DOMAIN, "ROS_LOG_DIR": folder}
         broker = 0
         if side == "callboard":
             environment["CALLBOARD_URL"], broker = stack.enter_context(broker_process())
+        given = {**row.parameters, "seconds": seconds}
+        if row.roles == ("one_node",):
+            given["began"] = time.time()
+        parameters = json.dumps(given)
         started = [
             stack.enter_context(
                 subprocess.Popen(

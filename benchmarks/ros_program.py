@@ -10,11 +10,13 @@ both deliver all messages and answer all calls. It imports what ROS 2 has, and t
 from __future__ import annotations
 
 import json
+import re
 import statistics
 import sys
 import time
 from contextlib import suppress
 from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import rclpy
@@ -193,7 +195,17 @@ def idle(node: Node, seconds: float, **_: Any) -> dict[str, float]:
     return {"cpu": (time.process_time() - cpu_sec) / seconds}
 
 
-ROLES = {each.__name__: each for each in (subscriber, publisher, server, client, timer, idle)}
+def one_node(node: Node, seconds: float, began: float, **_: Any) -> dict[str, float]:
+    """Return how long the start took, and the memory after a while."""
+    start_ms = 1e3 * (time.time() - began)
+    rclpy.spin_until_future_complete(node, rclpy.Future[None](), timeout_sec=seconds)
+    text = Path("/proc/self/smaps_rollup").read_text("ascii")
+    found = re.findall(r"^(Rss|Pss):\s+(\d+) kB$", text, re.MULTILINE)
+    memory = {name: int(kib) / 1024 for name, kib in found}
+    return {"start_ms": start_ms, "rss_mib": memory["Rss"], "pss_mib": memory["Pss"]}
+
+
+ROLES = {each.__name__: each for each in (subscriber, publisher, server, client, timer, idle, one_node)}
 
 
 def main(role: str, parameters: str) -> None:
