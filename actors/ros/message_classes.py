@@ -190,10 +190,10 @@ def _rename_parts(owner: type, is_ours: Callable[[str], bool]) -> None:
         # package knows them.
         package = module.__name__.rpartition(".")[0]
 
-        def part(name: str) -> object:
+        def find_part(name: str) -> object:
             return getattr(sys.modules[package], name)
 
-        vars(module).setdefault("__getattr__", part)
+        vars(module).setdefault("__getattr__", find_part)
 
 
 def adopt(cls: MessageType) -> None:

@@ -12,6 +12,7 @@ from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.entity import Entity, weakly
+from actors.ros.rclpy.serialization import bytes_of
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -77,6 +78,9 @@ class Subscription(Entity, Generic[MsgT]):
         self.raw = raw
         self.callback = callback
         prepare(native.msg_type)
+        self._converted: Callable[[Any], Any] = rosidl_values
+        if raw:
+            self._converted = partial(bytes_of, message_type=self.msg_type)
         self._thread = thread
         self._native = native
         # Last: from here on messages arrive, and the executor may look at this object.
@@ -140,7 +144,7 @@ class Subscription(Entity, Generic[MsgT]):
         if taken is None:
             return None
         # Here and not in the loop: conversions cost the thread that wants the message.
-        message = rosidl_values(taken[0])
+        message = self._converted(taken[0])
         if self._callback_type is Subscription.CallbackType.MessageOnly:
             return partial(self._callback, message)
         return partial(self._callback, message, _info(taken[1]))

@@ -11,6 +11,8 @@ from rclpy.context import Context
 from rclpy.event_handler import QoSPublisherEventType, QoSSubscriptionEventType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from rclpy.type_support import check_for_type_support
 from std_msgs.msg import Int32, String
@@ -387,3 +389,19 @@ def numbers_of_events():
 def classes_without_type_support():
     """Check what is no class of ROS 2's."""
     return [outcome(check_for_type_support, each) for each in (object(), object, int, 5, None)]
+
+
+def bytes_of_messages():
+    """Send a message as bytes, and receive it as bytes and as a message."""
+    with running_node() as node:
+        raw, typed = [], []
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(String, "t", latched)
+        node.create_subscription(String, "t", raw.append, latched, raw=True)
+        node.create_subscription(String, "t", typed.append, latched)
+        data = serialize_message(String(data="a"))
+        publisher.publish(data)
+        spin_until(node, lambda: raw and typed)
+        received = deserialize_message(raw[0], String).data
+        names = [type(each).__name__ for each in (data, raw[0])]
+        return [*names, received, typed[0].data, outcome(publisher.publish, "a")]
