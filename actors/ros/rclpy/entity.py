@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import inspect
 import weakref
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.task import TaskExecutor, TaskQueue
+from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import MethodType
 
     from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.threads.node_thread import NodeThread
 
 
 class EntityQueue(TaskQueue, Protocol):
@@ -102,6 +105,20 @@ class Entity(Destroyable):
     def take(self) -> Callable[[], Any] | None:
         """Return the next piece of work, and remove it, or None. Called by the executor."""
         raise NotImplementedError
+
+
+def destroy_with(entity: Entity, thread: NodeThread, destroy: Callable[[], object]) -> None:
+    """Take callboard's endpoint out of service when its entity has no references any more.
+
+    Its node may stay: a client that a program keeps needs it.
+    """
+    # Not at exit: the context ends then.
+    weakref.finalize(entity, _destroy_soon, thread, destroy).atexit = False
+
+
+def _destroy_soon(thread: NodeThread, destroy: Callable[[], object]) -> None:
+    with suppress(ThreadStopped):
+        thread.post(destroy)
 
 
 def weakly(method: Callable[..., Any]) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from actors.ros.rclpy.entity import weakly
+from actors.ros.rclpy.entity import destroy_with, weakly
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.values import convert_assignments, copied, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
@@ -59,6 +59,7 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         super().__init__(thread, srv_type, srv_name, callback_group, qos_profile)
         self.callback = callback
         self._native = thread.call(lambda: make(weakly(self._handle)))
+        destroy_with(self, thread, self._native.destroy)
         convert_assignments(srv_type.Response)
 
     def _handle(self, request: RequestT) -> asyncio.Future[ResponseT]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
-from actors.ros.rclpy.entity import Entity, weakly
+from actors.ros.rclpy.entity import Entity, destroy_with, weakly
 from actors.ros.rclpy.serialization import bytes_of
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
@@ -83,6 +83,7 @@ class Subscription(Entity, Generic[MsgT]):
             self._converted = partial(bytes_of, message_type=self.msg_type)
         self._thread = thread
         self._native = native
+        destroy_with(self, thread, native.destroy)
         # Last: from here on messages arrive, and the executor may look at this object.
         thread.call(lambda: native.set_on_ready(weakly(self.notify)))
 

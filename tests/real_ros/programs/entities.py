@@ -405,3 +405,25 @@ def bytes_of_messages():
         received = deserialize_message(raw[0], String).data
         names = [type(each).__name__ for each in (data, raw[0])]
         return [*names, received, typed[0].data, outcome(publisher.publish, "a")]
+
+
+def servers_of_a_node_without_references():
+    """Keep only a client of a node: what it served and heard is gone."""
+    with running_node() as node:
+        other = Node("other", context=node.context)
+        client = other.create_client(Trigger, "asked")
+        other.create_service(Trigger, "served", lambda request, response: response)
+        other.create_subscription(String, "heard", print, 1)
+        ActionServer(other, Fibonacci, "worked", print)
+        counts = (
+            lambda: node.count_clients("asked"),
+            lambda: node.count_services("served"),
+            lambda: node.count_subscribers("heard"),
+            lambda: node.count_services("other/get_parameters"),
+            lambda: node.count_services("worked/_action/send_goal"),
+        )
+        spin_until(node, lambda: all(each() for each in counts))
+        del other
+        gc.collect()
+        spin_until(node, lambda: sum(each() for each in counts) == 1)
+        return [*(each() for each in counts), client.service_name]

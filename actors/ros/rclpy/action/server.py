@@ -12,7 +12,7 @@ from actors.actions.server_callbacks import GoalResponse as GoalResponse
 from actors.errors import InvalidGoalTransitionError
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.action.goal_handle import GoalHandle
-from actors.ros.rclpy.entity import weakly
+from actors.ros.rclpy.entity import destroy_with, weakly
 from actors.ros.rclpy.call_endpoint import CallEndpoint
 from actors.ros.values import convert_assignments, prepare, rosidl_values
 from actors.ros.rclpy.node_parts import parts_of
@@ -151,6 +151,7 @@ class ActionServer(CallEndpoint):
                 result_timeout_sec=result_timeout,
             )
         )
+        destroy_with(self, self._thread, self._native.destroy)
         convert_assignments(action_type.Result)
         convert_assignments(action_type.Feedback)
         node.add_waitable(self)
