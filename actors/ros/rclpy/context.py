@@ -26,6 +26,7 @@ from actors.ros.rclpy._rclpy_pybind11 import RCLError, RCLInvalidROSArgsError, U
 from actors.ros.rclpy.destroyable import VALID, Handle
 from actors.ros.rclpy.exceptions import NotInitializedException
 from actors.ros.rclpy.console_output import console_output
+from actors.ros.rclpy.topic_types import TopicTypes
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.runtime.run import set_up_logging
 from actors.threads.errors import ThreadStopped
@@ -64,6 +65,7 @@ class Context:
     Attributes:
         arguments: The ROS arguments of its nodes.
         domain_id: Its domain; None for the environment's.
+        topic_types: The types of the topics of its nodes.
         failure: The error with which the thread of its nodes has failed, which has ended the context.
     """
 
@@ -82,6 +84,7 @@ class Context:
         self._executors: tuple[weakref.ref[ContextExecutor], ...] = ()
         """Replaced, never changed: a signal handler reads it, and `_waits`."""
         self._waits: tuple[Reply[Any], ...] = ()
+        self.topic_types = TopicTypes()
         self._thread: NodeThread | None = None
         self.failure: BaseException | None = None
 

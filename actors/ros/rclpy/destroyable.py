@@ -38,10 +38,12 @@ class Destroyable:
 
     Attributes:
         lifeline: Keeps callboard's node in service, for those that are of use without the node.
+        type_claim: Keeps a topic from having another type in the context.
         node_logger_name: The name of the node's logger.
     """
 
     lifeline: object = None
+    type_claim: object = None
     node_logger_name = ""
     _is_destroyed = False
 
@@ -59,6 +61,7 @@ class Destroyable:
     def destroy(self) -> None:
         """Take it out of service."""
         self._is_destroyed = True
+        self.type_claim = None
 
     def __enter__(self) -> Self:
         return self

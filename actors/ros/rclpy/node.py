@@ -315,6 +315,7 @@ class Node(NodeParameters, NodeGraph):
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "publisher")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
         parts = self._callboard
+        claim = self._context.topic_types.claim(parts.native.resolve_topic_name(topic), msg_type)
         # Made in the loop, since callboard's objects belong to one thread.
         native = parts.thread.call(
             lambda: parts.native.create_publisher(
@@ -322,7 +323,7 @@ class Node(NodeParameters, NodeGraph):
             )
         )
         publisher = publisher_class(self._context, parts.thread, native, profile, handlers)
-        publisher.lifeline = parts.lifeline
+        publisher.lifeline, publisher.type_claim = parts.lifeline, claim
         publisher.node_logger_name = self._logger.name
         parts.publishers.append(publisher)
         for each in handlers:
@@ -362,6 +363,7 @@ class Node(NodeParameters, NodeGraph):
         _require_message(msg_type)
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "subscription")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
+        claim = self._context.topic_types.claim(self._callboard.native.resolve_topic_name(topic), msg_type)
         native = self._callboard.thread.call(
             lambda: self._callboard.native.create_subscription(
                 msg_type, topic, qos_profile=profile.native(), raw=raw, event_callbacks=callbacks
@@ -376,7 +378,7 @@ class Node(NodeParameters, NodeGraph):
             handlers,
             raw=raw,
         )
-        subscription.node_logger_name = self._logger.name
+        subscription.node_logger_name, subscription.type_claim = self._logger.name, claim
         for each in (subscription, *handlers):
             self._callboard.add(each)
         return subscription

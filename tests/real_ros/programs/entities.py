@@ -427,3 +427,23 @@ def servers_of_a_node_without_references():
         gc.collect()
         spin_until(node, lambda: sum(each() for each in counts) == 1)
         return [*(each() for each in counts), client.service_name]
+
+
+def topics_of_two_types():
+    """Give a topic a second type: in the context, in another one, and after the first is gone."""
+    with running_node() as node, running_node(name="elsewhere") as elsewhere:
+        publisher = node.create_publisher(String, "t", 1)
+
+        def other(owner):
+            return [
+                type(outcome(owner.create_publisher, Int32, "t", 1)).__name__,
+                type(outcome(owner.create_subscription, Int32, "t", print, 1)).__name__,
+            ]
+
+        answers = [other(node), other(Node("second", context=node.context)), other(elsewhere)]
+        answers.append(outcome(node.create_publisher, Int32, "t", 1))
+        subscription = node.create_subscription(String, "t", print, 1)
+        node.destroy_publisher(publisher)
+        answers.append(other(node))
+        node.destroy_subscription(subscription)
+        return [*answers, other(node)]
