@@ -88,6 +88,7 @@ check: $(READY)
 # Programs written for ROS 2, in checkouts of https://github.com/ros2/examples and demos below the folder UPSTREAM.
 upstream: $(READY)
 	@$(BIN)/python -m tests.upstream "$(or $(UPSTREAM),$(error make upstream UPSTREAM=folder with checkouts))" $(UPSTREAM_FLAGS)
+	@$(BIN)/python -m tests.upstream.suites $(UPSTREAM)
 
 # rclpy's own tests with callboard in its place, from a checkout with its history in the folder UPSTREAM.
 rclpy-tests: $(READY) $(ROS2_READY)

@@ -397,7 +397,8 @@ DIFFERENCES: Final = (
     Difference(
         "program",
         ("later_names.content_filter",),
-        "Subscriptions have no content filter and receive all messages, as in ROS 2 without DDS.",
+        "Subscriptions have no content filter and receive all messages, as with middleware other than"
+        " DDS: test messages in the callback. Fast DDS filters by expressions like those of SQL.",
     ),
     Difference(
         "program",

@@ -6,6 +6,7 @@ its own. Nothing of them is copied here.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tarfile
@@ -48,13 +49,18 @@ JUDGES: Final = (
 
 def main() -> int:
     """Print how many tests pass; return 1 if they are fewer than before."""
+    python = environment()
+    return max(_judge(each, python) for each in JUDGES)
+
+
+def environment(*requirements: str) -> Path:
+    """Return the interpreter of an environment with callboard, the tools, and further packages."""
     python = WORK / "bin" / "python"
     if not python.exists():
         _run(sys.executable, "-m", "venv", str(WORK))
-    pip = (str(python), "-m", "pip")
     own = ("--editable", str(ROOT), str(ROOT / "packaging" / "callboard-ros"))
-    _run(*pip, "install", "--quiet", *TOOLS, *own)
-    return max(_judge(each, python) for each in JUDGES)
+    _run(str(python), "-m", "pip", "install", "--quiet", *TOOLS, *requirements, *own)
+    return python
 
 
 def _judge(judge: Judge, python: Path) -> int:
@@ -75,11 +81,23 @@ def _judge(judge: Judge, python: Path) -> int:
         source.extractall(folder, filter="data")
     unpacked = folder / archive.name.removesuffix(".tar.gz")
     _run(*pip, "install", "--quiet", str(unpacked))
-    report = folder / "report.xml"
+    return run_tests(python, judge, unpacked, folder / "report.xml")
+
+
+def run_tests(python: Path, judge: Judge, folder: Path, report: Path, paths: tuple[Path, ...] = ()) -> int:
+    """Run tests in a folder, and print how many pass; return 1 if they are fewer than before.
+
+    Args:
+        python: The interpreter.
+        judge: What is expected.
+        folder: Where pytest runs.
+        report: The file for its report.
+        paths: What the programs also import from.
+    """
     report.unlink(missing_ok=True)  # pytest may end without one
     command = (str(python), "-m", "actors.ros", "-m", "pytest", "-q", "--tb=short", f"--junit-xml={report}")
-    environ = ("env", f"PYTHONPATH={ROOT / 'tests' / 'interfaces'}")  # test_msgs
-    _run(*environ, *command, *judge.arguments, folder=unpacked, check=False)
+    path = os.pathsep.join(map(str, (*paths, ROOT / "tests" / "interfaces")))  # with test_msgs
+    _run("env", f"PYTHONPATH={path}", *command, *judge.arguments, folder=folder, check=False)
     cases = list(ET.parse(report).iter("testcase"))
     failed = [
         f"{case.get('classname')}.{case.get('name')}"
