@@ -14,6 +14,7 @@ import pytest
 from actors.interfaces.sensor_msgs.msg import CompressedImage, JointState
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from actors.web import limits
+from actors.web.accepting import Acceptor
 from actors.web.live.echo_panel import SHOWN_LENGTH
 from actors.web.options import WebOptions
 from actors.web.routes import echo
@@ -23,7 +24,7 @@ from tests.actors.web.site import Site
 from tests.certificates import Authority
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
+    from collections.abc import AsyncGenerator, Sequence
     from pathlib import Path
 
     from tests.actors.meeting import Meeting
@@ -50,6 +51,18 @@ async def connection(
         yield reader, writer
     finally:
         writer.close()
+
+
+def send_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the kernel keep little of what servers send; how much it takes otherwise is chance."""
+    start = Acceptor.start
+
+    def start_with_little(self: Acceptor, sockets: Sequence[socket.socket]) -> None:
+        for each in sockets:  # what they accept has the same
+            each.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        start(self, sockets)
+
+    monkeypatch.setattr(Acceptor, "start", start_with_little)
 
 
 async def ended(reader: asyncio.StreamReader) -> None:
@@ -222,6 +235,7 @@ async def test_what_is_not_read_has_a_limit_for_each_holder(
     meeting: Meeting, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, encrypted: bool
 ) -> None:
     """Case 76: large answers that wait for their readers: the largest ends, and nobody else's."""
+    send_little(monkeypatch)
     monkeypatch.setattr(limits, "MAX_HOLDER_UNREAD_BYTES", 500_000)
     authority = Authority(tmp_path)
     pair = authority.issue("127.0.0.1")
