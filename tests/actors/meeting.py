@@ -13,6 +13,7 @@ from tests.ports import held_port
 from tests.seams.nodes import link_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from contextlib import AsyncExitStack
 
 DEADLINE_SEC: Final = waiting.DEADLINE_SEC
@@ -53,7 +54,12 @@ def stop_budget_clock() -> None:
 
     On a busy machine a callback may use up the budget, which puts others off to a later turn of the loop.
     """
-    CallbackBudget.of(asyncio.get_running_loop()).clock = lambda: 0.0
+    set_budget_clock(lambda: 0.0)
+
+
+def set_budget_clock(clock: Callable[[], float]) -> None:
+    """Measure by this clock what callbacks of the running loop take, those of nodes that are made later."""
+    CallbackBudget.of(asyncio.get_running_loop()).clock = clock
 
 
 def latched(depth: int) -> actors.QoSProfile:

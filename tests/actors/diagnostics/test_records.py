@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from actors.diagnostics.records import NodeDiagnostics, PublisherDiagnostics
 from actors.endpoints.endpoint import endpoint_of
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from tests.actors.meeting import KEEP_ALL, matched, until
+from tests.actors.meeting import KEEP_ALL, matched, set_budget_clock, until
 from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ async def test_a_node_that_has_never_run_says_so(meeting: Meeting) -> None:
 
 async def test_published_is_received_or_dropped(meeting: Meeting) -> None:
     """Both ends count every message, and what each callback took."""
+    set_budget_clock(itertools.count(0.0, 1e-9).__next__)
     talker, listener = await meeting.node("talker"), await meeting.node("listener")
     received: list[str] = []
     subscription = listener.create_subscription(String, "t", lambda msg: received.append(msg.data), KEEP_ALL)
@@ -72,6 +74,7 @@ async def test_published_is_received_or_dropped(meeting: Meeting) -> None:
 
 async def test_callbacks_of_events_are_timed_like_others(meeting: Meeting) -> None:
     """Plain and async ones, at both ends; those that are not given are not there."""
+    set_budget_clock(itertools.count(0.0, 1e-9).__next__)
     both = await meeting.node("both")
     told: list[str] = []
 
@@ -272,13 +275,17 @@ def test_rates_need_an_earlier_snapshot_at_the_same_node(changes: dict[str, Any]
 
 async def test_the_busiest_callback_comes_first(meeting: Meeting) -> None:
     """`callbacks` is sorted by the time that each has held the loop; `busy` is their part of it."""
+    now = 0.0
+    set_budget_clock(lambda: now)
     node = await meeting.node("node")
 
     def idle() -> None:
-        """Do nothing."""
+        nonlocal now
+        now += 1e-7
 
     def work() -> None:
-        sum(range(20_000))
+        nonlocal now
+        now += 1e-6
 
     quiet, loud = node.create_timer(0.001, idle), node.create_timer(0.001, work)
     earlier = node.diagnostics()
