@@ -12,7 +12,7 @@ ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 NPM_READY := $(NPM)/.ready
 
-.PHONY: demo test coverage quick nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream rclpy-tests judges clean
+.PHONY: demo test coverage quick bytecode nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream rclpy-tests judges clean
 .DEFAULT_GOAL := check
 
 $(DEMO_READY): pyproject.toml
@@ -56,6 +56,10 @@ coverage: $(READY)
 # Without the tests that start processes or simulate histories.
 quick: $(READY)
 	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros simulation) -m 'not processes' $(PYTEST_FLAGS)
+
+# Import all that tests import, once: on a clean checkout, workers that begin together would each compile it.
+bytecode: $(READY)
+	@log=$$($(BIN)/python -m pytest --collect-only 2>&1) || { echo "$$log"; exit 1; }
 
 nightly: $(READY) $(ROS2_READY)
 	@$(TEST) --nightly --timeout=3600 $(PYTEST_FLAGS)

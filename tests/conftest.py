@@ -142,7 +142,8 @@ def _cache_bytecode(cache: Path) -> None:
     os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(cache)
     sys.dont_write_bytecode = False
     temporary = Path(tempfile.gettempdir()).resolve()
-    atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
+    if temporary not in cache.resolve().parents:  # a checkout there keeps its own
+        atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
 
 
 @pytest.fixture(autouse=True)
