@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from broker.options import BrokerOptions
@@ -76,6 +77,12 @@ class BrokerProcess:
         async with self.broker:
             self._up.set()
             await self._stop.wait()
+
+    def raise_ceiling(self) -> None:
+        """Reload the broker with what usually may wait for a link."""
+        assert self.broker is not None
+        options = self.broker.options
+        self.broker.reconfigure(replace(options, max_link_bytes=BrokerOptions().max_link_bytes))
 
     @property
     def _make_engine(self) -> Callable[[int, Host], Engine] | None:

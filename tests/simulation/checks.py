@@ -30,10 +30,6 @@ if TYPE_CHECKING:
 IDLE_TIMEOUT_SEC: Final = 200.0
 """A healed world has come to rest by then: slow readers have read, links are back."""
 
-ONE_BY_ONE_SEC: Final = 2000.0
-"""The same where a link may hold less than a large message: each of those that must not be dropped ends the
-links of its readers, and up to 400 of a publisher may wait for that."""
-
 FRESH_MESSAGES: Final = 30
 """So often a message may be lost for a good reason before one is received."""
 
@@ -105,9 +101,19 @@ async def _pause(world: World) -> float:
 
 
 async def _wait_until_idle(world: World) -> None:
-    """Everybody is connected, and nothing waits anywhere."""
-    limit = ONE_BY_ONE_SEC if world.max_link_bytes < LARGE_BYTES[-1] else IDLE_TIMEOUT_SEC
-    await _until(world, lambda: next(_not_idle(world), ""), limit)
+    """Everybody is connected, and nothing waits anywhere.
+
+    Where a link may hold less than a large message, each that must not be dropped ends the links of its
+    readers, and one that is latched does so again and again: after a while the brokers get other limits.
+    """
+    if world.max_link_bytes < LARGE_BYTES[-1]:
+        end = world.loop.time() + IDLE_TIMEOUT_SEC
+        while world.loop.time() < end and next(_not_idle(world), ""):
+            await asyncio.sleep(PAUSE_SEC)
+        if next(_not_idle(world), ""):
+            for process in world.brokers:
+                process.raise_ceiling()
+    await _until(world, lambda: next(_not_idle(world), ""), IDLE_TIMEOUT_SEC)
     await asyncio.sleep(5)
 
 
@@ -121,9 +127,17 @@ def _not_idle(world: World) -> Iterator[str]:
             if waiting:
                 yield f"{name} still has {waiting} waiting"
     for broker in (each.broker for each in world.brokers if each.alive and each.broker is not None):
-        for link in dispatcher_of(broker).links:
-            if link.channel.outbox.has_more or link.channel.outbox.blocked:
-                yield f"{link} still has messages that may be sent"
+        yield from _unsent(broker)
+    if world.backed_up:
+        yield "a network between brokers still has messages"
+
+
+def _unsent(broker: Broker) -> Iterator[str]:
+    for link in dispatcher_of(broker).links:
+        if link.channel.outbox.has_more or link.channel.outbox.blocked:
+            yield f"{link} still has messages that may be sent"
+    if any(each.has_unsent for each in dispatcher_of(broker).mesh_channels.values()):
+        yield "a broker still has messages for others"
 
 
 def _waiting(member: Member) -> Iterator[tuple[str, int]]:
