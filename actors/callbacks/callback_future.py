@@ -17,6 +17,14 @@ class CallbackRunner(Protocol):
         ...
 
 
+def is_own_future(result: object) -> bool:
+    """Return whether the result of a callback is a future of the running loop.
+
+    Another loop would call what waits for it in its own thread. Awaited in a task, it is an error.
+    """
+    return isinstance(result, asyncio.Future) and result.get_loop() is asyncio.get_running_loop()
+
+
 class CallbackFuture:
     """One callback of a `concurrent=True` source, from the future that it has returned to its end.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
-from actors.callbacks.callback_future import CallbackFuture
+from actors.callbacks.callback_future import CallbackFuture, is_own_future
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.service.replies import Replies
@@ -172,7 +172,7 @@ class ServiceEndpoint(DeclaredService):
             self._reply(call, result, entry.attributes)
             return None
         # Without a task: it need not be run, and there may be thousands of requests a second.
-        awaited = result if self.concurrent and asyncio.isfuture(result) else as_coroutine(result)
+        awaited = result if self.concurrent and is_own_future(result) else as_coroutine(result)
         if awaited is None:
             self._reply(call, result, entry.attributes)
             return None

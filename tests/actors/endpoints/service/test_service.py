@@ -318,6 +318,21 @@ async def test_the_future_of_a_handler_ends_as_the_handler_would(adder: Adder) -
     assert adder.server.callback_errors == 1
 
 
+async def test_the_future_of_another_loop_is_an_error_of_the_handler(adder: Adder) -> None:
+    """The thread of that loop would answer the call, beside this one."""
+    other = asyncio.new_event_loop()
+    foreign: asyncio.Future[AddTwoInts.Response] = other.create_future()
+
+    def answer(_request: AddTwoInts.Request) -> asyncio.Future[AddTwoInts.Response]:
+        return foreign
+
+    await adder.serve(answer, concurrent=True)
+    with pytest.raises(actors.RemoteError, match="attached to a different loop"):
+        await adder.add()
+    assert adder.server.callback_errors == 1
+    other.close()
+
+
 async def test_a_stopping_node_waits_for_the_future_of_a_handler(adder: Adder, meeting: Meeting) -> None:
     """The reply still reaches the caller; a future that is never done is cancelled after the time limit."""
     futures: list[asyncio.Future[AddTwoInts.Response]] = []
