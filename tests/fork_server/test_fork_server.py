@@ -18,9 +18,10 @@ from tests.fork_server.client import FORKED, ROOT
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.processes
-
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs subreapers")
+pytestmark = [
+    pytest.mark.processes,
+    pytest.mark.skipif(sys.platform != "linux", reason="needs subreapers"),
+]
 
 KINDS = ("-c", "-m", "script", "-u -c", "-u script")
 
