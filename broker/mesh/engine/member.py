@@ -111,6 +111,7 @@ class MeshMember:
         self._round_trips = RoundTrips()
         self._going_on = False
         """Whether long work goes on in a later loop turn."""
+        self._stopped = False
         self._heartbeat: asyncio.Task[None] | None = None
         self._unanswered: set[tuple[int, int]] = set()
         """Domains and brokers that have not answered the last PING."""
@@ -129,6 +130,7 @@ class MeshMember:
         try:
             await self._wait_for_others()
         finally:  # also if it is cancelled
+            self._stopped = True
             await self._engine.stop()
 
     async def _wait_for_others(self) -> None:
@@ -154,6 +156,8 @@ class MeshMember:
 
     def go_on_reading(self) -> None:
         """Go on with long work, for a share of the read budget (`read_budget.Reader`)."""
+        if self._stopped:  # the engine sends no more requests
+            return
         self._going_on = False
         budget = self._budget
         began = budget.clock()

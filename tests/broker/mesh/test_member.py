@@ -93,6 +93,22 @@ async def test_long_work_pauses_between_its_shares() -> None:
     assert 0 < len(asks) <= 6
 
 
+async def test_a_stop_ends_long_work() -> None:
+    """Requests for snapshots that are still to be sent find no session of the engine any more."""
+    dispatcher: Any = mock.Mock(options=BrokerOptions())
+    dispatcher.admission.rules = None
+    dispatcher.budget.clock = lambda: 0.0
+    engine: Any = mock.Mock(full=False, stop=mock.AsyncMock())
+    member = MeshMember(1, dispatcher, lambda _number, _host: engine, "here")
+    channel = member.add(Router())
+    channel.mesh.add_broker(10)
+    channel.flush()
+    await until(lambda: dispatcher.budget.wait.called)
+    await member.stop()
+    member.go_on_reading()
+    assert not engine.send.called
+
+
 class Alone:
     """An engine that knows one other broker, which leaves soon after it has got a last PING.
 
