@@ -356,6 +356,8 @@ class Codec(Generic[T]):
         expected = type_name(self.msg_type)
         cls = type(message)
         got = type_name(cls) if is_message_type(cls) else cls.__name__
+        if got == expected:  # two classes of one type
+            expected, got = repr(self.msg_type), repr(cls)
         return TypeError(f"Expected {expected}, got {got}")
 
 

@@ -28,7 +28,7 @@ from actors.interfaces.arrays import ARRAY_BY_ELEMENT
 from actors.interfaces.checking import check_field, check_fields
 from actors.interfaces.fields import FieldType, constants_of, fields_of
 from actors.interfaces.message import Action, Message, Service, rebuilt_by_name
-from actors.interfaces.naming import MessageType, message_name
+from actors.interfaces.naming import TYPE_NAME, MessageType, message_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,12 +69,18 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
         namespace: dict[str, Any],
         **options: Any,
     ) -> MessageType:
-        init = namespace.pop("__init__", None)
-        if init is None:
+        generated = None if _MODULE.fullmatch(namespace.get("__module__", "")) else _generated(bases)
+        if generated is None:
             made = make(mcls, name, bases, namespace, **options)
-        else:
-            made = make(_Initialized, name, bases, namespace, dict=True, **options)
-            type.__setattr__(made, "__init__", init)
+        else:  # a program's own: with attributes, and of the same type for ROS 2
+            init = namespace.pop("__init__", None)
+            namespace.pop("__slots__", None)  # msgspec refuses them
+            namespace.setdefault("__copy__", _copy)  # msgspec's forgets the attributes
+            made = make(_Initialized if init else mcls, name, bases, namespace, dict=True, **options)
+            if init:
+                type.__setattr__(made, "__init__", init)
+            if made.__struct_fields__ == generated.__struct_fields__:
+                type.__setattr__(made, TYPE_NAME, message_name(generated))
         adopt(made)
         rename(made, is_ours)
         return made
@@ -96,6 +102,14 @@ def adopt_all(is_ours: Callable[[str], bool]) -> None:
 
 
 _has_adopted = False
+
+
+def _generated(bases: tuple[type, ...]) -> Any:
+    """Return the class of ROS 2 that one with these bases is derived from."""
+    ancestors = (cls for base in bases for cls in base.__mro__)
+    return next(
+        (cls for cls in ancestors if isinstance(cls, MessageType) and _MODULE.fullmatch(cls.__module__)), None
+    )
 
 
 class _Initialized(MessageType):
@@ -121,10 +135,15 @@ def _reduce(message: Message) -> tuple[Any, ...]:
     """Return what pickle and copy make the message of: in callboard's own processes, too."""
     cls = type(message)
     rebuilt, (_, values) = _reduce_plain(message)
-    if isinstance(cls, _Initialized):
+    if hasattr(message, "__dict__"):
         return _remade, (cls, values, vars(message))
     name = _own_names.get(cls)
     return (rebuilt, (cls, values)) if name is None else (rebuilt_by_name, (*name, values))
+
+
+def _copy(message: Message) -> Any:
+    make, arguments = _reduce(message)
+    return make(*arguments)
 
 
 def _remade(cls: type[Message], values: dict[str, Any], attributes: dict[str, Any]) -> Message:

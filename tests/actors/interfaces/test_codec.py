@@ -335,6 +335,16 @@ def test_another_class_is_a_type_error(wrong: Any, got: str) -> None:
     assert not isinstance(caught.value, CallboardError)
 
 
+def test_another_class_of_the_same_type_is_told_apart() -> None:
+    """The error names the classes, not one type twice."""
+
+    class Mine(Message, type_name="std_msgs/msg/String"):
+        data: str = ""
+
+    with pytest.raises(TypeError, match=r"Expected <class '.*\.String'>, got <class '.*\.Mine'>"):
+        codec_for(String).encode(cast("Any", Mine()))
+
+
 @pytest.mark.parametrize("wrong", [int, "std_msgs/msg/String", String(), Message, AddTwoInts])
 def test_only_message_classes_have_codecs(wrong: Any) -> None:
     """For anything else the error says what to pass."""

@@ -13,6 +13,7 @@ import std_srvs.srv
 from geometry_msgs.msg import PoseStamped, PoseWithCovariance
 from rclpy.client import SrvTypeRequest
 from rclpy.publisher import MsgType
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Imu, JointState, LaserScan, NavSatStatus
 from service_msgs.msg import ServiceEventInfo
@@ -22,6 +23,7 @@ from unique_identifier_msgs.msg import UUID
 
 from tests.real_ros.programs.errors import outcome
 from tests.real_ros.programs.message_types import plain
+from tests.real_ros.programs.running import running_node, spin_until
 
 PACKAGES = ("geometry_msgs.msg", "sensor_msgs.msg", "std_srvs.srv", "action_msgs.srv", "rcl_interfaces.srv")
 
@@ -195,3 +197,32 @@ def subclasses():
         outcome(_Labelled),
         outcome(_Labelled, "a", check_fields=False).height,
     ]
+
+
+class _Renamed(String):
+    """Another one, without an `__init__`."""
+
+    def length(self):
+        """Return the length of the text."""
+        return len(self.data)
+
+
+def types_of_subclasses():
+    """Use a program's subclass where the class of ROS 2 is used, too."""
+    with running_node() as node:
+        received = []
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        publisher = node.create_publisher(_Renamed, "t", latched)
+        node.create_subscription(String, "t", received.append, latched)
+        message = _Renamed(data="abc")
+        message.note, message.other = 1, 2
+        publisher.publish(message)
+        spin_until(node, lambda: received)
+        copied, pickled = copy.copy(message), pickle.loads(pickle.dumps(message))
+        return [
+            dict(node.get_topic_names_and_types())["/t"],
+            [each.data for each in received],
+            [message.length(), copied.note, copied.other, pickled.other],
+            outcome(publisher.publish, String()),
+            type("Slotted", (String,), {"__slots__": ["note"]})().data,
+        ]
