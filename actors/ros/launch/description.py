@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC
+from abc import ABC, ABCMeta
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import LaunchDescription as CallboardDescription
@@ -22,8 +22,13 @@ SomeEntitiesType = Any
 LaunchDescriptionSource = AnyLaunchDescriptionSource
 
 
-class Action(CallboardAction):
-    """Base class of users' actions, which override `execute`."""
+class _AnyAction(ABCMeta):
+    def __instancecheck__(cls, instance: object) -> bool:
+        return isinstance(instance, CallboardAction) if cls is Action else super().__instancecheck__(instance)
+
+
+class Action(CallboardAction, metaclass=_AnyAction):
+    """Base class of users' actions, which override `execute`; for `isinstance`, of all actions."""
 
     def execute(self, context: LaunchContext) -> Sequence[CallboardAction] | None:
         """Return further actions.

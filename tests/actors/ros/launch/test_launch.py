@@ -85,6 +85,8 @@ def test_entities_can_be_annotated() -> None:
     entities = [actions.LogInfo(msg="x"), Action(), LaunchDescription()]
     assert all(isinstance(each, LaunchDescriptionEntity) for each in entities)
     assert not isinstance("x", LaunchDescriptionEntity)
+    assert [isinstance(each, Action) for each in entities] == [True, True, False]
+    assert not isinstance(entities[0], type("Mine", (Action,), {}))
     assert typing.get_args(typing.List[LaunchDescriptionEntity]) == (LaunchDescriptionEntity,)  # noqa: UP006
 
 
