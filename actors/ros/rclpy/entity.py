@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from actors.ros.rclpy.destroyable import Destroyable
-from actors.ros.rclpy.task import TaskExecutor, TaskQueue
+from actors.ros.rclpy.task import FutureExecutor
 from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.threads.node_thread import NodeThread
 
 
-class EntityQueue(TaskQueue, Protocol):
+class EntityQueue(Protocol):
     """The part of an executor's work queue that entities use."""
 
     def add(self, entity: Entity, /) -> None:
@@ -31,7 +31,7 @@ class EntityQueue(TaskQueue, Protocol):
         ...
 
 
-class EntityExecutor(TaskExecutor, Protocol):
+class EntityExecutor(FutureExecutor, Protocol):
     """The part of an executor that entities use."""
 
     @property

@@ -8,7 +8,7 @@ import threading
 import warnings
 import weakref
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Generator, Sequence
@@ -31,16 +31,20 @@ class TaskQueue(Protocol):
         ...
 
 
-class TaskExecutor(Protocol):
-    """The part of an executor that futures and tasks use. A protocol: executors import this module."""
+class FutureExecutor(Protocol):
+    """The part of an executor that futures use. A protocol: executors import this module."""
+
+    def create_task(self, callback: Callable[..., Any], /, *args: Any) -> object:
+        """Run a function while the executor spins."""
+        ...
+
+
+class TaskExecutor(FutureExecutor, Protocol):
+    """The part that tasks use."""
 
     @property
     def work(self) -> TaskQueue:
         """The queue of its work."""
-        ...
-
-    def create_task(self, callback: Callable[..., Any], /, *args: Any) -> Task[Any]:
-        """Run a function while the executor spins."""
         ...
 
 
@@ -59,7 +63,7 @@ class Future(Generic[T]):
         executor: Runs the callbacks; without one they run where the future is completed.
     """
 
-    def __init__(self, *, executor: TaskExecutor | None = None) -> None:
+    def __init__(self, *, executor: FutureExecutor | None = None) -> None:
         self._done = False
         self._cancelled = False
         self._result: T | None = None
@@ -72,7 +76,7 @@ class Future(Generic[T]):
         """Functions of `when_done`, which wake tasks and threads that wait."""
         self._lock = threading.Lock()
         # Weak, since the executor's queue refers to its tasks.
-        self._executor: weakref.ref[TaskExecutor] | None = None
+        self._executor: weakref.ref[FutureExecutor] | None = None
         self.set_executor(executor)
 
     def __del__(self) -> None:
@@ -87,7 +91,7 @@ class Future(Generic[T]):
             yield
         return self.result()
 
-    def set_executor(self, executor: TaskExecutor | None) -> None:
+    def set_executor(self, executor: FutureExecutor | None) -> None:
         """Set the executor that runs the callbacks; None: they run where the future is completed."""
         self._executor = None if executor is None else weakref.ref(executor)
 
@@ -221,9 +225,13 @@ class Task(Future[T]):
                 self._running.release()
         else:
             super().cancel()  # it is closed when it waits next
+        queue = self._queue()
+        if queue is not None:
+            queue.forget(self)
+
+    def _queue(self) -> TaskQueue | None:
         executor = None if self._executor is None else self._executor()
-        if executor is not None:
-            executor.work.forget(self)
+        return None if executor is None else cast("TaskExecutor", executor).work
 
     def _close(self) -> None:
         handler = self._handler
@@ -247,9 +255,9 @@ class Task(Future[T]):
                 self._run()
         finally:
             self._running.release()
-        executor = None if self._executor is None else self._executor()
-        if suspended and executor is not None:  # not before: another thread may resume it at once
-            executor.work.resume_later(self, _awaited.future)
+        queue = self._queue() if suspended else None
+        if queue is not None:  # not before: another thread may resume it at once
+            queue.resume_later(self, _awaited.future)
 
     def _run(self) -> None:
         try:

@@ -55,10 +55,8 @@ class AsyncNode(Node):
     }
 
     def __init__(self, node_name: str, **options: Any) -> None:
-        self._group: asyncio.TaskGroup | None = None
-        self._dispatcher: LoopDispatcher | None = None
-        self._left = asyncio.Event()
-        self._loop: asyncio.AbstractEventLoop | None = None
+        # The one attribute, as subclasses have their own: see `node_parts`.
+        self._callboard_dispatcher: LoopDispatcher | None = None
         super().__init__(node_name, **options)
 
     async def __aenter__(self) -> Self:
@@ -68,16 +66,15 @@ class AsyncNode(Node):
             RuntimeError: It has been destroyed, or runs already.
         """
         self._require_alive("enter")
-        if self._group is not None:
+        if self._callboard_dispatcher is not None:
             raise RuntimeError("The node runs already")
-        self._group = await asyncio.TaskGroup().__aenter__()
-        self._loop = asyncio.get_running_loop()
         parts = parts_of(self)
-        self._dispatcher = LoopDispatcher(parts, self._group, self.destroy_node)
-        parts.active_executor = weakref.ref(self._dispatcher)
+        dispatcher = LoopDispatcher(parts, await asyncio.TaskGroup().__aenter__(), self.destroy_node)
+        self._callboard_dispatcher = dispatcher
+        parts.active_executor = weakref.ref(dispatcher)
         # By signals, which end the context without destroying its nodes.
-        self.context.track_executor(self._dispatcher)
-        self._dispatcher.start()
+        self.context.track_executor(dispatcher)
+        dispatcher.start()
         return self
 
     async def __aexit__(
@@ -87,10 +84,9 @@ class AsyncNode(Node):
         exc_tb: TracebackType | None,
     ) -> None:
         """Destroy the node, and wait for the end of its callbacks, which are cancelled."""
-        group, self._group = self._group, None
         self.destroy_node()
-        if group is not None:
-            await group.__aexit__(exc_type, exc_val, exc_tb)
+        if self._callboard_dispatcher is not None:
+            await self._callboard_dispatcher.group.__aexit__(exc_type, exc_val, exc_tb)
 
     async def run(self) -> None:
         """Run callbacks until the node is destroyed, or the context ends.
@@ -99,7 +95,8 @@ class AsyncNode(Node):
             RuntimeError: The node runs already.
         """
         async with self:
-            await self._left.wait()
+            if self._callboard_dispatcher is not None:
+                await self._callboard_dispatcher.ended.wait()
 
     def get_clock(self) -> AsyncClock:
         """Return the clock."""
@@ -109,14 +106,13 @@ class AsyncNode(Node):
         """Take the node out of service, and cancel its callbacks. Idempotent."""
         if parts_of(self).destroyed:
             return
-        if self._dispatcher is not None:
-            self._dispatcher.stop()
         self.get_clock().destroy()
+        dispatcher = self._callboard_dispatcher
+        if dispatcher is not None:
+            dispatcher.stop()
         super().destroy_node()
-        if self._loop is None or self._loop.is_closed():
-            self._left.set()
-        else:
-            self._loop.call_soon_threadsafe(self._left.set)
+        if dispatcher is not None:
+            dispatcher.end()
 
     def _require_alive(self, what: str) -> None:
         if parts_of(self).destroyed:

@@ -9,7 +9,6 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.ros.rclpy.task import Task
 from actors.ros.rclpy.timer import Timer
 
 if TYPE_CHECKING:
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
     from actors.ros.rclpy.entity import Entity
     from actors.ros.rclpy.node_parts import NodeParts
-    from actors.ros.rclpy.task import Future
 
 MAX_CONCURRENT: Final = 1000
 """Callbacks of one concurrent entity that run at the same time; further messages wait in its queue, whose
@@ -34,21 +32,27 @@ class LoopDispatcher:
 
     Attributes:
         work: This object: it is its own queue.
+        group: The group.
+        ended: Set when the node has been destroyed.
     """
 
     def __init__(self, parts: NodeParts, group: asyncio.TaskGroup, on_end: Callable[[], object]) -> None:
         self.work = self
         self._parts = parts
-        self._group = group
+        self.group = group
+        self.ended = asyncio.Event()
         self._on_end = on_end
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[Entity, set[asyncio.Task[None]]] = {}
+        self._others: set[asyncio.Task[None]] = set()
+        """Of `create_task`."""
         self._alarm: asyncio.TimerHandle | None = None
         """Set for the timer that is due next."""
         self._stopped = False
 
     def start(self) -> None:
         """Run what has arrived before, and look at the timers."""
+        self.wake()  # the context may have ended before it knew of this
         for entity in self._parts.all_entities():
             if entity.has_work():
                 self.add(entity)
@@ -64,6 +68,12 @@ class LoopDispatcher:
             self._alarm.cancel()
         for entity in tuple(self._tasks):
             self._cancel(entity)
+        for task in self._others:
+            task.cancel()
+
+    def end(self) -> None:
+        """Set `ended`: the node has been left; in any thread."""
+        self._post(self.ended.set)
 
     def cancel(self, entity: Entity) -> None:
         """Cancel the callbacks of an entity; in any thread."""
@@ -93,21 +103,9 @@ class LoopDispatcher:
         """Look again at when timers are due; in any thread."""
         self._post(self._set_alarm)
 
-    def create_task(self, callback: Callable[..., Any], *args: Any) -> Task[Any]:
-        """Run a function, or a coroutine function, in the loop."""
-        task = Task[Any](callback, args, executor=self)
-        self._post(task)
-        return task
-
-    def resume_later(self, task: Task[Any], awaited: Future[Any] | None) -> None:
-        """Resume a task when the future that it awaits is done, or soon."""
-        if awaited is None:
-            self._post(task)
-        else:
-            awaited.when_done(partial(self._post, task))
-
-    def forget(self, task: Task[Any]) -> None:
-        """Do nothing: the futures that they await keep the tasks."""
+    def create_task(self, callback: Callable[..., Any], *args: Any) -> None:
+        """Run a function, or a coroutine function, in the loop; in any thread."""
+        self._post(self._begin_other, partial(callback, *args))
 
     # In the loop
 
@@ -126,9 +124,16 @@ class LoopDispatcher:
     def _create_task(
         self, entity: Entity, tasks: set[asyncio.Task[None]], work: Coroutine[Any, Any, None]
     ) -> None:
-        task = self._group.create_task(work)
+        task = self.group.create_task(work)
         tasks.add(task)
         task.add_done_callback(partial(self._task_ended, entity, tasks))
+
+    def _begin_other(self, call: Callable[[], Any]) -> None:
+        if self._stopped:
+            return
+        task = self.group.create_task(_run(call))
+        self._others.add(task)
+        task.add_done_callback(self._others.discard)
 
     async def _run_all(self, entity: Entity) -> None:
         while (call := entity.take()) is not None:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from actors.errors import CallFailed
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.ros.rclpy.action import ActionClient, ActionServer
 from actors.ros.rclpy.exceptions import TimeSourceChangedError
 from actors.ros.rclpy.experimental import AsyncClock, AsyncNode, AsyncTimer
 from actors.ros.rclpy.parameter import Parameter
@@ -172,6 +174,53 @@ async def test_run_ends_with_the_context(context: Context) -> None:
         await asyncio.sleep(0)
         context.end()
         await running
+
+
+async def test_run_ends_if_the_context_has_ended_before(context: Context) -> None:
+    """A signal may come between the making of the node and its entry."""
+    node = AsyncNode("node", context=context)
+    context.end()
+    async with asyncio.timeout(LIMIT_SEC):
+        await node.run()
+
+
+async def test_goals_are_executed_in_the_loop(context: Context) -> None:
+    """An execute callback awaits what it likes; one that waits for ever is cancelled with the node."""
+    begun, cancelled = asyncio.Event(), asyncio.Event()
+
+    async def execute(goal: Any) -> Any:
+        await asyncio.sleep(0.001)
+        if goal.request.order == 0:
+            begun.set()
+            try:
+                await asyncio.Event().wait()
+            finally:
+                cancelled.set()
+        goal.succeed()
+        return Fibonacci.Result(sequence=[goal.request.order])
+
+    async with asyncio.timeout(LIMIT_SEC), AsyncNode("node", context=context) as node:
+        ActionServer(node, Fibonacci, "count", execute)
+        client = ActionClient(node, Fibonacci, "count")
+        handle = await client.send_goal_async(Fibonacci.Goal(order=3))
+        assert handle is not None
+        response: Any = await handle.get_result_async()
+        assert list(response.result.sequence) == [3]
+        client.send_goal_async(Fibonacci.Goal(order=0))
+        await begun.wait()
+    assert cancelled.is_set()
+
+
+async def test_subclasses_have_attributes_of_their_own(context: Context) -> None:
+    """Names that programs are likely to use do not disturb the node."""
+
+    class Mine(AsyncNode):
+        def __init__(self) -> None:
+            super().__init__("node", context=context)
+            self._group = self._dispatcher = self._left = self._loop = "mine"
+
+    async with asyncio.timeout(LIMIT_SEC), Mine() as node:
+        node.destroy_node()
 
 
 async def test_destroying_cancels_a_handler(context: Context) -> None:
