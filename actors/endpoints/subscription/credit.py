@@ -60,8 +60,10 @@ class CreditWindows:
         self.bytes = min(WINDOW_BYTES, max(LEAST_BYTES, SHARED_BYTES // share))
 
     def attached(self, attachment: Attachment) -> None:
-        """Begin without credit."""
-        attachment.taken_sequence = attachment.granted_sequence = attachment.first_sequence
+        """Begin without credit, behind what earlier attachments of the publisher have received."""
+        # A publisher that comes back may begin with numbers that have arrived, such as latched messages, and
+        # the broker need not send them again: a window from there might never grant the first new message.
+        attachment.taken_sequence = attachment.granted_sequence = attachment.expected
         attachment.granted_bytes = 0
 
     def open(self, attachment: Attachment) -> bool:

@@ -381,6 +381,24 @@ async def test_messages_of_earlier_sessions_count_against_the_window(
         assert len(await heard_of(subscription, range(taken))) == taken
 
 
+async def test_credit_begins_behind_what_a_publisher_sent_before_it_came_back(
+    meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its latched messages have arrived: a window from the first of them ends before the next message."""
+    set_limits(monkeypatch, window_messages=4)
+    listener = await meeting.node("listener")
+    subscription = listener.create_subscription(Int64, "numbers", qos_profile=KEEP_ALL)
+    attachments = link_of(listener).attachments
+    granted: list[Any] = []
+    monkeypatch.setattr(Channel, "send", lambda _channel, frame: granted.append(frame))
+    attachments.attached(Attached(1, (subscription.id,), GID, 0, "/talker", {}))
+    attachments.batch_received(batch_of(1, range(8)))
+    assert await heard_of(subscription, range(8)) == list(range(8))
+    attachments.detached(Detached(1, (subscription.id,), DetachReason.GONE))
+    attachments.attached(Attached(2, (subscription.id,), GID, 0, "/talker", {}))
+    assert (granted[-1].publisher, granted[-1].sequence_limit) == (2, 12)
+
+
 async def test_a_publisher_that_comes_back_before_it_has_gone_adds_nothing_to_what_waits(
     meeting: Meeting, monkeypatch: pytest.MonkeyPatch
 ) -> None:
