@@ -386,6 +386,14 @@ class BrokerSessions:
             self._unanswered.move_to_end(broker, last=False)
         return again
 
+    def expect(self, broker: int, session: BrokerSession) -> bool:
+        """Return whether to request a broker's snapshot now; not if there is no space for it."""
+        if not self.memory.expect(session.postponed):
+            return False
+        if session.postponed:  # next time the others come first: this one may not answer again and again
+            self._sessions[broker] = self._sessions.pop(broker)
+        return True
+
     def postpone(self, broker: int, session: BrokerSession) -> None:
         """Ask a broker again later, because there are too many."""
         session.failures = MAX_PAUSE

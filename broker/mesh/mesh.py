@@ -501,7 +501,7 @@ class Mesh:
         # A broker that changes too much is asked when it may change again.
         if session.asked or not self._standings.may_change(broker):
             return
-        if self.sessions.memory.expect(session.postponed):
+        if self.sessions.expect(broker, session):
             session.asked = True
             self._asks[broker] = None
 

@@ -409,6 +409,24 @@ def test_snapshots_that_are_imported_share_a_limit_of_memory(monkeypatch: pytest
     assert keys_of(attack, FAKE + 1) == {*range(10, 30)}
 
 
+def test_who_answers_no_more_keeps_no_postponed_snapshot_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Case 66: of those that had no space one is requested at a heartbeat, each in its turn."""
+    monkeypatch.setattr(slices, "SLICE", 10)
+    monkeypatch.setattr(broker_session, "MAX_PAUSE", 2)
+    attack = Attack()
+    first, silent, honest = FAKE, range(FAKE + 1, FAKE + 6), FAKE + 6
+    for broker in (first, *silent, honest):
+        attack.mesh.add_broker(broker)
+        attack.mesh.snapshot(broker, 1)
+        snapshot = Snapshot(1, 1, nodes(20, 100 * broker), size=broker_session.MAX_TOTAL_BYTES)
+        attack.mesh.accept_snapshot(broker, snapshot)
+    finish(attack)
+    asked(attack)
+    assert honest in beat(attack, 20)
+
+
 def test_a_broker_may_change_so_much_in_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 66: further changes are counted, and are in the snapshot that it is asked for later."""
     monkeypatch.setattr(standing, "MAX_CHANGES", 30)
