@@ -120,6 +120,8 @@ class LoopDispatcher:
             return
         while len(tasks) < MAX_CONCURRENT and (call := entity.take()) is not None:
             self._create_task(entity, tasks, _run(call))
+        if not tasks:  # there was no work, and it may have been destroyed
+            del self._tasks[entity]
 
     def _create_task(
         self, entity: Entity, tasks: set[asyncio.Task[None]], work: Coroutine[Any, Any, None]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import gc
+import weakref
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -209,6 +211,20 @@ async def test_goals_are_executed_in_the_loop(context: Context) -> None:
         client.send_goal_async(Fibonacci.Goal(order=0))
         await begun.wait()
     assert cancelled.is_set()
+
+
+async def test_a_destroyed_concurrent_subscription_is_freed(context: Context) -> None:
+    """Also if it was notified of a message that is not there any more."""
+    async with asyncio.timeout(LIMIT_SEC), AsyncNode("node", context=context) as node:
+        subscription = node.create_subscription(String, "a", print, 1, concurrent=True)
+        await asyncio.sleep(0)  # the dispatcher looks at it
+        node.destroy_subscription(subscription)
+        subscription.notify()
+        await asyncio.sleep(0)
+        freed = weakref.ref(subscription)
+        del subscription
+        gc.collect()
+        assert freed() is None
 
 
 async def test_subclasses_have_attributes_of_their_own(context: Context) -> None:
