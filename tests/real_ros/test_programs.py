@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 PROGRAM_MODULES = (
     "actions",
+    "content_filters",
     "declaring",
     "entities",
     "index",

@@ -8,7 +8,8 @@ loop turn could use it as often.
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, Final
+from itertools import compress
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from actors.interfaces.decode_budget import LEAST_SPARE_BYTES, MAX_STEPS, SPARE_BYTES, Allowance
 from actors.interfaces.errors import InvalidMessageError
@@ -41,8 +42,10 @@ class Decoder:
 
     Attributes:
         failed: Messages dropped because they were not valid, or would have taken too much memory.
+        selects: Whether it leaves out valid messages, as a `SelectingDecoder` does.
     """
 
+    selects: ClassVar = False
     __slots__ = (
         "_allowance", "_clock", "_codec", "_default_bytes", "_excess", "_log", "_most", "_renewed", "_topic",
         "failed",
@@ -135,3 +138,32 @@ class Decoder:
         self._log.warning(
             f"Dropped an invalid message on '{self._topic}': {reason}", throttle_duration_sec=1.0
         )
+
+
+class SelectingDecoder:
+    """Leaves out messages that are not wanted, before they are queued: the depth is for those that are.
+
+    Args:
+        decoder: The subscription's own.
+        wants: Gets each valid message as it was decoded, and returns whether it is received.
+
+    Attributes:
+        decoder: The subscription's own.
+    """
+
+    selects: ClassVar = True
+
+    def __init__(self, decoder: Decoder, wants: Callable[[Any], bool]) -> None:
+        self.decoder = decoder
+        self._wants = wants
+
+    @property
+    def failed(self) -> int:
+        """Messages dropped because they were not valid."""
+        return self.decoder.failed
+
+    def decode(self, batch: Batch | Replay, *, idle: bool = True) -> tuple[list[Any], Sequence[int]]:
+        """Return the messages of a batch that are valid and wanted, and their numbers."""
+        messages, numbers = self.decoder.decode(batch, idle=idle)
+        wanted = [self._wants(message) for message in messages]
+        return list(compress(messages, wanted)), list(compress(numbers, wanted))

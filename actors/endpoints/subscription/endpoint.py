@@ -5,7 +5,8 @@ messages of a batch are kept, before they are decoded. With KEEP_ALL nothing is 
 credit as messages are taken.
 
 Every message of a batch ends in one count: handed to the callback, dropped or expired (consumer), undecodable
-(decoder), waiting (backlog), or a repetition, which is no message of its own. Numbers that never arrive are
+(decoder), waiting (backlog), or a repetition, which is no message of its own; one that is not wanted
+(`selection.py`) in none. Numbers that never arrive are
 the tracker's `lost` and `lost_on_break`.
 """
 
@@ -20,7 +21,7 @@ from actors.endpoints.events import SubscriptionEventCallbacks, SubscriptionEven
 from actors.endpoints.subscription.backlog import QueuedBatch
 from actors.endpoints.subscription.consumer import Consumer
 from actors.endpoints.subscription.credit import DECLARED, SubscriptionCredit
-from actors.endpoints.subscription.decoding import Decoder
+from actors.endpoints.subscription.decoding import Decoder, SelectingDecoder
 from actors.endpoints.subscription.liveliness import Liveliness
 from actors.endpoints.subscription.sequence_tracker import SequenceTracker
 from actors.interfaces.codec import codec_for
@@ -78,7 +79,7 @@ class SubscriptionEndpoint(Endpoint):
         self.interface, self._topic, self._qos, self._strict_qos = msg_type, topic, qos, strict_qos
         self._stall_ms = min(round(stall_timeout_sec * 1000), limits.MAX_U32)
         self._events = events
-        self.decoder = Decoder(codec, topic, context.log)
+        self.decoder: Decoder | SelectingDecoder = Decoder(codec, topic, context.log)
         self.tracker = SequenceTracker(events.message_lost, latched=latched)
         self._credit = self._begin_credit(context) if pushes_back else None
         self.consumer = Consumer(
@@ -170,7 +171,7 @@ class SubscriptionEndpoint(Endpoint):
         # Dropped before they are decoded, which costs more than all the rest. An idle consumer takes the
         # batch as it arrives, so nothing of it is beyond the depth.
         depth, idle = consumer.depth, consumer.idle
-        if depth is not None and stop - start > depth and not idle:
+        if depth is not None and stop - start > depth and not idle and not self.decoder.selects:
             consumer.drop(stop - start - depth)
             start = stop - depth
         if start:

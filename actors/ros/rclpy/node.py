@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar, cast
 
+from actors.endpoints.subscription.selection import select
 from actors.interfaces.message import Message, is_message_type
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.callback_groups import (
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
     from actors.logging.logger import Logger
     from actors.parameters.types import Parameter
+    from actors.ros.rclpy.content_filter import ContentFilter
     from actors.ros.rclpy.context import Context
     from actors.ros.rclpy.entity import Entity, EntityExecutor
     from actors.ros.rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -354,21 +356,29 @@ class Node(NodeParameters, NodeGraph):
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: Which policies parameters may override.
             raw: Give messages as bytes.
-            content_filter_options: Not used: all messages are received.
+            content_filter_options: Which messages to receive, by their content; None for all.
 
         Returns:
             The subscription.
+
+        Raises:
+            RCLError: The content filter is wrong.
         """
-        del content_filter_options
         _require_message(msg_type)
+        content_filter = _content_filter(content_filter_options, msg_type, raw=raw)
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "subscription")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
         claim = self._context.topic_types.claim(self._callboard.native.resolve_topic_name(topic), msg_type)
-        native = self._callboard.thread.call(
-            lambda: self._callboard.native.create_subscription(
+
+        def create() -> Any:
+            native = self._callboard.native.create_subscription(
                 msg_type, topic, qos_profile=profile.native(), raw=raw, event_callbacks=callbacks
             )
-        )
+            if content_filter is not None:
+                select(native, content_filter.passes)  # now: no message has arrived
+            return native
+
+        native = self._callboard.thread.call(create)
         subscription: Subscription[MsgT] = self._callboard.class_for(Subscription)(
             self._callboard.thread,
             native,
@@ -377,6 +387,7 @@ class Node(NodeParameters, NodeGraph):
             profile,
             handlers,
             raw=raw,
+            content_filter=content_filter,
         )
         subscription.node_logger_name, subscription.type_claim = self._logger.name, claim
         for each in (subscription, *handlers):
@@ -558,6 +569,16 @@ class Node(NodeParameters, NodeGraph):
 def _require_message(msg_type: object) -> None:
     if not is_message_type(msg_type):
         raise TypeError(f"{msg_type!r} is no message class: import one such as std_msgs.msg.String")
+
+
+def _content_filter(
+    options: ContentFilterOptions | None, msg_type: type[Message], *, raw: bool
+) -> ContentFilter | None:
+    if options is None:
+        return None
+    from actors.ros.rclpy.content_filter import ContentFilter  # noqa: PLC0415 - few programs filter
+
+    return ContentFilter(options.filter_expression, options.expression_parameters, msg_type, raw=raw)
 
 
 def _overridden(

@@ -8,6 +8,7 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 
+from actors.endpoints.subscription.selection import select
 from actors.errors import NodeDestroyed
 from actors.interfaces.message import Message
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from actors.endpoints.subscription.backlog import MessageInfo as NativeInfo
     from actors.endpoints.subscription.subscription import Subscription as NativeSubscription
     from actors.ros.rclpy.callback_groups import CallbackGroup
+    from actors.ros.rclpy.content_filter import ContentFilter
     from actors.ros.rclpy.event_handler import EventCalls
     from actors.ros.rclpy.qos import QoSProfile
     from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOptions
@@ -51,6 +53,7 @@ class Subscription(Entity, Generic[MsgT]):
         qos_profile: Its QoS.
         event_handlers: Entities with the calls of its event callbacks.
         raw: Whether the callback gets messages as bytes.
+        content_filter: What is set already; None to receive all messages.
     """
 
     class CallbackType(Enum):
@@ -69,6 +72,7 @@ class Subscription(Entity, Generic[MsgT]):
         event_handlers: list[EventCalls],
         *,
         raw: bool,
+        content_filter: ContentFilter | None = None,
     ) -> None:
         super().__init__(callback_group)
         self.msg_type: type[MsgT] = native.msg_type  # type: ignore[assignment]  # the same class
@@ -76,6 +80,7 @@ class Subscription(Entity, Generic[MsgT]):
         self.qos_profile = qos_profile
         self.event_handlers = event_handlers
         self.raw = raw
+        self.content_filter = content_filter
         self.callback = callback
         prepare(native.msg_type)
         self._converted: Callable[[Any], Any] = rosidl_values
@@ -118,17 +123,40 @@ class Subscription(Entity, Generic[MsgT]):
 
     @property
     def is_cft_enabled(self) -> bool:
-        """Whether messages are filtered by their content: never, as with other middleware than DDS."""
-        return False
+        """Whether messages are filtered by their content."""
+        with self.handle:
+            return self.content_filter is not None
 
     def set_content_filter(self, filter_expression: str, expression_parameters: list[str]) -> None:
-        """Raise RCLError: callboard has no content filters."""
-        del filter_expression, expression_parameters
-        raise RCLError("callboard has no content filters: filter messages in the callback")
+        """Filter the messages that arrive from now on by their content.
+
+        Args:
+            filter_expression: The expression; "" for all messages again.
+            expression_parameters: The values of `%0`, `%1`, ... in it.
+
+        Raises:
+            RCLError: The expression or a parameter is wrong, or there is no filter that "" could end.
+        """
+        from actors.ros.rclpy.content_filter import ContentFilter  # noqa: PLC0415 - few programs filter
+
+        with self.handle:
+            if not filter_expression and self.content_filter is None:
+                raise RCLError(f"The subscription of {self.topic} has no content filter to end")
+            wanted = ContentFilter(filter_expression, expression_parameters, self.msg_type, raw=self.raw)
+            self.content_filter = wanted if filter_expression else None
+            wants = wanted.passes if filter_expression else None
+            self._thread.call(lambda: select(self._native, wants))
 
     def get_content_filter(self) -> ContentFilterOptions:
-        """Raise RCLError: there is no content filter."""
-        raise RCLError(f"The subscription of {self.topic} has no content filter")
+        """Return the content filter.
+
+        Raises:
+            RCLError: There is none.
+        """
+        with self.handle:
+            if self.content_filter is None:
+                raise RCLError(f"The subscription of {self.topic} has no content filter")
+            return self.content_filter.options
 
     def has_work(self) -> bool:
         """Return whether a message waits."""

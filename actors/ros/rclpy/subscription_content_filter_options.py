@@ -1,4 +1,4 @@
-"""Filters by the content of messages: kept by programs, and not used."""
+"""Filters by the content of messages, as programs give them."""
 
 from __future__ import annotations
 
