@@ -147,6 +147,16 @@ async def test_a_wait_survives_a_broker(meeting: Meeting) -> None:
         assert await waiting
 
 
+async def test_another_session_with_the_same_graph_is_a_step_of_a_watch(meeting: Meeting) -> None:
+    """Without a change: what depends on the broker, such as its rules, may be another now."""
+    node = await meeting.node("one")
+    batches = node.watch_graph().batches()
+    async with asyncio.timeout(DEADLINE_SEC):
+        assert [change.node for change in await anext(batches)] == ["/one"]
+        await meeting.restart_broker()
+        assert await anext(batches) == []
+
+
 async def test_a_wait_can_be_cancelled_from_outside(meeting: Meeting) -> None:
     """`asyncio.timeout` around wait_for_node works; nothing is left at the broker."""
     node = await meeting.node("one")
