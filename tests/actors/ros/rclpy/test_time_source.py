@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.ros.rclpy.clock import Clock, JumpThreshold, ROSClock
-from actors.ros.rclpy.time_source import TimeSource
+from actors.ros.rclpy.executors import SingleThreadedExecutor
+from actors.ros.rclpy.node import Node
+from actors.ros.rclpy.parameter import Parameter
+from actors.ros.rclpy.time_source import CLOCK_TOPIC, TimeSource
 from actors.time.types import ClockType, Duration, Time
+
+if TYPE_CHECKING:
+    from actors.ros.rclpy.context import Context
 
 
 def simulated() -> tuple[TimeSource, ROSClock]:
@@ -56,6 +63,26 @@ def test_a_clock_that_is_not_simulated_does_not_jump() -> None:
         clock.set_ros_time_override(Time(seconds=9))
         source.ros_time_is_active = True
     assert (seen, clock.now().nanoseconds) == ([], 9 * 10**9)
+
+
+def test_a_source_follows_the_parameter_and_the_clock_topic_of_a_node(context: Context) -> None:
+    """While `use_sim_time` is set the clock shows what is published, then the wall clock again."""
+    node, clock = Node("node", context=context), ROSClock()
+    source = TimeSource(node=node)
+    source.attach_clock(clock)
+    assert not source.ros_time_is_active
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    assert (clock.ros_time_is_active, clock.now().nanoseconds) == (True, 0)
+    publisher = node.create_publisher(ClockMessage, CLOCK_TOPIC, 10)
+    shown = Time(seconds=3, clock_type=ClockType.ROS_TIME)
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(node)
+        while clock.now() != shown:
+            publisher.publish(ClockMessage(clock=shown.to_msg()))
+            executor.spin_once(0.05)
+    node.set_parameters([Parameter("use_sim_time", value=False)])
+    assert clock.now().nanoseconds > 10**18
+    source.detach_node()
 
 
 def test_what_is_no_clock_or_no_time_is_refused() -> None:
