@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.cli.reference import reference
 from actors.launch.description.templates import known_substitutions
 from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
@@ -100,12 +99,6 @@ def test_the_launches_in_the_readme_can_be_carried_out() -> None:
         done = run_python("-m", "actors", *shlex.split(line)[1:], "--dry-run")
         assert done.returncode == 0, done.stderr
         assert "minimal_publisher" in done.stdout
-
-
-def test_the_command_line_reference_matches_the_parsers() -> None:
-    """After a change: python -m actors.cli.reference > docs/reference/cli.md."""
-    text = document("reference/cli.md")
-    assert text == reference()
 
 
 @pytest.mark.processes
