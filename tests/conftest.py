@@ -63,15 +63,7 @@ def _unmeasured(config: pytest.Config) -> Iterator[None]:
     try:
         yield
     finally:
-        _end_process_thread()
         measure.resume()
-
-
-def _end_process_thread() -> None:
-    """Let rclpy's nodes have a new thread: a pause ends the measurement of all other threads for good."""
-    module = sys.modules.get("actors.ros.process_thread")  # not imported here: that would not be measured
-    if module is not None and module._current is not None:  # noqa: SLF001 - no program ends it
-        module._current.stop()  # noqa: SLF001
 
 
 @pytest.hookimpl(wrapper=True)
