@@ -1,8 +1,8 @@
 """A node's log on the topic `/rosout`.
 
-Lines may come from any thread. They are collected until the loop turn ends, or for a moment if nobody
-subscribes, and are then encoded together. They leave as the messages of a latched publisher do, so that the
-broker has the last ones for late joiners.
+Lines may come from any thread. They are collected until the loop turn ends, or, if nobody subscribes, until a
+moment after those before, and are then encoded together. They leave as the messages of a latched publisher
+do, so that the broker has the last ones for late joiners.
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ MAX_LINES: Final = 10_000
 MAX_WAITING_CHARACTERS: Final = 16 * 1024 * 1024
 """Characters of the messages that wait; beyond it the oldest lines are dropped."""
 QUIET_SEC: Final = 0.1
-"""How long lines are collected while nobody subscribes. A frame for each would cost ten times as much as the
-log call. A subscription that appears meanwhile gets them at once."""
+"""The shortest time between publications while nobody subscribes. A frame for each line would cost ten times
+as much as the log call. A line after a silence leaves at once: what a service logs is at the broker when its
+caller has the response, and reads the log. A subscription that appears meanwhile gets the rest at once."""
 QUIET_LINES: Final = 500
 """Number of collected lines that are published without waiting for the end of `QUIET_SEC`."""
 MAX_CHARACTERS: Final = 16_384
@@ -76,6 +77,8 @@ class Rosout(PublisherEndpoint):
         self._lock = threading.RLock()
         """Protects the four above. A garbage collection inside may log, so it is reentrant."""
         self._timer: asyncio.TimerHandle | None = None
+        self._quiet_until = 0.0
+        """Until then lines are collected while nobody subscribes; in the loop's time."""
         self._thread = 0
         """The thread of the node's loop, from the first session on."""
         self._silent = False
@@ -123,11 +126,17 @@ class Rosout(PublisherEndpoint):
         if self.peers or len(self._lines) >= QUIET_LINES:
             link.flush_later(self)
         elif self._timer is None and link.loop is not None and not self.destroyed:
-            self._timer = link.loop.call_later(QUIET_SEC, self._flush_now)
+            if link.loop.time() < self._quiet_until:
+                self._timer = link.loop.call_at(self._quiet_until, self._flush_now)
+            else:
+                self._flush_now()
 
     def _flush_now(self) -> None:
+        link = self.context.link
         self._timer = None
-        self.context.link.flush_later(self)
+        if link.loop is not None:
+            self._quiet_until = link.loop.time() + QUIET_SEC
+        link.flush_later(self)
 
     def matched(self, peers: int, total: int) -> None:
         """Send what has been collected to the first subscription."""

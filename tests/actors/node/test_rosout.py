@@ -234,12 +234,13 @@ async def test_without_a_broker_the_newest_are_kept(name: str) -> None:
 
 
 async def test_while_nobody_subscribes(meeting: Meeting, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lines are collected for a moment, so that they cost few frames; whoever joins gets them at once."""
-    monkeypatch.setattr(rosout, "QUIET_SEC", 0.01)
-    node = await meeting.node(name, **ON)
-    node.get_logger().info("left")
-    await until(lambda: not publisher(node).queued)
+    """The first line leaves at once, those of the next moment together; whoever joins gets them at once."""
     monkeypatch.setattr(rosout, "QUIET_SEC", 3600.0)
+    node = await meeting.node(name, **ON)
+    await meeting.settled(node)
+    node.get_logger().info("left")
+    await turns()
+    assert publisher(node).queued == 0
     for number in range(20):
         node.get_logger().info(str(number))
         await turns()
