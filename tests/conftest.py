@@ -10,13 +10,13 @@ import shutil
 import signal
 import sys
 import tempfile
-from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import hypothesis
 import pytest
 
+import actors.logging.logger  # noqa: F401 - it sets the log's level, which `_process` remembers
 from actors.config import environment
 from actors.logging.severity import ROOT_NAME
 from tests import real_ros
@@ -33,14 +33,12 @@ SHARED_MACHINE = hypothesis.settings(
 hypothesis.settings.register_profile("short", SHARED_MACHINE, max_examples=25, derandomize=True)
 hypothesis.settings.register_profile("nightly", SHARED_MACHINE, max_examples=1000, print_blob=True)
 
-MEASURED = tuple(Path(__file__).parent / name for name in ("proto", "broker", "actors", "hostile"))
-"""Tests that run the code in this process: `make coverage` measures what they cover."""
-
 
 @pytest.hookimpl(optionalhook=True)  # without pytest-xdist there is no such hook
-def pytest_xdist_auto_num_workers() -> int:
-    """Return two workers for each core, because many tests wait for processes most of the time."""
-    return 2 * (os.cpu_count() or 1)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Return two workers for each core, because many tests wait for processes; "logical" is one for each."""
+    cores = os.cpu_count() or 1
+    return cores if config.option.numprocesses == "logical" else 2 * cores
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -52,28 +50,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
-@contextmanager
-def _unmeasured(config: pytest.Config) -> Iterator[None]:
-    """Measure no coverage for a while: it makes Python half as fast."""
-    measure = getattr(config.pluginmanager.get_plugin("_cov"), "cov_controller", None)
-    if measure is None:
-        yield
-        return
-    measure.pause()
-    try:
-        yield
-    finally:
-        measure.resume()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
-    """Exclude tests outside of MEASURED, with their fixtures, from the coverage figure."""
-    measured = any(folder in item.path.parents for folder in MEASURED)
-    with nullcontext() if measured else _unmeasured(item.config):
-        return (yield)
-
-
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say why the tests of real ROS 2 have not run."""
     if not real_ros.is_supported():
@@ -81,31 +57,17 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
+def pytest_collection() -> Generator[None, object, object]:
     """Let the garbage collector ignore what is imported and collected.
 
     It is more than most tests make, stays until the end, and would be walked through again and again.
-    All workers import the same, so the first one measures it for all.
     """
-    worker = getattr(session.config, "workerinput", {"workerid": "gw0"})["workerid"]
     gc.disable()
     try:
-        with nullcontext() if worker == "gw0" else _unmeasured(session.config):
-            return (yield)
+        return (yield)
     finally:
         gc.freeze()
         gc.enable()
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Let a pause of the measurement stop it in workers, too.
-
-    There pytest-cov starts one as if the process were alone, and then that of a worker, which it stops.
-    """
-    alone = getattr(session.config.pluginmanager.get_plugin("_cov"), "cov_controller", None)
-    if alone is not None and hasattr(session.config, "workerinput"):
-        alone.cov.stop()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
