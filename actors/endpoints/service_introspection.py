@@ -11,19 +11,21 @@ Introspection never harms the call: an event that cannot be published is dropped
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.endpoints.endpoint import Endpoint, Handle
 from actors.endpoints.publisher.publisher import Publisher
 from actors.errors import PublisherFull
+from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import Message
 from actors.qos.profile import qos_from
 from proto import limits
 from proto.wire.names import validate_full_topic_name
 
 if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
-    from actors.interfaces.message import Message
+    from actors.interfaces.codec import Encoded
     from actors.qos.profile import QoSProfile
     from actors.time.clock import Clock
     from proto.wire.frames import Options
@@ -93,7 +95,8 @@ class ServiceEvents:
         contents: Whether events contain requests and responses.
 
     Attributes:
-        lost: Events that could not be published: the topic was full, or the event too large for the broker.
+        lost: Events that could not be published: the topic was full, the event too large for the broker, or
+            an encoded request or response not a message of its type.
 
     Raises:
         InvalidTopicNameError: The service's name leaves no space for the topic's.
@@ -110,28 +113,37 @@ class ServiceEvents:
         self._log = endpoint.context.log
         self._clock = clock
         self._contents = contents
-        self._event_type = service_event(cast("Any", endpoint.srv_type))
+        self._srv_type: Any = endpoint.srv_type
+        self._event_type: type[Any] = service_event(self._srv_type)
         self._publisher = Publisher(endpoint.context, self._event_type, topic, qos)
 
-    def request(self, kind: EventKind, identity: CallIdentity, request: Message) -> None:
+    def request(self, kind: EventKind, identity: CallIdentity, request: Message | Encoded) -> None:
         """Publish that a request was sent or received."""
-        self._publish(kind, identity, [request] if self._contents else [], [])
+        self._publish(kind, identity, "request", self._srv_type.Request, request)
 
-    def response(self, kind: EventKind, identity: CallIdentity, response: Message) -> None:
+    def response(self, kind: EventKind, identity: CallIdentity, response: Message | Encoded) -> None:
         """Publish that a response was sent or received."""
-        self._publish(kind, identity, [], [response] if self._contents else [])
+        self._publish(kind, identity, "response", self._srv_type.Response, response)
 
     def _publish(
-        self, kind: EventKind, identity: CallIdentity, request: list[Message], response: list[Message]
+        self,
+        kind: EventKind,
+        identity: CallIdentity,
+        part: str,
+        part_type: type[Message],
+        content: Message | Encoded,
     ) -> None:
         publisher = self._publisher
         if publisher.destroyed:
             return  # the node stops
-        event = self._event_type(request=request, response=response)
+        event = self._event_type()
         event.info.event_type = kind
         event.info.stamp = self._clock.now().to_msg()
         event.info.client_gid, event.info.sequence_number = identity
         try:
+            if self._contents:
+                message = content if isinstance(content, Message) else codec_for(part_type).decode(content)
+                setattr(event, part, [message])
             publisher.publish(event)
         except (PublisherFull, InvalidMessageError) as error:
             self.lost += 1

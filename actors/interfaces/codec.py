@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from types import GenericAlias
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 import msgspec
 
@@ -34,6 +34,8 @@ from actors.interfaces.values import bytes_of
 if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import TypeAlias
+
+    from typing_extensions import Buffer
 
     from actors.interfaces.fields import FieldType
 
@@ -175,6 +177,47 @@ _ENCODING_ERRORS = (
     NotImplementedError, BufferError,
 )  # fmt: skip
 _DECODING_ERRORS = (msgspec.MsgspecError, ValueError, TypeError, OverflowError, RecursionError)
+
+
+FIXMAP: Final = 0x8
+"""The first four bits of a msgpack map of up to 15 fields."""
+MAPS: Final = (0xDE, 0xDF)
+"""The first byte of a larger one."""
+
+
+def encoded_message(data: Buffer) -> bytes | memoryview:
+    """Return an encoded message: bytes as they are, anything else as a view.
+
+    Args:
+        data: One message as msgpack. Only its first byte is checked.
+
+    Raises:
+        TypeError: It is not bytes.
+        InvalidMessageError: It is no msgpack map.
+    """
+    if not isinstance(data, bytes):
+        try:
+            data = memoryview(data).cast("B")
+        except TypeError:
+            raise TypeError(f"Expected bytes, one message as msgpack, got {type(data).__name__}") from None
+    if not data or not (data[0] >> 4 == FIXMAP or data[0] in MAPS):
+        raise InvalidMessageError("An encoded message begins with a msgpack map")
+    return data
+
+
+class EncodedCodec:
+    """Stands for the codec of messages that are encoded already, and stay so."""
+
+    @staticmethod
+    def encode(data: Buffer) -> bytes:
+        """Return the message as bytes; raises what `encoded_message` does."""
+        return bytes(encoded_message(data))
+
+    @staticmethod
+    def decode_held(data: Encoded, others: int) -> bytes:
+        """Return the message as bytes, whatever it is."""
+        del others
+        return bytes(data)
 
 
 class Codec(Generic[T]):

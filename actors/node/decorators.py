@@ -39,16 +39,9 @@ class Declaring(Protocol):
         """Create a subscription with the method as its callback."""
         ...
 
-    def create_service(
-        self,
-        srv_type: type[ServiceType[Any, Any]],
-        srv_name: str,
-        callback: Callable[..., Any],
-        /,
-        *,
-        concurrent: bool,
-    ) -> object:
-        """Create a service with the method as its callback."""
+    @property
+    def create_service(self) -> Callable[..., object]:
+        """Creates a service with the method as its callback. Its overloads depend on `raw`."""
         ...
 
     def create_timer(self, period_sec: float, callback: Callable[..., Any], /) -> object:
@@ -100,7 +93,7 @@ def subscription(
 
 
 def service(
-    srv_type: type[ServiceType[Any, Any]], srv_name: str, *, concurrent: bool = False
+    srv_type: type[ServiceType[Any, Any]], srv_name: str, *, concurrent: bool = False, raw: bool = False
 ) -> Callable[[F], F]:
     """Make the method the callback of a service.
 
@@ -108,12 +101,15 @@ def service(
         srv_type: A service class.
         srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
         concurrent: Handle requests concurrently with each other and with the node's other callbacks.
+        raw: Give each request as bytes (msgpack), and take the response as bytes.
 
     Returns:
         The decorator; the method stays as it is.
     """
     return _mark(
-        lambda node, callback: node.create_service(srv_type, srv_name, callback, concurrent=concurrent)
+        lambda node, callback: node.create_service(
+            srv_type, srv_name, callback, concurrent=concurrent, raw=raw
+        )
     )
 
 

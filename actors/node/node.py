@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Mapping
     from types import TracebackType
 
+    from typing_extensions import Buffer
+
     from actors.actions.client import ActionClient
     from actors.actions.server import ActionServer
     from actors.diagnostics.records import NodeDiagnostics
@@ -449,6 +451,7 @@ class Node(NodeGraph, NodeParameters):
             strict_qos=strict_qos,
         )
 
+    @overload
     def create_service(
         self,
         srv_type: type[ServiceType[RequestT, ResponseT]],
@@ -456,8 +459,30 @@ class Node(NodeGraph, NodeParameters):
         callback: Callable[[RequestT], ResponseT | Awaitable[ResponseT]]
         | Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
         *,
+        concurrent: bool = ...,
+        raw: Literal[False] = ...,
+    ) -> ServiceServer[RequestT, ResponseT]: ...
+
+    @overload
+    def create_service(
+        self,
+        srv_type: type[ServiceType[Message, Message]],
+        srv_name: str,
+        callback: Callable[[bytes], Buffer | Awaitable[Buffer]],
+        *,
+        concurrent: bool = ...,
+        raw: Literal[True],
+    ) -> ServiceServer[bytes, bytes]: ...
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType[Message, Message]],
+        srv_name: str,
+        callback: Callable[..., Any],
+        *,
         concurrent: bool = False,
-    ) -> ServiceServer[RequestT, ResponseT]:
+        raw: bool = False,
+    ) -> ServiceServer[Any, Any]:
         """Serve requests.
 
         Args:
@@ -466,6 +491,8 @@ class Node(NodeGraph, NodeParameters):
             callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
             concurrent: Handle requests concurrently with each other and with the node's other callbacks; at
                 most 1,000 at a time.
+            raw: Give each request as bytes (msgpack), not decoded, and take the response as bytes: the
+                callback is `(request)`. The type is still declared and compared.
 
         Returns:
             The service.
@@ -473,23 +500,46 @@ class Node(NodeGraph, NodeParameters):
         Raises:
             InvalidServiceNameError: The name breaks the rules.
             TypeError: `srv_type` is no service class.
-            RuntimeError: The callback takes neither one nor two arguments.
+            RuntimeError: The callback takes neither one nor two arguments, or not one and `raw` is set.
             NodeDestroyed: The node has been destroyed.
         """
         request, response = _parts(srv_type)
         name = self._names.resolve_service(srv_name)
         return ServiceServer(
-            self._context, srv_type, request, response, name, callback=callback, concurrent=concurrent
+            self._context,
+            srv_type,
+            request,
+            response,
+            name,
+            callback=callback,
+            concurrent=concurrent,
+            raw=raw,
         )
 
+    @overload
     def create_client(
-        self, srv_type: type[ServiceType[RequestT, ResponseT]], srv_name: str
-    ) -> Client[RequestT, ResponseT]:
+        self,
+        srv_type: type[ServiceType[RequestT, ResponseT]],
+        srv_name: str,
+        *,
+        raw: Literal[False] = ...,
+    ) -> Client[RequestT, ResponseT]: ...
+
+    @overload
+    def create_client(
+        self, srv_type: type[ServiceType[Message, Message]], srv_name: str, *, raw: Literal[True]
+    ) -> Client[bytes, bytes]: ...
+
+    def create_client(
+        self, srv_type: type[ServiceType[Message, Message]], srv_name: str, *, raw: bool = False
+    ) -> Client[Any, Any]:
         """Make a client of a service.
 
         Args:
             srv_type: A service class: generated, or a subclass of `actors.Service`.
             srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
+            raw: Calls take requests as bytes (msgpack), and give responses as bytes that are not decoded. The
+                type is still declared and compared.
 
         Returns:
             The client.
@@ -500,7 +550,8 @@ class Node(NodeGraph, NodeParameters):
             NodeDestroyed: The node has been destroyed.
         """
         request, response = _parts(srv_type)
-        return Client(self._context, srv_type, request, response, self._names.resolve_service(srv_name))
+        name = self._names.resolve_service(srv_name)
+        return Client(self._context, srv_type, request, response, name, raw=raw)
 
     def create_action_server(
         self,

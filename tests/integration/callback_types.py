@@ -64,6 +64,11 @@ def answer_another(request: Trigger.Response) -> Trigger.Response:
     return request
 
 
+def answer_bytes(request: bytes) -> bytes:
+    """Make an encoded response."""
+    return request
+
+
 def use(node: actors.Node) -> actors.Subscription[LaserScan]:
     """Make subscriptions and services."""
     scans: list[LaserScan] = []
@@ -82,4 +87,12 @@ def use(node: actors.Node) -> actors.Subscription[LaserScan]:
     node.create_service(Trigger, "do", lambda request, response: response)
     node.create_service(Trigger, "do", answer_nothing)  # type: ignore[arg-type]
     node.create_service(Trigger, "do", answer_another)  # type: ignore[arg-type]
+    node.create_service(Trigger, "do", answer_bytes, raw=True)
+    node.create_service(Trigger, "do", lambda request: request[1:], raw=True)
+    node.create_service(Trigger, "do", answer_bytes)  # type: ignore[arg-type]
+    node.create_service(Trigger, "do", answer_later, raw=True)  # type: ignore[call-overload]
+    typed: actors.Client[Trigger.Request, Trigger.Response] = node.create_client(Trigger, "do")
+    raw: actors.Client[bytes, bytes] = node.create_client(Trigger, "do", raw=True)
+    typed.call_async(b"")  # type: ignore[arg-type]
+    raw.call_async(Trigger.Request())  # type: ignore[arg-type]
     return node.create_subscription(LaserScan, "scan", lambda scan: scans.extend([scan]))

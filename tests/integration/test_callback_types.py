@@ -39,9 +39,9 @@ def test_pyright_reports_callbacks_that_do_not_fit(tmp_path: Path) -> None:
 
 
 def diagnostics(command: Sequence[str]) -> list[int]:
-    """Run pyright; return the lines of its errors."""
+    """Run pyright; return the lines with errors."""
     done = subprocess.run(
         [sys.executable, *command], capture_output=True, text=True, check=False, timeout=DEADLINE_SEC
     )
     reported = json.loads(done.stdout)["generalDiagnostics"]
-    return [each["range"]["start"]["line"] + 1 for each in reported if each["severity"] == "error"]
+    return sorted({each["range"]["start"]["line"] + 1 for each in reported if each["severity"] == "error"})

@@ -62,7 +62,7 @@ def unsent_publishers(link: Link) -> int:
 def invalid_requests(client: Client[Any, Any], body: bytes = b"\xa1x") -> Iterator[None]:
     """Let a client send requests that no server can decode: the public codec makes none."""
     codec = client._requests
-    client._requests = SimpleNamespace(encode=lambda _: body)  # type: ignore[assignment]
+    client._requests = SimpleNamespace(encode=lambda _: body)
     try:
         yield
     finally:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.callbacks.must_await import must_await
 from actors.endpoints.client.endpoint import ClientEndpoint
 from actors.endpoints.service_introspection import Introspectable
 from actors.errors import ServiceUnavailable, WaitTimeout
-from actors.interfaces.codec import Codec, codec_for
-from actors.interfaces.message import Message
+from actors.interfaces.codec import EncodedCodec, codec_for
 from actors.time.timeout import DEFAULT_TIMEOUT
 
 if TYPE_CHECKING:
@@ -18,12 +17,14 @@ if TYPE_CHECKING:
     from actors.endpoints.context import NodeContext
     from actors.time.timeout import Timeout
 
-Q = TypeVar("Q", bound=Message)
-A = TypeVar("A", bound=Message)
+Q = TypeVar("Q")
+A = TypeVar("A")
 
 
 class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
     """Calls one service. Made by `Node.create_client`.
+
+    With `raw=True`, requests and responses are bytes: messages as msgpack, which nobody encodes or decodes.
 
     Attributes:
         srv_type: The service class.
@@ -32,10 +33,18 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
     """
 
     def __init__(
-        self, context: NodeContext, srv_type: type, request_type: type[Q], response_type: type[A], name: str
+        self,
+        context: NodeContext,
+        srv_type: type,
+        request_type: type[Any],
+        response_type: type[Any],
+        name: str,
+        *,
+        raw: bool = False,
     ) -> None:
-        self._requests: Codec[Q] = codec_for(request_type)
-        super().__init__(ClientEndpoint(context, srv_type, response_type, name))
+        self._requests: Any = EncodedCodec() if raw else codec_for(request_type)
+        replies = EncodedCodec() if raw else codec_for(response_type)
+        super().__init__(ClientEndpoint(context, srv_type, replies, name))
         self.gid = self._endpoint.gid
 
     @property
@@ -110,8 +119,8 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
 
         Raises:
             TypeError: `request` is not of the service's request type; nothing was sent.
-            InvalidMessageError: A field has a wrong type or is out of range, or the request is larger
-                than the broker takes; nothing was sent.
+            InvalidMessageError: A field has a wrong type or is out of range, an encoded request is no msgpack
+                map, or the request is larger than the broker takes; nothing was sent.
             ValueError: `timeout_sec` is negative or not a number; nothing was sent.
             RuntimeError: The node does not run.
             NodeDestroyed: The client or its node has been destroyed, before the call or during it.
@@ -138,8 +147,8 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
 
         Raises:
             TypeError: `request` is not of the service's request type; nothing was sent.
-            InvalidMessageError: A field has a wrong type or is out of range, or the request is larger
-                than the broker takes; nothing was sent.
+            InvalidMessageError: A field has a wrong type or is out of range, an encoded request is no msgpack
+                map, or the request is larger than the broker takes; nothing was sent.
             ValueError: `timeout_sec` is negative or not a number; nothing was sent.
             RuntimeError: The node does not run.
             NodeDestroyed: The client or its node has been destroyed.
@@ -147,7 +156,7 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         endpoint, context = self._endpoint, self._endpoint.context
         if endpoint.destroyed:
             endpoint.require_alive()
-        body = self._requests.encode(request)
+        body: bytes = self._requests.encode(request)
         if len(body) > context.link.largest:
             context.link.require_fits(f"A request of '{self.srv_name}'", len(body))
         limit = context.default_call_timeout_sec  # inline: it is the limit of nearly every call

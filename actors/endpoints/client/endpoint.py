@@ -22,7 +22,6 @@ from actors.errors import (
     ServiceTimeout,
     ServiceUnavailable,
 )
-from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
 from proto import limits
@@ -36,6 +35,7 @@ from proto.wire.frames import ReplyEntry, RequestEntry
 if TYPE_CHECKING:
     from actors.diagnostics.records import ClientDiagnostics
     from actors.endpoints.context import NodeContext
+    from actors.interfaces.codec import Codec, EncodedCodec
 
 MAX_PENDING: Final = 200_000
 """Calls of one client without an answer; one more fails as ServiceOverloaded."""
@@ -101,8 +101,10 @@ class ClientEndpoint(IntrospectedEndpoint):
 
     kind: ClassVar = "client"
 
-    def __init__(self, context: NodeContext, srv_type: type, response_type: type[Any], name: str) -> None:
-        self._replies = codec_for(response_type)
+    def __init__(
+        self, context: NodeContext, srv_type: type, replies: Codec[Any] | EncodedCodec, name: str
+    ) -> None:
+        self._replies = replies
         super().__init__(context, srv_type, name)
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.pending: dict[int, CallFuture] = {}
@@ -110,7 +112,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._deadlines = Deadlines(self._expired)
         self._last_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
-        self._early: dict[int, tuple[Message, bytes, float]] = {}
+        self._early: dict[int, tuple[object, bytes, float]] = {}
         """Calls that wait for the node's first session: request, its encoding, deadline in loop time."""
         self._refused = RefusedCalls(
             context.link,
@@ -120,8 +122,8 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._cancelled: list[int] = []
         context.link.add(self)
 
-    def call(self, request: Message, body: bytes, limit: float) -> CallFuture:
-        """Send an encoded request; return the future of the reply, due within `limit` seconds."""
+    def call(self, request: object, body: bytes, limit: float) -> CallFuture:
+        """Send a request, encoded as `body`; return the future of the reply, due within `limit` seconds."""
         context, pending = self.context, self.pending
         loop = context.require_loop()
         call = self._last_call = self._last_call + 1
@@ -152,12 +154,13 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._send(future, call, request, body, limit)
         return future
 
-    def _send(self, future: CallFuture, call: int, request: Message, body: bytes, limit: float) -> None:
+    def _send(self, future: CallFuture, call: int, request: object, body: bytes, limit: float) -> None:
         attributes = None
         if self.service_events is not None:
             identity = CallIdentity(self.gid, call)
             attributes = identity.attributes()  # the server publishes its events of the same call under them
-            self.service_events.request(EventKind.REQUEST_SENT, identity, request)
+            sent = request if isinstance(request, Message) else body
+            self.service_events.request(EventKind.REQUEST_SENT, identity, sent)
         entry = future.request = RequestEntry(call, remaining_ms(limit), attributes, body)
         if self._refused and is_large(body):  # after those that wait, to keep the order
             if not self._refused.add(entry):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from actors.endpoints.context import in_flight, time_limit
 from actors.endpoints.endpoint import Handle
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.errors import PublisherRefused, WaitTimeout
-from actors.interfaces.codec import Codec, codec_for
-from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.codec import Codec, codec_for, encoded_message
 from actors.interfaces.message import Message
 from actors.time.timeout import DEFAULT_TIMEOUT
 from proto.queues.batches import MAX_HEAD_BYTES
@@ -24,11 +23,6 @@ if TYPE_CHECKING:
     from actors.time.timeout import Timeout
 
 T = TypeVar("T", bound=Message)
-
-FIXMAP: Final = 0x8
-"""The first four bits of a msgpack map of up to 15 fields."""
-MAPS: Final = (0xDE, 0xDF)
-"""The first byte of a larger one."""
 
 
 class Publisher(Handle[PublisherEndpoint], Generic[T]):
@@ -161,15 +155,12 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
             InvalidMessageError: It is no msgpack map, or larger than the broker takes; nothing was sent.
             PublisherFull, NodeDestroyed: As for `publish`.
         """
-        if not isinstance(data, bytes):
-            data = memoryview(data).cast("B")
-        if not data or not (data[0] >> 4 == FIXMAP or data[0] in MAPS):
-            raise InvalidMessageError("An encoded message begins with a msgpack map")
+        message = encoded_message(data)
         endpoint = self._endpoint
         if endpoint.space <= 0:
             endpoint.require_space()
         endpoint.space -= 1
-        endpoint.collect_encoded(data)
+        endpoint.collect_encoded(message)
 
     def assert_liveliness(self) -> None:
         """Assert that this publisher is alive, although it publishes nothing, so that its lease begins again.

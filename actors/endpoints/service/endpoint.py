@@ -14,9 +14,9 @@ from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
-from actors.interfaces.codec import codec_for
+from actors.interfaces.codec import EncodedCodec, codec_for
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
-from actors.interfaces.message import Message, declared_type, definition, type_name
+from actors.interfaces.message import declared_type, definition, type_name
 from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.codes import Status
@@ -81,11 +81,16 @@ class ServiceEndpoint(DeclaredService):
         callback: Callable[..., Any],
         concurrent: bool,
         replaced: DeclaredService | None = None,
+        raw: bool = False,
     ) -> None:
-        self._requests = codec_for(request_type)
-        self.replies = Replies(self, context.link, response_type, name)
+        self._requests = EncodedCodec() if raw else codec_for(request_type)
+        replies = EncodedCodec() if raw else codec_for(response_type)
+        self.replies = Replies(self, context.link, replies, name)
         self._response_type = response_type
-        self._with_response = replaced is None and takes(callback, (1, 2), "service") == 2
+        self._result_type = bytes if raw else response_type
+        # A response of bytes cannot be filled in.
+        arguments = (1,) if raw else (1, 2)
+        self._with_response = replaced is None and takes(callback, arguments, "service") == 2
         super().__init__(context, srv_type, name)
         self.posted = False
         self.calls = 0
@@ -168,7 +173,7 @@ class ServiceEndpoint(DeclaredService):
             self._raised(call, error)
             return None
         # Nearly every plain handler returns a response: whether that may be awaited need not be asked.
-        if type(result) is self._response_type:
+        if type(result) is self._result_type:
             self._reply(call, result, entry.attributes)
             return None
         # Without a task: it need not be run, and there may be thousands of requests a second.
@@ -227,7 +232,7 @@ class ServiceEndpoint(DeclaredService):
             return
         if self.service_events is not None:
             identity = CallIdentity.of(attributes, call)
-            self.service_events.response(EventKind.RESPONSE_SENT, identity, cast("Message", response))
+            self.service_events.response(EventKind.RESPONSE_SENT, identity, cast("Any", response))
 
     def _abandon(self) -> None:
         """Cancel all handlers: no caller waits for these replies any more."""

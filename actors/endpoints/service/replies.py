@@ -8,7 +8,6 @@ import msgpack
 
 from actors.endpoints.entries import EntryBatch
 from actors.errors import error_text
-from actors.interfaces.codec import codec_for
 from proto import limits
 from proto.wire import frames
 from proto.wire.codec import encode
@@ -17,6 +16,7 @@ from proto.wire.frames import ReplyEntry
 
 if TYPE_CHECKING:
     from actors.endpoints.endpoint import Endpoint
+    from actors.interfaces.codec import Codec, EncodedCodec
     from actors.session.link import Link
 
 
@@ -26,7 +26,7 @@ class Replies:
     Args:
         endpoint: The service's.
         link: The node's.
-        response_type: The class of its responses.
+        codec: Encodes its responses.
         name: The service's, for messages.
 
     Attributes:
@@ -36,11 +36,11 @@ class Replies:
 
     __slots__ = ("_codec", "_endpoint", "_link", "_name", "_outgoing", "errors", "sent")
 
-    def __init__(self, endpoint: Endpoint, link: Link, response_type: type[Any], name: str) -> None:
+    def __init__(self, endpoint: Endpoint, link: Link, codec: Codec[Any] | EncodedCodec, name: str) -> None:
         self.sent = self.errors = 0
         self._endpoint = endpoint
         self._link = link
-        self._codec = codec_for(response_type)
+        self._codec = codec
         self._name = name
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
 

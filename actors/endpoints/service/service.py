@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.service_introspection import Introspectable
-from actors.interfaces.message import Message
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
 
-Q = TypeVar("Q", bound=Message)
-A = TypeVar("A", bound=Message)
+Q = TypeVar("Q")
+A = TypeVar("A")
 
 
 class ServiceServer(Introspectable[ServiceEndpoint], Generic[Q, A]):
@@ -22,7 +21,7 @@ class ServiceServer(Introspectable[ServiceEndpoint], Generic[Q, A]):
 
     The callback is `(request, response) -> response` or `(request) -> response`, `def` or `async def`. An
     exception that it raises reaches the caller as RemoteError and is logged here. A handler whose caller has
-    given up is cancelled.
+    given up is cancelled. With `raw=True` it is `(request) -> response`, both bytes: messages as msgpack.
 
     Attributes:
         srv_type: The service class.
@@ -33,18 +32,20 @@ class ServiceServer(Introspectable[ServiceEndpoint], Generic[Q, A]):
         self,
         context: NodeContext,
         srv_type: type,
-        request_type: type[Q],
-        response_type: type[A],
+        request_type: type[Any],
+        response_type: type[Any],
         name: str,
         *,
         callback: Callable[..., Any],
         concurrent: bool,
+        raw: bool = False,
     ) -> None:
         super().__init__(
             ServiceEndpoint(
-                context, srv_type, request_type, response_type, name, callback=callback, concurrent=concurrent
+                context, srv_type, request_type, response_type, name, callback=callback,
+                concurrent=concurrent, raw=raw,
             )
-        )
+        )  # fmt: skip
 
     @property
     def pending(self) -> int:
