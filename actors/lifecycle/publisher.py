@@ -73,16 +73,18 @@ class LifecyclePublisher(Publisher[T]):
             # Counted: nothing is lost in silence.
             self.suppressed += 1
 
-    def publish_encoded(self, data: Buffer) -> None:
+    def publish_encoded(self, data: Buffer, *, source_timestamp_ns: int | None = None) -> None:
         """Send an encoded message as `Publisher.publish_encoded` does; while not active, only count it.
 
         Args:
             data: One message as msgpack.
+            source_timestamp_ns: As for `Publisher.publish_encoded`.
 
         Raises:
-            TypeError, InvalidMessageError, PublisherFull, NodeDestroyed: As `Publisher.publish_encoded`.
+            TypeError, ValueError, InvalidMessageError, PublisherFull, NodeDestroyed: As
+                `Publisher.publish_encoded`.
         """
         if self._activation.active:
-            super().publish_encoded(data)
+            super().publish_encoded(data, source_timestamp_ns=source_timestamp_ns)
         else:
             self.suppressed += 1

@@ -88,6 +88,8 @@ class PublisherEndpoint(Endpoint):
         self._batch = BatchBuilder(0)
         self._batch_bytes = limits.BATCH_FLUSH_BYTES
         """Larger messages do not go into a batch of bytes, or only if there is no shared memory left."""
+        self._stamp_ns: int | None = None
+        """The stamp of the messages in the batch; None for the time when it is sent."""
         latched = resolved.durability == DurabilityPolicy.TRANSIENT_LOCAL
         self._keep = (LATCHED_MESSAGES if keep_all else depth) if latched else 0
         self._retained: Retained | None = None
@@ -120,6 +122,12 @@ class PublisherEndpoint(Endpoint):
         `publish` counts `space` down instead of asking the queue for each message. Whatever may leave less
         space than that sets it to 0, so that the next message asks again.
         """
+        if self._stamp_ns is not None:
+            self.flush_turn()
+            self._stamp_ns = None
+        self._check_space()
+
+    def _check_space(self) -> None:
         self.require_alive()
         self.space = queue_limits.left(self.queue, self.queued)
         if not self.space:
@@ -150,6 +158,19 @@ class PublisherEndpoint(Endpoint):
             self.collect_large(data, 0)
         else:
             self.collect(bytes(data))
+
+    def collect_stamped(self, data: bytes | memoryview, stamp_ns: int) -> None:
+        """Send a message with a stamp of its own, in one batch with those before it that have the same.
+
+        Raises:
+            PublisherFull: As for `require_space`, which need not be called before.
+        """
+        if stamp_ns != self._stamp_ns:
+            self.flush_turn()
+            self._stamp_ns = stamp_ns
+        self._check_space()
+        self.collect_encoded(data)
+        self.space = 0  # so that the next message without a stamp asks for space, which ends this batch
 
     def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
         """Send a large message, or one that follows a large one.
@@ -188,7 +209,7 @@ class PublisherEndpoint(Endpoint):
         elif self.large:
             self.flush_turn()
             room = buffer if isinstance(buffer, bytearray) and start else bytearray(MAX_HEAD_BYTES) + message
-            self._put(batch.single(room, queue.publisher, time.time_ns()))
+            self._put(batch.single(room, queue.publisher, self._batch_stamp()))
         elif batch.add(bytes(message)):
             self.flush_turn()
         else:
@@ -199,7 +220,10 @@ class PublisherEndpoint(Endpoint):
     def flush_turn(self) -> None:
         """Put the batch of this loop turn into the publisher queue. Called by the link."""
         if self._batch.length:
-            self._put(self._batch.build(self.queue.publisher, time.time_ns()))
+            self._put(self._batch.build(self.queue.publisher, self._batch_stamp()))
+
+    def _batch_stamp(self) -> int:
+        return time.time_ns() if self._stamp_ns is None else self._stamp_ns
 
     def _put(self, batch: frames.Batch) -> None:
         if self._keep:  # for a broker that restarts, whatever the queue drops

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Generic, TypeVar
+from operator import index
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from actors.endpoints.context import in_flight, time_limit
 from actors.endpoints.endpoint import Handle
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from actors.time.timeout import Timeout
 
 T = TypeVar("T", bound=Message)
+
+MAX_STAMP_NS: Final = 2**63 - 1
+"""The latest timestamp of a message: in 2262, as in ROS 2, whose clocks count in signed 64 bits."""
 
 
 class Publisher(Handle[PublisherEndpoint], Generic[T]):
@@ -141,22 +145,33 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
         else:
             endpoint.collect(self._codec.encode(msg))
 
-    def publish_encoded(self, data: Buffer) -> None:
+    def publish_encoded(self, data: Buffer, *, source_timestamp_ns: int | None = None) -> None:
         """Send a message that is already encoded, as `publish` does, without decoding it.
 
         For recorders and bridges, which have received the bytes from a subscription with `raw=True`. Bytes
         that are not a message of this publisher's type are dropped by subscriptions, as `undecodable`.
 
+        A message that keeps the time when it was first published gets older on its way: its lifespan is
+        counted from then, by readers and for latched messages, and so are the delays that tools show.
+        Deadlines and leases ask when messages are sent and received. Messages with different times travel in
+        frames of their own, which costs more than one frame for all messages of a turn of the loop.
+
         Args:
             data: One message as msgpack: a map. It is copied.
+            source_timestamp_ns: When it was published, in ns since the epoch, from 0 to 2**63 - 1:
+                `MessageInfo.source_timestamp` of its receivers. None is the time of sending.
 
         Raises:
-            TypeError: `data` is not bytes.
+            TypeError: `data` is not bytes, or the timestamp not an int.
+            ValueError: The timestamp is out of range; nothing was sent.
             InvalidMessageError: It is no msgpack map, or larger than the broker takes; nothing was sent.
             PublisherFull, NodeDestroyed: As for `publish`.
         """
         message = encoded_message(data)
         endpoint = self._endpoint
+        if source_timestamp_ns is not None:
+            endpoint.collect_stamped(message, _checked_stamp(source_timestamp_ns))
+            return
         if endpoint.space <= 0:
             endpoint.require_space()
         endpoint.space -= 1
@@ -248,3 +263,11 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
     def destroy(self) -> None:
         """Take the publisher out of service, after everything it has published has been sent."""
         self._endpoint.destroy()
+
+
+def _checked_stamp(stamp_ns: int) -> int:
+    """Return a timestamp; raise TypeError or ValueError if it is none."""
+    number = index(stamp_ns)
+    if not 0 <= number <= MAX_STAMP_NS:
+        raise ValueError(f"source_timestamp_ns must be from 0 to 2**63 - 1, not {number}")
+    return number

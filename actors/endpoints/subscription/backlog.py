@@ -25,7 +25,8 @@ class MessageInfo(NamedTuple):
     """What a callback gets as its second argument."""
 
     source_timestamp: int
-    """When its batch was sent, in ns since the epoch, by the publisher's clock."""
+    """When its batch was sent, in ns since the epoch, by the publisher's clock; or what `publish_encoded` was
+    given."""
     received_timestamp: int
     """When it was received, in ns since the epoch."""
     publication_sequence_number: int

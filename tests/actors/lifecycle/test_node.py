@@ -235,7 +235,7 @@ async def test_encoded_messages_are_suppressed_too(managed: Managed) -> None:
     publisher, encoded = managed.publisher, b"\x81\xa4data\xa1x"
 
     def publish() -> tuple[int, int]:
-        publisher.publish_encoded(encoded)
+        publisher.publish_encoded(encoded, source_timestamp_ns=1)
         publisher.publish(encoded)
         return publisher.published, publisher.suppressed
 
