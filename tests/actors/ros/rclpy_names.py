@@ -12,6 +12,7 @@ fail are those of `tests/upstream/rclpy_listed.py`.
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Final, cast
 
@@ -50,6 +51,7 @@ Of the tests of rclpy 8.0 that pass on rclpy 9.1.2, callboard passes those that 
 """
 
 
+@cache
 def table() -> dict[str, dict[str, dict[str, str]]]:
     """Return by module and status the names, each with what differs, or why."""
     document = cast("dict[str, dict[str, list[str] | dict[str, str]]]", load_yaml(TABLE.read_bytes()))
