@@ -22,6 +22,9 @@ MAX_FUNCTION_LINES: Final = 50
 MAX_METHODS: Final = 25
 """Names, so that a property's getter and setter count once."""
 
+BLOCKS: Final = ("body", "orelse", "finalbody", "handlers", "cases")
+"""Fields of nodes that are lists of statements, handlers or cases."""
+
 EXCEPTIONS: Final[dict[str, str]] = {
     "actors.callbacks.mailbox.Mailbox": "one state machine: who holds the node's callbacks, and who is next",
     "actors.launch.engine.machine.Machine": "one state machine with a method for each event and its effects",
@@ -54,7 +57,7 @@ def too_large(name: str, source: str) -> Iterator[tuple[str, str]]:
 
 
 def _too_large_in(parent: ast.AST, prefix: str, counted: list[int]) -> Iterator[tuple[str, str]]:
-    for child in ast.iter_child_nodes(parent):
+    for child in _blocks(parent):
         name = prefix
         if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
             name = f"{prefix}.{child.name}"
@@ -73,10 +76,19 @@ def _too_large_in(parent: ast.AST, prefix: str, counted: list[int]) -> Iterator[
         yield from _too_large_in(child, name, counted)
 
 
+def _blocks(parent: ast.AST) -> Iterator[ast.AST]:
+    """Return statements, handlers and cases of a node: no function or class is in an expression."""
+    for name in BLOCKS:
+        yield from getattr(parent, name, ())
+
+
 def _counted_lines(tree: ast.Module, source: str) -> Iterator[int]:
     """Return the numbers of all lines but those of docstrings, of attributes too, and of comments."""
     docstrings: set[int] = set()
-    for node in ast.walk(tree):
+    left: list[ast.AST] = [tree]
+    while left:
+        node = left.pop()
+        left += _blocks(node)
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             assert node.end_lineno is not None
             docstrings.update(range(node.lineno, node.end_lineno + 1))
