@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class DeclareLaunchArgument(Action):
+class DeclareLaunchArgument(Action, element="arg"):
     """An argument of the launch file, given as `name:=value`."""
 
     name: str = field(metadata=option("The name of the argument."))
@@ -35,7 +35,7 @@ class DeclareLaunchArgument(Action):
 
 
 @dataclass(frozen=True)
-class LogInfo(Action):
+class LogInfo(Action, element="log log_info"):
     """Show a message."""
 
     _: KW_ONLY
@@ -43,7 +43,7 @@ class LogInfo(Action):
 
 
 @dataclass(frozen=True)
-class GroupAction(Action):
+class GroupAction(Action, element="group"):
     """Carry out actions in a scope of their own: what they push, set and declare applies to them only."""
 
     actions: Sequence[Action] = field(metadata=option("The actions.", keys="children actions"))
@@ -63,7 +63,7 @@ class GroupAction(Action):
 
 
 @dataclass(frozen=True)
-class PushNamespace(Setting):
+class PushNamespace(Setting, element="push_ros_namespace push-ros-namespace push_namespace"):
     """Put nodes into this namespace, within the one that has been pushed before.
 
     Applies from here to the end of the group or file.
@@ -76,7 +76,7 @@ PushRosNamespace = PushNamespace
 
 
 @dataclass(frozen=True)
-class SetLaunchConfiguration(Setting):
+class SetLaunchConfiguration(Setting, element="let"):
     """Set the value of `LaunchConfiguration(name)`.
 
     Applies from here to the end of the group or file.
@@ -87,7 +87,7 @@ class SetLaunchConfiguration(Setting):
 
 
 @dataclass(frozen=True)
-class SetEnvironmentVariable(Setting):
+class SetEnvironmentVariable(Setting, element="set_env"):
     """Set an environment variable for programs.
 
     Applies from here to the end of the group or file.
@@ -98,7 +98,7 @@ class SetEnvironmentVariable(Setting):
 
 
 @dataclass(frozen=True)
-class UnsetEnvironmentVariable(Setting):
+class UnsetEnvironmentVariable(Setting, element="unset_env"):
     """Remove an environment variable for programs.
 
     Applies from here to the end of the group or file.
@@ -108,7 +108,7 @@ class UnsetEnvironmentVariable(Setting):
 
 
 @dataclass(frozen=True)
-class AppendEnvironmentVariable(Setting):
+class AppendEnvironmentVariable(Setting, element="append_env"):
     """Add to an environment variable for programs.
 
     Applies from here to the end of the group or file.
@@ -122,7 +122,7 @@ class AppendEnvironmentVariable(Setting):
 
 
 @dataclass(frozen=True)
-class SetParameter(Setting):
+class SetParameter(Setting, element="set_parameter"):
     """Set a parameter of nodes that do not set it themselves.
 
     Applies from here to the end of the group or file.
@@ -133,7 +133,7 @@ class SetParameter(Setting):
 
 
 @dataclass(frozen=True)
-class SetRemap(Setting):
+class SetRemap(Setting, element="set_remap"):
     """Make nodes use another name.
 
     Of two rules that match the first one counts, and a node's own rules come later, as in ROS 2.
@@ -154,7 +154,7 @@ class PopLaunchConfigurations(Setting):
 
 
 @dataclass(frozen=True)
-class ResetLaunchConfigurations(Setting):
+class ResetLaunchConfigurations(Setting, element="reset"):
     """Forget all arguments, except for these, and the namespace, parameters and remappings."""
 
     launch_configurations: Mapping[str, Text] = field(
@@ -188,12 +188,12 @@ class PopEnvironment(Setting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResetEnvironment(Setting):
+class ResetEnvironment(Setting, element="reset_env"):
     """Give programs the environment that they had at the beginning of the launch."""
 
 
 @dataclass(frozen=True)
-class SetParametersFromFile(Setting):
+class SetParametersFromFile(Setting, element="set_parameters_from_file"):
     """Set the parameters of a YAML file for nodes; `SetParameter` and a node's own have precedence.
 
     Applies from here to the end of the group or file.
@@ -205,7 +205,7 @@ class SetParametersFromFile(Setting):
 
 
 @dataclass(frozen=True)
-class IncludeLaunchDescription(Action):
+class IncludeLaunchDescription(Action, element="include"):
     """Carry out another launch file in a scope of its own.
 
     It sees the arguments and variables that are set here.
@@ -228,7 +228,7 @@ class IncludeLaunchDescription(Action):
 
 
 @dataclass(frozen=True)
-class TimerAction(Action):
+class TimerAction(Action, element="timer"):
     """Carry out actions later."""
 
     _: KW_ONLY
@@ -246,7 +246,7 @@ class TimerAction(Action):
 
 
 @dataclass(frozen=True)
-class Shutdown(Action):
+class Shutdown(Action, element="shutdown"):
     """End the launch."""
 
     _: KW_ONLY

@@ -40,21 +40,21 @@ class ProcessHandler(EventHandler):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnProcessStart(ProcessHandler):
+class OnProcessStart(ProcessHandler, element="on_process_start"):
     """React to the start of a process."""
 
     on_start: Reaction = field(metadata=option("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnProcessExit(ProcessHandler):
+class OnProcessExit(ProcessHandler, element="on_process_exit"):
     """React to the end of a process, whatever its exit code."""
 
     on_exit: Reaction = field(metadata=option("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnProcessIO(ProcessHandler):
+class OnProcessIO(ProcessHandler, element="on_process_io"):
     """React to lines that a process has written. A function gets them as `event.text`."""
 
     on_output: Reaction | None = field(
@@ -69,7 +69,7 @@ class OnProcessIO(ProcessHandler):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnStateTransition(EventHandler):
+class OnStateTransition(EventHandler, element="on_state_transition"):
     """React to a step of a lifecycle node's transition.
 
     It reacts if all given conditions hold. A function can read `transition`, `start_state` and `goal_state`
@@ -97,14 +97,14 @@ class OnStateTransition(EventHandler):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnShutdown(EventHandler):
+class OnShutdown(EventHandler, element="on_shutdown"):
     """React to the end of the launch. No process is started after it."""
 
     on_shutdown: Reaction = field(metadata=option("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnNodeUp(EventHandler):
+class OnNodeUp(EventHandler, element="on_node_up"):
     """React to a node in the graph: at once if it is there already."""
 
     node: Text | Node = field(
@@ -116,7 +116,7 @@ class OnNodeUp(EventHandler):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnServiceAvailable(EventHandler):
+class OnServiceAvailable(EventHandler, element="on_service_available"):
     """React to the first server of a service: at once if it has one already."""
 
     service: Text = field(metadata=option("The name of the service, relative to the current namespace."))
@@ -124,7 +124,7 @@ class OnServiceAvailable(EventHandler):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OnTopicPublished(EventHandler):
+class OnTopicPublished(EventHandler, element="on_topic_published"):
     """React to the first publisher of a topic: at once if it has one already."""
 
     topic: Text = field(metadata=option("The name of the topic, relative to the current namespace."))

@@ -22,7 +22,7 @@ TRANSITION_TIMEOUT_SEC: Final = 60.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class LifecycleNode(Node):
+class LifecycleNode(Node, element="lifecycle_node"):
     """A program with a lifecycle node in it: its transitions can be requested, and cause events."""
 
     name: Text = field(metadata=option("The node's name."))
@@ -98,7 +98,7 @@ class ChangeState(Entity):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LifecycleTransition(Action):
+class LifecycleTransition(Action, element="lifecycle_transition"):
     """Request transitions of lifecycle nodes one after the other, as far as they succeed."""
 
     lifecycle_node_names: Sequence[Text] = field(

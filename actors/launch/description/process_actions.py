@@ -163,7 +163,7 @@ class ProcessAction(Action):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Node(ProcessAction):
+class Node(ProcessAction, element="node"):
     """A program with a node in it: of an installed package, a Python file, or a class."""
 
     package: Text | None = field(
@@ -223,7 +223,7 @@ class Node(ProcessAction):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExecuteProcess(ProcessAction):
+class ExecuteProcess(ProcessAction, element="executable execute_process"):
     """Any program."""
 
     cmd: Sequence[Text] = field(metadata=option("The program and its arguments."))

@@ -21,6 +21,9 @@ MAX_DEPTH: Final = 50
 MAX_SHOWN: Final = 100
 """Characters of a wrong value in an error."""
 
+ELEMENT_CLASSES: Final[dict[tuple[str, ...], type]] = {}
+"""The actions and event handlers of launch documents, by their names, the preferred one first."""
+
 
 class Entity:
     """An entity of a description, which is a dataclass: an action, event handler, substitution or condition.
@@ -33,9 +36,15 @@ class Entity:
     kind: ClassVar[str]
     describe_location: Callable[[], str] | None = None
 
-    def __init_subclass__(cls) -> None:
-        """Add the options of a class to its docstring."""
+    def __init_subclass__(cls, *, element: str = "") -> None:
+        """Add the options of a class to its docstring, and the class to the elements of launch documents.
+
+        Args:
+            element: Its names there, the preferred one first, separated by spaces; empty: only Python has it.
+        """
         document_options(cls)
+        if element:
+            ELEMENT_CLASSES[tuple(element.split())] = cls
 
     def __post_init__(self) -> None:
         """Check the arguments. None for one that has a default is the default, as in ROS 2's launch files.

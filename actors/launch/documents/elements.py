@@ -1,8 +1,8 @@
 """Elements of launch documents: actions and event handlers, with their options as keys.
 
-Keys, their kinds and their help follow from the options of the classes in `description/`, and the schema
-follows from the keys, so that the reader, editors and Python accept the same. Only the differences between
-documents and Python are written down here.
+The names of elements are those of the classes in `description/`. Keys, their kinds and their help follow from
+the options of these classes, and the schema follows from the keys, so that the reader, editors and Python
+accept the same. Only the differences between documents and Python are written down here.
 """
 
 from __future__ import annotations
@@ -13,39 +13,17 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from actors.launch.description.action import EventHandler
 from actors.launch.description.actions import (
     COMPONENTS,
-    AppendEnvironmentVariable,
     DeclareLaunchArgument,
     GroupAction,
-    IncludeLaunchDescription,
-    LogInfo,
-    PushNamespace,
     RegisterEventHandler,
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetEnvironmentVariable,
-    SetLaunchConfiguration,
-    SetParameter,
-    SetParametersFromFile,
-    SetRemap,
     Shutdown,
-    TimerAction,
-    UnsetEnvironmentVariable,
     UnsupportedAction,
 )
 from actors.launch.description.conditions import IfCondition, UnlessCondition
-from actors.launch.description.event_handlers import (
-    OnNodeUp,
-    OnProcessExit,
-    OnProcessIO,
-    OnProcessStart,
-    OnServiceAvailable,
-    OnShutdown,
-    OnStateTransition,
-    OnTopicPublished,
-)
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.options import options_of
 from actors.launch.description.process_actions import ExecuteProcess, Node
+from actors.launch.description.validation import ELEMENT_CLASSES
 from actors.launch.documents.kinds import (
     FLAG,
     NUMBER,
@@ -61,7 +39,7 @@ from actors.launch.documents.kinds import (
     Pairs,
     Schema,
     Texts,
-    read_list,
+    read_each,
     read_mapping,
 )
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
@@ -80,9 +58,7 @@ class Elements(Kind):
     """A list of elements, each a mapping of one name to its value."""
 
     def read(self, value: object, location: Location) -> tuple[Action, ...]:
-        return tuple(
-            _read_element(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
-        )
+        return read_each(value, location, _read_element)
 
     def schema(self) -> Schema:
         return {"$ref": "#/definitions/elements"}
@@ -161,6 +137,8 @@ _CONDITIONS: Final = (
     Key(("unless",), FLAG, "Only if this is false.", "condition"),
 )
 _CONDITION_NAMES: Final = tuple(name for key in _CONDITIONS for name in key.names)
+_PROGRAMS: Final = (("package", "executable"), ("executable",), ("script",), ("node",))
+"""What a node runs."""
 _ROS_PARAMETERS: Final = Key(("param",), RosParametersKind(), "Parameters as ROS 2 lists them.", "parameters")
 
 
@@ -171,14 +149,20 @@ class Element:
     Attributes:
         names: The name, and its aliases.
         cls: The class of the action or event handler.
-        alternatives: Sets of options of which exactly one must be given, completely; empty: no such rule.
-        listed: The key that gets the value if that is a list; empty: it cannot be a list.
     """
 
     names: tuple[str, ...]
-    cls: type[Action | EventHandler]
-    alternatives: tuple[tuple[str, ...], ...] = ()
-    listed: str = ""
+    cls: type[Any]
+
+    @property
+    def alternatives(self) -> tuple[tuple[str, ...], ...]:
+        """Sets of options of which exactly one must be given, completely; empty: no such rule."""
+        return _PROGRAMS if issubclass(self.cls, Node) else ()
+
+    @property
+    def listed(self) -> str:
+        """The key that gets the value if that is a list; empty: it cannot be a list."""
+        return "children" if self.cls is GroupAction else ""
 
     @property
     def about(self) -> str:
@@ -228,12 +212,11 @@ class Element:
 
     def _action(self, values: dict[str, Any], location: Location) -> Action:
         condition = {"condition": values.pop("condition")} if "condition" in values else {}
-        cls: Any = self.cls
         # A condition belongs to an action; an event handler becomes one when it is registered.
         if issubclass(self.cls, EventHandler):
-            action: Action = RegisterEventHandler(cls(**values), **condition)
+            action: Action = RegisterEventHandler(self.cls(**values), **condition)
         else:
-            action = cls(**values, **condition)
+            action = self.cls(**values, **condition)
         # Errors that are found when the action is planned can name its line then. It is frozen otherwise.
         object.__setattr__(action, "describe_location", location.describe)
         return action
@@ -311,49 +294,7 @@ def _condition(word: str, value: Any) -> IfCondition | UnlessCondition:
     return IfCondition(predicate) if word == "if" else UnlessCondition(predicate)
 
 
-def _element(
-    names: str,
-    cls: type[Action | EventHandler],
-    *,
-    alternatives: tuple[tuple[str, ...], ...] = (),
-    listed: str = "",
-) -> Element:
-    return Element(tuple(names.split()), cls, alternatives, listed)
-
-
-_PROGRAMS: Final = (("package", "executable"), ("executable",), ("script",), ("node",))
-"""What a node runs."""
-
-ELEMENTS: Final = (
-    _element("arg", DeclareLaunchArgument),
-    _element("node", Node, alternatives=_PROGRAMS),
-    _element("lifecycle_node", LifecycleNode, alternatives=_PROGRAMS),
-    _element("lifecycle_transition", LifecycleTransition),
-    _element("executable execute_process", ExecuteProcess),
-    _element("group", GroupAction, listed="children"),
-    _element("include", IncludeLaunchDescription),
-    _element("push_ros_namespace push-ros-namespace push_namespace", PushNamespace),
-    _element("set_env", SetEnvironmentVariable),
-    _element("unset_env", UnsetEnvironmentVariable),
-    _element("append_env", AppendEnvironmentVariable),
-    _element("let", SetLaunchConfiguration),
-    _element("set_parameter", SetParameter),
-    _element("set_parameters_from_file", SetParametersFromFile),
-    _element("reset", ResetLaunchConfigurations),
-    _element("reset_env", ResetEnvironment),
-    _element("set_remap", SetRemap),
-    _element("log log_info", LogInfo),
-    _element("timer", TimerAction),
-    _element("shutdown", Shutdown),
-    _element("on_process_start", OnProcessStart),
-    _element("on_process_exit", OnProcessExit),
-    _element("on_process_io", OnProcessIO),
-    _element("on_state_transition", OnStateTransition),
-    _element("on_shutdown", OnShutdown),
-    _element("on_node_up", OnNodeUp),
-    _element("on_service_available", OnServiceAvailable),
-    _element("on_topic_published", OnTopicPublished),
-)
+ELEMENTS: Final = tuple(Element(names, cls) for names, cls in ELEMENT_CLASSES.items())
 BY_NAME: Final = {name: element for element in ELEMENTS for name in element.names}
 UNSUPPORTED: Final = {"node_container": COMPONENTS, "load_composable_node": COMPONENTS}
 """Elements of ROS 2 that callboard does not have, and what to do instead."""

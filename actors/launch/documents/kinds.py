@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar, cast
 
 from actors.launch.description.templates import template, words
 from actors.launch.documents.numbers import WrittenFloat, WrittenInt
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from actors.launch.description.substitutions import Text
     from actors.launch.documents.errors import Location
 
+T = TypeVar("T")
 Schema: TypeAlias = dict[str, Any]
 
 SCALAR: Final[Schema] = {"type": ["string", "number", "boolean"]}
@@ -127,9 +128,7 @@ class Texts(Kind):
 
     def read(self, value: object, location: Location) -> tuple[Text, ...]:
         if isinstance(value, list):
-            found = tuple(
-                read_text(each, location.inner(at)) for at, each in enumerate(cast("list[object]", value))
-            )
+            found = read_each(cast("object", value), location, read_text)
         elif self.split:  # before substitutions are evaluated: a path with spaces stays one word
             found = _words(read_plain(value, location), location)
         elif self.least and isinstance(value, str) and not value.strip():
@@ -153,9 +152,7 @@ class Choices(Kind):
     """A list of plain strings, or ROS 2's list of `value: STRING`."""
 
     def read(self, value: object, location: Location) -> tuple[str, ...]:
-        return tuple(
-            self._choice(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
-        )
+        return read_each(value, location, self._choice)
 
     def _choice(self, value: object, location: Location) -> str:
         if not isinstance(value, dict):
@@ -183,8 +180,7 @@ class Pairs(Kind):
 
     def read(self, value: object, location: Location) -> Any:
         if not isinstance(value, dict):
-            listed = read_list(value, location)
-            return tuple(self._pair(each, location.inner(at)) for at, each in enumerate(listed))
+            return read_each(value, location, self._pair)
         mapping = cast("dict[str, object]", value)
         # {from: a, to: b} is hardly meant as two pairs, of which one renames the topic "from".
         if mapping.keys() == {self.first, self.second}:
@@ -288,6 +284,11 @@ def read_list(value: object, location: Location) -> list[object]:
     if not isinstance(value, list):
         raise location.error(f"expected a list, not {_describe(value)}")
     return cast("list[object]", value)
+
+
+def read_each(value: object, location: Location, read: Callable[[object, Location], T]) -> tuple[T, ...]:
+    """Return the values of a list, each as `read` returns it."""
+    return tuple(read(each, location.inner(at)) for at, each in enumerate(read_list(value, location)))
 
 
 def read_mapping(value: object, location: Location) -> Mapping[str, object]:

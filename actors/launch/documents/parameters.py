@@ -20,6 +20,7 @@ from actors.launch.documents.kinds import (
     SCALAR,
     Kind,
     Schema,
+    read_each,
     read_fields,
     read_list,
     read_mapping,
@@ -60,8 +61,7 @@ class ParametersKind(Kind):
     def read(self, value: object, location: Location) -> tuple[Any, ...]:
         if not isinstance(value, list):
             return (self._entry(value, location),)
-        listed = cast("list[object]", value)
-        return tuple(self._entry(each, location.inner(at)) for at, each in enumerate(listed))
+        return read_each(cast("object", value), location, self._entry)
 
     def _entry(self, value: object, location: Location) -> Any:
         return (
@@ -79,9 +79,7 @@ class RosParametersKind(Kind):
     """ROS 2's list: of `{name, value}`, also with `type`, `{name, param: [more of them]}`, `{from: path}`."""
 
     def read(self, value: object, location: Location) -> tuple[Any, ...]:
-        return tuple(
-            self._entry(each, location.inner(at)) for at, each in enumerate(read_list(value, location))
-        )
+        return read_each(value, location, self._entry)
 
     def _entry(self, value: object, location: Location) -> Any:
         if "from" in read_mapping(value, location):
@@ -170,9 +168,7 @@ def _single(value: object, location: Location) -> Any:
     return launch_scalar(text) if isinstance(value, PlainText) and isinstance(text, str) else text
 
 
-def _list(
-    values: list[object], location: Location, read: Callable[[object, Location], Any] = _single
-) -> list[Any]:
+def _list(values: object, location: Location, read: Callable[[object, Location], Any] = _single) -> list[Any]:
     """Return a list of values; a substitution in it is a text of one piece, as else all would be one text."""
-    found = (read(each, location.inner(at)) for at, each in enumerate(values))
+    found = read_each(values, location, read)
     return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]
