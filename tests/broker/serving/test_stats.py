@@ -25,6 +25,7 @@ from tests.simulation.stage import play
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+    from pathlib import Path
 
     from tests.simulation.stage import Stage
 
@@ -275,9 +276,10 @@ async def test_inspects_are_answered_one_in_a_loop_turn(broker: Broker) -> None:
         assert a.problem is None
 
 
-async def test_a_peer_that_does_not_read_its_statistics_is_closed() -> None:
+async def test_a_peer_that_does_not_read_its_statistics_is_closed(tmp_path: Path) -> None:
     """The answers count as waiting control frames; other links are not affected."""
-    options = BrokerOptions(port=0, max_queue_bytes=65_536, drain_timeout_sec=0.2)
+    # A Unix socket, because the kernel keeps less for it.
+    options = BrokerOptions(unix=tmp_path / "s", max_queue_bytes=65_536, drain_timeout_sec=0.2)
     async with Broker(options) as small, link(small, "/deaf") as deaf, link(small, "/other") as other:
         deaf.send(*(make.publisher(number, f"/t{number}") for number in range(1, 500)))
         await deaf.synchronise()
