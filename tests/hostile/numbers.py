@@ -30,7 +30,8 @@ def find_tests() -> dict[int, list[str]]:
     tests: dict[int, list[str]] = defaultdict(list)
     for path in sorted(TESTS.rglob("test_*.py")):
         text = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(text)) if _CASES.search(text) else ():
+        body = ast.parse(text).body if _CASES.search(text) else []
+        for node in [*body, *(each for cls in body for each in getattr(cls, "body", ()))]:
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.name.startswith("test_"):
                 for number in numbers_in(ast.get_docstring(node) or ""):
                     tests[number].append(f"{path.relative_to(TESTS.parent)}::{node.name}")
