@@ -85,7 +85,8 @@ def pytest_configure(config: pytest.Config) -> None:
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, handler)
     hypothesis.settings.load_profile("nightly" if config.getoption("--nightly") else "short")
-    for name in environment.CHOOSING_VARIABLES:
+    # The second would show packages of ROS 2 that are installed on this machine.
+    for name in (*environment.CHOOSING_VARIABLES, "AMENT_PREFIX_PATH"):
         os.environ.pop(name, None)
     folder = tempfile.TemporaryDirectory(prefix="callboard-tests-")
     atexit.register(folder.cleanup)  # pytest's own hook for the end is not called in all workers

@@ -272,12 +272,14 @@ def positive(text: str) -> float:
 
 
 def import_from_working_directory() -> None:
-    """Make packages in the current directory importable, and interfaces from their files."""
+    """Make packages in the current directory importable, and interfaces from their files and from ROS 2's."""
     from pathlib import Path  # noqa: PLC0415 - most commands do without
 
     from actors.interfaces.file_packages import install_finder  # noqa: PLC0415 - most commands do without
+    from actors.tools.prefixes import use_ros_interfaces  # noqa: PLC0415 - most commands do without
 
     install_finder()
+    use_ros_interfaces()
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)

@@ -11,13 +11,12 @@
     CALLBOARD_CA         PEM file with the authorities to trust for TLS; those of the system if unset
     CALLBOARD_CERT       PEM file with this client's certificate, for brokers that ask for one
     CALLBOARD_KEY        PEM file with its private key
-    AMENT_PREFIX_PATH    folders that packages of ROS 2 are installed in
+    AMENT_PREFIX_PATH    folders that packages of ROS 2 are installed in, with interfaces in share
     XDG_CONFIG_HOME      parent folder of configuration; ~/.config if unset
     XDG_STATE_HOME       parent folder of launch logs; ~/.local/state if unset
     XDG_CACHE_HOME       parent folder of files that can be written again; ~/.cache if unset
     ROS_DOMAIN_ID        the same as CALLBOARD_DOMAIN, for programs written for ROS 2, if that is unset
     ROS_PYTHON_CHECK_FIELDS  1: programs written for ROS 2 check fields where they are assigned
-    AMENT_PREFIX_PATH    folders where such programs find interface packages, in share
     RCUTILS_CONSOLE_OUTPUT_FORMAT  such programs' log lines, as in ROS 2
     RCUTILS_COLORIZED_OUTPUT       1: such programs colour log lines; 0: they do not
     RCUTILS_LOGGING_USE_STDOUT     1: such programs write the log to stdout

@@ -1,7 +1,8 @@
 """Lists interface packages and types without importing a class.
 
 An interface package is one of callboard's, a Python package written by `interface generate`, or a folder on
-the import path with msg/*.msg, srv/*.srv or action/*.action, or *.idl in these folders.
+the import path, or in one of `share_folders`, with msg/*.msg, srv/*.srv or action/*.action, or *.idl in these
+folders.
 """
 
 from __future__ import annotations
@@ -19,6 +20,10 @@ from actors.regular_files import read_regular
 
 STANDARD_ROOT: Final = "actors.interfaces"
 """The Python package of the standard interface packages."""
+SHARE_ROOT: Final = f"{STANDARD_ROOT}.share"
+"""The Python package of those that `share_packages` makes."""
+share_folders: Final[list[Path]] = []
+"""`share` of ROS 2's prefixes, where installed packages have the texts of their interfaces."""
 _STANDARD: Final = Path(__file__).parent
 _GENERATED: Final = "from actors.interfaces.lazy import lazy_exports"
 """A line in every package written by `interface generate`."""
@@ -32,9 +37,9 @@ def standard_packages() -> list[str]:
 
 
 def known_packages() -> list[str]:
-    """Return the names of all interface packages: the standard ones and those on the import path, sorted."""
+    """Return the names of all interface packages: the standard ones, installed ones and files, sorted."""
     found = set(standard_packages())
-    for entry in sys.path:
+    for entry in [*sys.path, *map(str, share_folders)]:
         try:
             folders = [each for each in Path(entry or ".").iterdir() if PACKAGE_NAME.fullmatch(each.name)]
         except OSError:  # a zip file or a missing folder
@@ -56,13 +61,38 @@ def python_package(package: str, kind: str) -> str | None:
 
 def source_file(package: str, kind: str, name: str) -> Path | None:
     """Return the file with the text of an interface, or None."""
-    if not (PACKAGE_NAME.fullmatch(package) and kind in KINDS and TYPE_NAME.fullmatch(name)):
+    if not _are_names(package, kind, name):
         return None
     if any((_STANDARD / package / each / "__init__.py").is_file() for each in KINDS):
+        return shared_file(package, kind, name)
+    return _file(_text_folders(package), kind, name) or shared_file(package, kind, name)
+
+
+def shared_file(package: str, kind: str, name: str) -> Path | None:
+    """Return the file of an interface in `share_folders`; None if callboard or the import path have it."""
+    if not share_folders or not _are_names(package, kind, name):
         return None
+    file = _file([folder / package for folder in share_folders], kind, name)
+    if file is None or _file(_text_folders(package), kind, name) is not None:
+        return None
+    # ROS 2's own Python packages have no `__all__`.
+    modules = (folder / kind / "__init__.py" for folder in (_STANDARD / package, *_folders(package)))
+    return None if any(name in _exported(module) for module in modules) else file
+
+
+def shared_module(package: str, kind: str, name: str) -> str:
+    """Return the name of the module that `share_packages` makes for an interface."""
+    return f"{SHARE_ROOT}.{package}.{kind}._{name}"
+
+
+def _are_names(package: str, kind: str, name: str) -> bool:
+    return bool(PACKAGE_NAME.fullmatch(package) and kind in KINDS and TYPE_NAME.fullmatch(name))
+
+
+def _file(folders: list[Path], kind: str, name: str) -> Path | None:
     # The folder first: most names in a graph without a class have no files, and a search for these is slow.
-    folders = (folder for folder in _text_folders(package) if (folder / kind).is_dir())
-    return next(filter(None, (interface_files(folder, kind).get(name) for folder in folders)), None)
+    found = (interface_files(folder, kind).get(name) for folder in folders if (folder / kind).is_dir())
+    return next(filter(None, found), None)
 
 
 def interface_files(folder: Path, kind: str) -> dict[str, Path]:
@@ -93,19 +123,23 @@ def interfaces_of(package: str) -> list[str]:
 def unknown_package(package: str) -> str:
     """Return the error text for an unknown package, with a suggestion."""
     close = difflib.get_close_matches(package, known_packages(), n=1)
-    return f"Unknown package '{package}'" + (f"; did you mean {close[0]}?" if close else "")
+    if close:
+        return f"Unknown package '{package}'; did you mean {close[0]}?"
+    remedy = "; install it, or add its prefix to AMENT_PREFIX_PATH" if share_folders else ""
+    return f"Unknown package '{package}'{remedy}"
 
 
 def _names(package: str, kind: str) -> list[str]:
     standard = package in standard_packages()
+    shared = {name for folder in share_folders for name in interface_files(folder / package, kind)}
     for folder in [_STANDARD / package] if standard else _folders(package):
         # Generated packages list their names; only folders with texts alone are searched for files.
         exported = _exported(folder / kind / "__init__.py")
         if exported:
-            return sorted(exported)
+            return sorted({*exported, *filter(TYPE_NAME.fullmatch, shared)})
     folders = () if standard else _text_folders(package)
     names = {name for folder in folders for name in interface_files(folder, kind)}
-    return sorted(filter(TYPE_NAME.fullmatch, names))
+    return sorted(filter(TYPE_NAME.fullmatch, names | shared))
 
 
 def _exported(module: Path) -> list[str]:

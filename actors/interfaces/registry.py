@@ -2,7 +2,8 @@
 
 The order of the search: classes that this program has defined, callboard's standard packages, importable
 packages with the layout of `generate`'s output, and packages of files, if the process can import these
-(`file_packages`). A name may come from another machine, so only packages with the right folder are imported.
+(`file_packages`), and those that ROS 2 has installed (`share_packages`). A name may come from another
+machine, so only packages with the right folder are imported.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from actors.interfaces.catalog import (
     interfaces_of,
     known_packages,
     python_package,
+    shared_file,
+    shared_module,
     source_file,
     standard_packages,
     unknown_package,
@@ -51,16 +54,34 @@ def _has_finder() -> bool:
     return file_packages is not None and bool(file_packages.has_finder())
 
 
+def defined_interface(name: str) -> type | None:
+    """Return the class of an interface that this program has defined or imported; None if there is none.
+
+    Args:
+        name: The full name.
+    """
+    defined = _defined(_BASES[name.split("/")[1]])
+    return next((cls for cls in defined if type_name(cls) == name), None)
+
+
+def _module_of(package: str, kind: str, name: str) -> str | None:
+    """Return the name of the module that has the class of an interface, or makes it."""
+    if shared_file(package, kind, name) is not None:
+        return shared_module(package, kind, name)
+    module = python_package(package, kind)
+    if module is None and _has_finder() and source_file(package, kind, name) is not None:
+        return f"{package}.{kind}"
+    return module
+
+
 def _load(package: str, kind: str, name: str) -> type | None:
     full = f"{package}/{kind}/{name}"
     # The program's own classes first. A second class for the same name would not match the one that the
     # program uses.
-    for cls in _defined(_BASES[kind]):
-        if type_name(cls) == full:
-            return cls
-    module = python_package(package, kind)
-    if module is None and _has_finder() and source_file(package, kind, name) is not None:
-        module = f"{package}.{kind}"
+    defined = defined_interface(full)
+    if defined is not None:
+        return defined
+    module = _module_of(package, kind, name)
     if module is None:
         return None
     try:

@@ -27,6 +27,25 @@ def prefixes() -> list[Path]:
     return [each for each in dict.fromkeys([*given, Path(sys.prefix), *target_folders]) if each.is_dir()]
 
 
+def use_ros_interfaces(*folders: Path | str) -> None:
+    """Let this process find the types of packages that are installed for ROS 2, by `find_interface`.
+
+    Their classes are made from the `.msg`, `.srv`, `.action` and `.idl` files in `share`, without ROS 2's own
+    Python packages. Types that callboard brings, or that others on the import path have, remain as they are.
+
+    Args:
+        folders: Prefixes, such as /opt/ros/kilted; if there is none, those of AMENT_PREFIX_PATH, and this
+            Python's if packages of ROS 2 are installed in it.
+    """
+    given = [Path(each) for each in folders or environment.ament_prefixes()]
+    indexed = [] if folders else [each for each in prefixes() if (each / INDEX).is_dir()]
+    shares = [each / "share" for each in (*given, *indexed) if (each / "share").is_dir()]
+    if shares:
+        from actors.interfaces.share_packages import add_share_folders  # noqa: PLC0415 - seldom needed
+
+        add_share_folders(shares)
+
+
 def resource(kind: str, name: str) -> Path | None:
     """Return the folder in which there is a resource, or None.
 

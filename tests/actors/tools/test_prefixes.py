@@ -7,8 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from actors.interfaces.catalog import share_folders
+from actors.interfaces.errors import UnknownInterfaceError
+from actors.interfaces.message import type_name
+from actors.interfaces.registry import find_interface
 from actors.tools.executables import find_package, packages
-from actors.tools.prefixes import INDEX, is_python_program, package_prefix, prefixes, resource
+from actors.tools.prefixes import (
+    INDEX,
+    is_python_program,
+    package_prefix,
+    prefixes,
+    resource,
+    use_ros_interfaces,
+)
+from tests.interfaces.shares import no_shares
 
 
 @pytest.fixture
@@ -79,3 +91,35 @@ def test_python_runs_what_says_so(tmp_path: Path, name: str, content: bytes, *, 
     assert not is_python_program(tmp_path / name)
     (tmp_path / name).write_bytes(content)
     assert is_python_program(tmp_path / name) is expected
+
+
+def test_interfaces_of_installed_packages_are_found(
+    prefix: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those of given prefixes, else of AMENT_PREFIX_PATH and of this Python, if ROS 2 is installed in it."""
+    for name in ("given", "python"):
+        (tmp_path / name / "share" / f"prefix_{name}" / "msg").mkdir(parents=True)
+        (tmp_path / name / "share" / f"prefix_{name}" / "msg" / "Wheel.msg").write_text("int32 a\n")
+    monkeypatch.setattr(sys, "prefix", str(tmp_path / "python"))
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
+    with no_shares():
+        use_ros_interfaces()
+        assert share_folders == [prefix / "share"]
+        (tmp_path / "python" / INDEX).mkdir(parents=True)
+        use_ros_interfaces()
+        assert share_folders == [prefix / "share", tmp_path / "python" / "share"]
+        assert type_name(find_interface("prefix_python/Wheel")) == "prefix_python/msg/Wheel"
+        with pytest.raises(UnknownInterfaceError):
+            find_interface("prefix_given/Wheel")
+        use_ros_interfaces(str(tmp_path / "given"), tmp_path / "nowhere")
+        assert share_folders[2:] == [tmp_path / "given" / "share"]
+        assert type_name(find_interface("prefix_given/Wheel")) == "prefix_given/msg/Wheel"
+
+
+def test_without_ros_2_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor imported: this costs commands nothing."""
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    monkeypatch.setitem(sys.modules, "actors.interfaces.share_packages", None)
+    with no_shares():
+        use_ros_interfaces()
+        assert not share_folders

@@ -6,13 +6,18 @@ import asyncio
 import io
 import json
 import sys
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
+import actors
 from actors.cli.main import main
 from actors.cli.values import message_from_text, named_message
+from actors.interfaces.registry import find_interface
 from actors.interfaces.sensor_msgs.msg import BatteryState
+from actors.tools.prefixes import use_ros_interfaces
+from tests.actors.meeting import until
+from tests.interfaces.shares import no_shares
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -398,3 +403,66 @@ def test_proto_of_what_no_memory_holds(tmp_path: Path, capsys: pytest.CaptureFix
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.startswith("A new cli_wheels/msg/B would take ")
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A prefix of ROS 2 in AMENT_PREFIX_PATH, with a package that callboard does not have."""
+    files = {
+        "msg/Wheel.msg": "# A wheel.\nstring name\nAxle axle\n",
+        "msg/Axle.msg": "float64 length 2.5\n",
+        "srv/Turn.srv": "Axle axle\n---\nbool ok\n",
+    }
+    for name, text in files.items():
+        file = tmp_path / "ros" / "share" / "cli_installed" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"/none:{tmp_path / 'ros'}")
+    with no_shares():
+        yield tmp_path / "ros" / "share" / "cli_installed"
+
+
+def test_packages_of_ros_2_are_listed_and_shown(installed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Those of AMENT_PREFIX_PATH, from their files."""
+    assert main(["interface", "list", "-m", "--json"]) == 0
+    names = json.loads(capsys.readouterr().out)
+    assert {"cli_installed/msg/Wheel", "cli_installed/msg/Axle", "std_msgs/msg/String"} <= set(names)
+    assert main(["interface", "packages", "-s"]) == 0
+    assert "cli_installed\n" in capsys.readouterr().out
+    assert main(["interface", "package", "cli_installed"]) == 0
+    assert capsys.readouterr().out.split() == [
+        "cli_installed/msg/Axle",
+        "cli_installed/msg/Wheel",
+        "cli_installed/srv/Turn",
+    ]
+    assert main(["interface", "show", "cli_installed/Wheel"]) == 0
+    assert capsys.readouterr().out == "# A wheel.\nstring name\nAxle axle\n\tfloat64 length 2.5\n"
+    assert main(["interface", "proto", "--no-quotes", "cli_installed/srv/Turn"]) == 0
+    assert capsys.readouterr().out == "axle:\n  length: 2.5\n"
+    (installed / "msg" / "Strange.msg").write_text("strange_installed/Thing thing\n")
+    assert main(["interface", "proto", "cli_installed/msg/Strange"]) == 1
+    assert (
+        "Strange.msg: cli_installed/msg/Strange contains strange_installed/msg/Thing, and no such type"
+        in (capsys.readouterr().err)
+    )
+
+
+@pytest.mark.usefixtures("installed")
+async def test_types_of_ros_2_are_published_and_printed(desk: Desk) -> None:
+    """By their names; programs find the same classes."""
+    use_ros_interfaces()
+    wheel: Any = find_interface("cli_installed/msg/Wheel")
+    qos = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+    arguments = ("/wheels", "cli_installed/msg/Wheel")
+    async with desk.node() as node:
+        got: list[Any] = []
+        node.create_subscription(wheel, "/turned", got.append)
+        node.create_publisher(wheel, "/wheels", qos).publish(wheel(name="left"))
+        await node.get_graph()
+        ended = await desk.callboard("topic", "echo", *arguments, "--once", "--timeout", "20")
+        assert ended == (0, "name: left\naxle:\n  length: 2.5\n---\n", "")
+        ended = await desk.callboard(
+            "topic", "pub", "/turned", arguments[1], "{name: right}", "--once", "-w", "1"
+        )
+        assert ended.code == 0
+        await until(lambda: got == [wheel(name="right")])
