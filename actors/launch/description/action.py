@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from actors.launch.description.options import option
@@ -30,9 +30,7 @@ class Action(Entity):
 
     kind: ClassVar[str] = "action"
 
-    condition: Condition | None = field(
-        default=None, metadata=option("When to carry it out; by default always.", keys="")
-    )
+    condition: Condition | None = option(None, "When to carry it out; by default always.", keys="")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +51,7 @@ class EventHandler(Entity):
 
     kind: ClassVar[str] = "event handler"
 
-    handle_once: bool = field(
-        default=False, metadata=option("Whether to react only the first time.", keys="once")
-    )
+    handle_once: bool = option(False, "Whether to react only the first time.", keys="once")
 
     @property
     def actions(self) -> Sequence[Action]:

@@ -7,8 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.launch.description.action import Action, Setting
-from actors.launch.description.options import option
-from actors.launch.description.substitutions import Text
+from actors.launch.description.options import option, required
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -16,21 +15,21 @@ if TYPE_CHECKING:
     from actors.launch.description.action import EventHandler
     from actors.launch.description.lifecycle import ChangeState
     from actors.launch.description.process_actions import ParameterEntry
+    from actors.launch.description.substitutions import Text
 
 
 @dataclass(frozen=True)
 class DeclareLaunchArgument(Action, element="arg"):
     """An argument of the launch file, given as `name:=value`."""
 
-    name: str = field(metadata=option("The name of the argument."))
+    name: str = field(metadata=required("The name of the argument."))
     _: KW_ONLY
-    default_value: Text | None = field(
-        default=None,
-        metadata=option("Its value when it is not given; without a default it is required.", keys="default"),
+    default_value: Text | None = option(
+        None, "Its value when it is not given; without a default it is required.", keys="default"
     )
-    description: str = field(default="", metadata=option("One line of help."))
-    choices: Sequence[str] | None = field(
-        default=None, metadata=option("The values that it can have; by default any.", keys="choice choices")
+    description: str = option("", "One line of help.")
+    choices: Sequence[str] | None = option(
+        None, "The values that it can have; by default any.", keys="choice choices"
     )
 
 
@@ -39,26 +38,23 @@ class LogInfo(Action, element="log log_info"):
     """Show a message."""
 
     _: KW_ONLY
-    msg: Text = field(metadata=option("The text.", keys="message msg"))
+    msg: Text = field(metadata=required("The text.", keys="message msg"))
 
 
 @dataclass(frozen=True)
 class GroupAction(Action, element="group"):
     """Carry out actions in a scope of their own: what they push, set and declare applies to them only."""
 
-    actions: Sequence[Action] = field(metadata=option("The actions.", keys="children actions"))
+    actions: Sequence[Action] = field(metadata=required("The actions.", keys="children actions"))
     _: KW_ONLY
-    scoped: bool = field(default=True, metadata=option("Whether what they set ends with the group."))
-    forwarding: bool = field(
-        default=True,
-        metadata=option(
-            "Whether they see what is set outside: arguments, variables, namespace, parameters, remappings. A"
-            " group that is not scoped always does."
-        ),
+    scoped: bool = option(True, "Whether what they set ends with the group.")
+    forwarding: bool = option(
+        True,
+        "Whether they see what is set outside: arguments, variables, namespace, parameters, remappings. A"
+        " group that is not scoped always does.",
     )
-    launch_configurations: Mapping[str, Text] = field(
-        default_factory=dict[str, Text],
-        metadata=option("Arguments to set first.", keys="launch_configurations keep"),
+    launch_configurations: Mapping[str, Text] = option(
+        {}, "Arguments to set first.", keys="launch_configurations keep"
     )
 
 
@@ -69,7 +65,7 @@ class PushNamespace(Setting, element="push_ros_namespace push-ros-namespace push
     Applies from here to the end of the group or file.
     """
 
-    namespace: Text = field(metadata=option("The namespace."))
+    namespace: Text = field(metadata=required("The namespace."))
 
 
 PushRosNamespace = PushNamespace
@@ -82,8 +78,8 @@ class SetLaunchConfiguration(Setting, element="let"):
     Applies from here to the end of the group or file.
     """
 
-    name: Text = field(metadata=option("The argument."))
-    value: Text = field(metadata=option("Its value."))
+    name: Text = field(metadata=required("The argument."))
+    value: Text = field(metadata=required("Its value."))
 
 
 @dataclass(frozen=True)
@@ -93,8 +89,8 @@ class SetEnvironmentVariable(Setting, element="set_env"):
     Applies from here to the end of the group or file.
     """
 
-    name: Text = field(metadata=option("The variable."))
-    value: Text = field(metadata=option("Its value."))
+    name: Text = field(metadata=required("The variable."))
+    value: Text = field(metadata=required("Its value."))
 
 
 @dataclass(frozen=True)
@@ -104,7 +100,7 @@ class UnsetEnvironmentVariable(Setting, element="unset_env"):
     Applies from here to the end of the group or file.
     """
 
-    name: Text = field(metadata=option("The variable."))
+    name: Text = field(metadata=required("The variable."))
 
 
 @dataclass(frozen=True)
@@ -114,11 +110,11 @@ class AppendEnvironmentVariable(Setting, element="append_env"):
     Applies from here to the end of the group or file.
     """
 
-    name: Text = field(metadata=option("The variable. If it is not set, or empty, it becomes the value."))
-    value: Text = field(metadata=option("What to add."))
+    name: Text = field(metadata=required("The variable. If it is not set, or empty, it becomes the value."))
+    value: Text = field(metadata=required("What to add."))
     _: KW_ONLY
-    prepend: bool | Text = field(default=False, metadata=option("Whether to add it at the beginning."))
-    separator: Text = field(default=":", metadata=option("The text in between."))
+    prepend: bool | Text = option(False, "Whether to add it at the beginning.")
+    separator: Text = option(":", "The text in between.")
 
 
 @dataclass(frozen=True)
@@ -128,8 +124,8 @@ class SetParameter(Setting, element="set_parameter"):
     Applies from here to the end of the group or file.
     """
 
-    name: Text = field(metadata=option("The parameter."))
-    value: ParameterEntry = field(metadata=option("Its value."))
+    name: Text = field(metadata=required("The parameter."))
+    value: ParameterEntry = field(metadata=required("Its value."))
 
 
 @dataclass(frozen=True)
@@ -139,8 +135,8 @@ class SetRemap(Setting, element="set_remap"):
     Of two rules that match the first one counts, and a node's own rules come later, as in ROS 2.
     """
 
-    src: Text = field(metadata=option("The name.", keys="from"))
-    dst: Text = field(metadata=option("The one to use instead.", keys="to"))
+    src: Text = field(metadata=required("The name.", keys="from"))
+    dst: Text = field(metadata=required("The one to use instead.", keys="to"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,12 +153,10 @@ class PopLaunchConfigurations(Setting):
 class ResetLaunchConfigurations(Setting, element="reset"):
     """Forget all arguments, except for these, and the namespace, parameters and remappings."""
 
-    launch_configurations: Mapping[str, Text] = field(
-        default_factory=dict[str, Text],
-        metadata=option(
-            "Arguments to keep, and their values, which are evaluated before the others are forgotten.",
-            keys="keep",
-        ),
+    launch_configurations: Mapping[str, Text] = option(
+        {},
+        "Arguments to keep, and their values, which are evaluated before the others are forgotten.",
+        keys="keep",
     )
 
 
@@ -200,7 +194,9 @@ class SetParametersFromFile(Setting, element="set_parameters_from_file"):
     """
 
     filename: Text = field(
-        metadata=option("A YAML file of parameters; a relative path starts at the folder of the launch file.")
+        metadata=required(
+            "A YAML file of parameters; a relative path starts at the folder of the launch file."
+        )
     )
 
 
@@ -212,13 +208,13 @@ class IncludeLaunchDescription(Action, element="include"):
     """
 
     launch_description_source: Text = field(
-        metadata=option("The file; a relative path starts at the folder of this launch file.", keys="file")
+        metadata=required("The file; a relative path starts at the folder of this launch file.", keys="file")
     )
     _: KW_ONLY
-    launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = field(
-        default=(), metadata=option("Arguments for the file.", keys="arg let arguments")
+    launch_arguments: Mapping[str, Text] | Iterable[tuple[str, Text]] = option(
+        (), "Arguments for the file.", keys="arg let arguments"
     )
-    scoped: bool = field(default=True, metadata=option("Whether what the file sets ends with it."))
+    scoped: bool = option(True, "Whether what the file sets ends with it.")
 
     @property
     def given(self) -> Iterable[tuple[str, Text]]:
@@ -232,16 +228,14 @@ class TimerAction(Action, element="timer"):
     """Carry out actions later."""
 
     _: KW_ONLY
-    period: float | Text = field(metadata=option("Seconds to wait.", unit="s"))
+    period: float | Text = field(metadata=required("Seconds to wait.", unit="s"))
     actions: Sequence[Action] = field(
-        metadata=option("The actions to carry out then.", keys="children actions")
+        metadata=required("The actions to carry out then.", keys="children actions")
     )
-    cancel_on_shutdown: bool | Text = field(
-        default=True,
-        metadata=option(
-            "Whether to forget them when the launch ends. Otherwise it ends after them; processes are not"
-            " started any more."
-        ),
+    cancel_on_shutdown: bool | Text = option(
+        True,
+        "Whether to forget them when the launch ends. Otherwise it ends after them; processes are not"
+        " started any more.",
     )
 
 
@@ -250,7 +244,7 @@ class Shutdown(Action, element="shutdown"):
     """End the launch."""
 
     _: KW_ONLY
-    reason: Text = field(default="the launch file says so", metadata=option("The reason to show."))
+    reason: Text = option("the launch file says so", "The reason to show.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from actors.launch.description.action import EventHandler
-from actors.launch.description.options import option
+from actors.launch.description.options import option, required
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,13 +29,11 @@ Target: TypeAlias = "ProcessAction | str | Callable[[ProcessAction], bool] | Non
 class ProcessHandler(EventHandler):
     """React to what happens to a process."""
 
-    target_action: Target = field(
-        default=None,
-        metadata=option(
-            "The process: its label without the number; in Python also the action that started it, or a"
-            " function that is called with an action and returns whether it matches. By default any process.",
-            keys="target",
-        ),
+    target_action: Target = option(
+        None,
+        "The process: its label without the number; in Python also the action that started it, or a"
+        " function that is called with an action and returns whether it matches. By default any process.",
+        keys="target",
     )
 
 
@@ -43,29 +41,23 @@ class ProcessHandler(EventHandler):
 class OnProcessStart(ProcessHandler, element="on_process_start"):
     """React to the start of a process."""
 
-    on_start: Reaction = field(metadata=option("What to do.", keys="do"))
+    on_start: Reaction = field(metadata=required("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessExit(ProcessHandler, element="on_process_exit"):
     """React to the end of a process, whatever its exit code."""
 
-    on_exit: Reaction = field(metadata=option("What to do.", keys="do"))
+    on_exit: Reaction = field(metadata=required("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnProcessIO(ProcessHandler, element="on_process_io"):
     """React to lines that a process has written. A function gets them as `event.text`."""
 
-    on_output: Reaction | None = field(
-        default=None, metadata=option("What to do with lines of stdout and stderr.", keys="do")
-    )
-    on_stdout: Reaction | None = field(
-        default=None, metadata=option("What to do with lines of stdout.", keys="stdout")
-    )
-    on_stderr: Reaction | None = field(
-        default=None, metadata=option("What to do with lines of stderr.", keys="stderr")
-    )
+    on_output: Reaction | None = option(None, "What to do with lines of stdout and stderr.", keys="do")
+    on_stdout: Reaction | None = option(None, "What to do with lines of stdout.", keys="stdout")
+    on_stderr: Reaction | None = option(None, "What to do with lines of stderr.", keys="stderr")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,23 +68,21 @@ class OnStateTransition(EventHandler, element="on_state_transition"):
     of the event.
     """
 
-    entities: Reaction = field(metadata=option("What to do.", keys="do"))
-    target_lifecycle_node: LifecycleNode | str | None = field(
-        default=None,
-        metadata=option(
-            "The process of the node: its label without the number; in Python also the action that started"
-            " it. By default any.",
-            keys="target",
-        ),
+    entities: Reaction = field(metadata=required("What to do.", keys="do"))
+    target_lifecycle_node: LifecycleNode | str | None = option(
+        None,
+        "The process of the node: its label without the number; in Python also the action that started"
+        " it. By default any.",
+        keys="target",
     )
-    transition: Text | None = field(
-        default=None, metadata=option("The label of the transition, such as configure or transition_success.")
+    transition: Text | None = option(
+        None, "The label of the transition, such as configure or transition_success."
     )
-    start_state: Text | None = field(
-        default=None, metadata=option("The label of the state that the node was in, such as configuring.")
+    start_state: Text | None = option(
+        None, "The label of the state that the node was in, such as configuring."
     )
-    goal_state: Text | None = field(
-        default=None, metadata=option("The label of the state that the node is in now, such as inactive.")
+    goal_state: Text | None = option(
+        None, "The label of the state that the node is in now, such as inactive."
     )
 
 
@@ -100,7 +90,7 @@ class OnStateTransition(EventHandler, element="on_state_transition"):
 class OnShutdown(EventHandler, element="on_shutdown"):
     """React to the end of the launch. No process is started after it."""
 
-    on_shutdown: Reaction = field(metadata=option("What to do.", keys="do"))
+    on_shutdown: Reaction = field(metadata=required("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,24 +98,24 @@ class OnNodeUp(EventHandler, element="on_node_up"):
     """React to a node in the graph: at once if it is there already."""
 
     node: Text | Node = field(
-        metadata=option(
+        metadata=required(
             "The name of the node, relative to the current namespace; in Python also an action with a name."
         )
     )
-    on_up: Reaction = field(metadata=option("What to do.", keys="do"))
+    on_up: Reaction = field(metadata=required("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnServiceAvailable(EventHandler, element="on_service_available"):
     """React to the first server of a service: at once if it has one already."""
 
-    service: Text = field(metadata=option("The name of the service, relative to the current namespace."))
-    on_available: Reaction = field(metadata=option("What to do.", keys="do"))
+    service: Text = field(metadata=required("The name of the service, relative to the current namespace."))
+    on_available: Reaction = field(metadata=required("What to do.", keys="do"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnTopicPublished(EventHandler, element="on_topic_published"):
     """React to the first publisher of a topic: at once if it has one already."""
 
-    topic: Text = field(metadata=option("The name of the topic, relative to the current namespace."))
-    on_published: Reaction = field(metadata=option("What to do.", keys="do"))
+    topic: Text = field(metadata=required("The name of the topic, relative to the current namespace."))
+    on_published: Reaction = field(metadata=required("What to do.", keys="do"))

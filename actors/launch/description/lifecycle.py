@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 from actors.launch.description.action import Action
-from actors.launch.description.options import option
+from actors.launch.description.options import option, required
 from actors.launch.description.process_actions import Node, ProcessAction
 from actors.launch.description.validation import Entity
 
@@ -25,18 +25,15 @@ TRANSITION_TIMEOUT_SEC: Final = 60.0
 class LifecycleNode(Node, element="lifecycle_node"):
     """A program with a lifecycle node in it: its transitions can be requested, and cause events."""
 
-    name: Text = field(metadata=option("The node's name."))
-    autostart: bool | Text = field(
-        default=False,
-        metadata=option("Whether to configure and activate the node each time that it has been started."),
+    name: Text = field(metadata=required("The node's name."))
+    autostart: bool | Text = option(
+        False, "Whether to configure and activate the node each time that it has been started."
     )
-    transition_timeout: float | Text = field(
-        default=TRANSITION_TIMEOUT_SEC,
-        metadata=option(
-            "Seconds within which each transition must be done, including the time until the node is there.",
-            unit="s",
-            unlimited=True,
-        ),
+    transition_timeout: float | Text = option(
+        TRANSITION_TIMEOUT_SEC,
+        "Seconds within which each transition must be done, including the time until the node is there.",
+        unit="s",
+        unlimited=True,
     )
 
 
@@ -102,8 +99,8 @@ class LifecycleTransition(Action, element="lifecycle_transition"):
     """Request transitions of lifecycle nodes one after the other, as far as they succeed."""
 
     lifecycle_node_names: Sequence[Text] = field(
-        metadata=option("The nodes, relative to the current namespace; the launch must have started them.")
+        metadata=required("The nodes, relative to the current namespace; the launch must have started them.")
     )
     transition_ids: Sequence[int | Text] = field(
-        metadata=option("The numbers of the transitions, or labels such as configure, in their order.")
+        metadata=required("The numbers of the transitions, or labels such as configure, in their order.")
     )

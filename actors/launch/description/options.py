@@ -1,9 +1,11 @@
 """Options: the table of what can be given to actions and event handlers, once for everything that needs it.
 
-A row is a field of the class that has the option. Name, type and default are the field's own, so that type
-checkers and editors know them; `option()` adds the rest:
+A row is a field of the class that has the option. Name and type are the field's own, so that type checkers
+and editors know them; `option()` has the default and the rest, and `required()` the rest of one without a
+default:
 
-    respawn_delay: float | Text = field(default=0.0, metadata=option("Seconds before …", unit="s"))
+    name: str = field(metadata=required("The name of the argument."))
+    respawn_delay: float | Text = option(0.0, "Seconds before …", unit="s")
 
 From the rows follow the attributes in docstrings, the checks of arguments, the keys of launch documents with
 their JSON schema, and the fields of process specifications.
@@ -13,15 +15,17 @@ from __future__ import annotations
 
 import inspect
 import textwrap
-from dataclasses import MISSING, Field, dataclass, fields, replace
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 REQUIRED: Final = object()
 """The default of an option that must be given."""
+
+T = TypeVar("T")
 
 _KEY: Final = "option"
 _WIDTH: Final = 110
@@ -59,10 +63,27 @@ class Option:
         return self.default is REQUIRED
 
 
-def option(
+def option(default: T, about: str, **facts: Any) -> T:
+    """Return a dataclass field that is an option with a default.
+
+    Args:
+        default: Its default. Each object gets an empty mapping of its own.
+        about: One sentence for users.
+        facts: As for `required`.
+    """
+    # Typed as the default: type checkers know such fields only from calls of `dataclasses.field`.
+    made: Any = (
+        field(default_factory=dict, metadata=required(about, **facts))
+        if default == {}
+        else field(default=default, metadata=required(about, **facts))
+    )
+    return cast("T", made)
+
+
+def required(
     about: str, *, keys: str | None = None, choices: Sequence[str] = (), **facts: Any
 ) -> dict[str, Option]:
-    """Return the metadata of a dataclass field that is an option.
+    """Return the metadata of a dataclass field that is an option without a default.
 
     Args:
         about: One sentence for users.
