@@ -5,9 +5,11 @@ from __future__ import annotations
 import gc
 import logging
 import random
+import re
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.callbacks.budget import SHARE_SEC
 from tests.simulation.checks import check
@@ -16,10 +18,13 @@ from tests.simulation.mesh_world import MeshWorld
 from tests.simulation.world import World, determined
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 TAIL: Final = 60
 """Events that a failed history shows."""
+
+FOLDERS: Final = re.compile('(?<=File ").*/')
+"""Of a file in a traceback."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +100,11 @@ def live(seed: int, *, calm: bool, make_world: type[World] = World, until_compla
 def _alone(seed: int) -> Iterator[None]:
     """Chance is the seed's, and garbage is not collected: that closes abandoned generators at any time.
 
-    What is logged is shown nowhere.
+    What is logged is shown nowhere. It names files without their folders: log lines travel, and a seed's
+    history shall be the same in each checkout.
     """
+    make = logging.getLogRecordFactory()
+    logging.setLogRecordFactory(partial(_record_without_folders, make))
     log = logging.getLogger("callboard")
     propagate, log.propagate = log.propagate, False
     silent = logging.NullHandler()
@@ -112,6 +120,18 @@ def _alone(seed: int) -> Iterator[None]:
         random.setstate(state)
         log.removeHandler(silent)
         log.propagate = propagate
+        logging.setLogRecordFactory(make)
+
+
+def _record_without_folders(
+    make: Callable[..., logging.LogRecord], *arguments: Any, **options: Any
+) -> logging.LogRecord:
+    record = make(*arguments, **options)
+    record.pathname = record.filename
+    if record.exc_info:
+        record.exc_text = FOLDERS.sub("", logging.Formatter().formatException(record.exc_info))
+        record.exc_info = None
+    return record
 
 
 @contextmanager
@@ -120,7 +140,7 @@ def logged_to_journal(world: World) -> Iterator[None]:
 
     class JournalHandler(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            if not record.exc_info:
+            if not record.exc_text:
                 world.journal.events.append(f"{world.loop.time():10.6f} {record.name}: {record.getMessage()}")
 
     log, handler = logging.getLogger("callboard"), JournalHandler()
