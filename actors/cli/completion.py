@@ -283,6 +283,7 @@ def _named(line: _Line, name: str, about: str) -> Iterator[Offer]:
 def _types(line: _Line) -> Iterator[Offer]:
     """Yield the types of the topic, service or action on the line; all known ones if it has none."""
     from actors.interfaces.catalog import interfaces_of, known_packages  # noqa: PLC0415
+    from actors.tools.prefixes import use_ros_interfaces  # noqa: PLC0415
 
     found = _declared_types(line)
     if found:
@@ -291,6 +292,7 @@ def _types(line: _Line) -> Iterator[Offer]:
     kind = {"topic": "/msg/", "service": "/srv/", "action": "/action/"}.get(
         line.command.partition(" ")[0], "/"
     )
+    use_ros_interfaces()
     for package in known_packages():
         yield from (Offer(each) for each in interfaces_of(package) if kind in each)
 
@@ -312,7 +314,9 @@ def _packages(line: _Line) -> Iterator[Offer]:
     """Yield packages: of types, or installed ones."""
     if line.command.startswith("interface"):
         from actors.interfaces.catalog import known_packages  # noqa: PLC0415
+        from actors.tools.prefixes import use_ros_interfaces  # noqa: PLC0415
 
+        use_ros_interfaces()
         yield from (Offer(each) for each in known_packages())
         return
     from actors.tools.executables import packages  # noqa: PLC0415

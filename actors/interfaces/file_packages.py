@@ -148,4 +148,4 @@ def _text(folder: Path, fullname: str) -> str | None:
 def _rendered(folder: Path, package: str) -> dict[str, str]:
     from actors.interfaces.generator import read_package, render_package  # noqa: PLC0415 - seldom needed
 
-    return render_package(read_package(folder), package)
+    return render_package(read_package(folder), package, shared=True)

@@ -11,7 +11,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from actors.interfaces.catalog import STANDARD_ROOT, interface_files, source_file, standard_packages
+from actors.interfaces.catalog import (
+    STANDARD_ROOT,
+    interface_files,
+    shared_file,
+    shared_module,
+    source_file,
+    standard_packages,
+)
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.interface_names import PACKAGE_NAME
 from actors.interfaces.parser import parse_file
@@ -123,8 +130,8 @@ def _in_order(source_dir: Path, specs: dict[str, InterfaceSpec]) -> list[Interfa
     return ordered
 
 
-def _locator(package: str, root: str) -> Callable[[str], str]:
-    """Return a function from a message's type name to the module of its class."""
+def _locator(package: str, root: str, *, shared: bool) -> Callable[[str], str]:
+    """Return a function from a message's type name to the module of its class; see `render_package`."""
     standard = set(standard_packages())
 
     def module_of(type_name: str) -> str:
@@ -133,21 +140,24 @@ def _locator(package: str, root: str) -> Callable[[str], str]:
             return f"{root}.{kind}.{module_name(name)}"
         if owner in standard:
             return f"{STANDARD_ROOT}.{owner}.{kind}.{module_name(name)}"
+        if shared and shared_file(owner, kind, name) is not None:
+            return shared_module(owner, kind, name)
         # Another tool may have generated it, with other names for the modules below.
         return f"{owner}.{kind}"
 
     return module_of
 
 
-def render_package(specs: list[InterfaceSpec], root: str) -> dict[str, str]:
+def render_package(specs: list[InterfaceSpec], root: str, *, shared: bool = False) -> dict[str, str]:
     """Return the files of a generated package: path in the package to text.
 
     Args:
         specs: All interfaces of one package.
         root: The Python package's full name.
+        shared: Whether the text is for this process only, and may import what `share_packages` makes.
     """
     package = specs[0].package
-    module_of = _locator(package, root)
+    module_of = _locator(package, root, shared=shared)
     files = {"__init__.py": f'"""Interfaces of {package}."""\n', "py.typed": ""}
     for kind in PARTS:
         names = [spec.name for spec in specs if spec.kind == kind]

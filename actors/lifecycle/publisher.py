@@ -73,7 +73,7 @@ class LifecyclePublisher(Publisher[T]):
             # Counted: nothing is lost in silence.
             self.suppressed += 1
 
-    def publish_encoded(self, data: Buffer, *, source_timestamp_ns: int | None = None) -> None:
+    def publish_encoded(self, data: Buffer, source_timestamp_ns: int | None = None) -> None:
         """Send an encoded message as `Publisher.publish_encoded` does; while not active, only count it.
 
         Args:

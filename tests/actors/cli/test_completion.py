@@ -18,6 +18,7 @@ from actors.config.contexts import Context, Contexts
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
+from tests.interfaces.shares import no_shares
 from tests.seams.limits import set_limits
 
 if TYPE_CHECKING:
@@ -88,6 +89,16 @@ def test_types_are_offered_without_a_broker() -> None:
     assert words("topic pub /x std_srvs/srv/Tr") == []
     assert words("interface show std_srvs/srv/Tr") == ["std_srvs/srv/Trigger"]
     assert words("interface package std_") == ["std_msgs", "std_srvs"]
+
+
+def test_types_of_an_installed_ros_2_are_offered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of packages in AMENT_PREFIX_PATH."""
+    (tmp_path / "share" / "completed_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "share" / "completed_msgs" / "msg" / "Wheel.msg").write_text("int32 a\n")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    for line, word in (("package compl", "completed_msgs"), ("show completed", "completed_msgs/msg/Wheel")):
+        with no_shares():
+            assert words(f"interface {line}") == [word]
 
 
 def test_files_are_left_to_the_shell() -> None:

@@ -146,6 +146,25 @@ def test_classes_of_the_program_are_used(own: Own) -> None:
     assert isinstance(own.find("share_robot/msg/Wheel")().axle, MyAxle)
 
 
+def test_packages_of_files_may_need_them(own: Own, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package in a workspace contains types of installed ones, and those such of the workspace."""
+    path = own.write("path", share_robot__msg__Wheel="share_parts/Axle axle\n", share_robot__msg__Rim="")
+    share = own.write(
+        "share", share_parts__msg__Axle="Hub hub\n", share_parts__msg__Hub="share_robot/Rim rim\n"
+    )
+    monkeypatch.syspath_prepend(path)
+    add_share_folders([share])
+    install_finder()
+    wheel = own.find("share_robot/msg/Wheel")
+    assert isinstance(wheel().axle, own.find("share_parts/msg/Axle"))
+    assert isinstance(wheel().axle.hub.rim, own.find("share_robot/msg/Rim"))
+    assert generate(path / own("share_robot"))  # whose text is for other computers, too
+    assert (
+        own("from share_parts.msg import Axle")
+        in (path / own("share_robot") / "msg" / "_wheel.py").read_text()
+    )
+
+
 def test_callboards_types_remain(own: Own) -> None:
     """Whatever a prefix says of them; a type that a later ROS 2 has added to such a package is found."""
     add_share_folders(
