@@ -66,8 +66,8 @@ MAX_NEW_BYTES: Final = 1024 * 1024 * 1024
 
 _GC_BYTES: Final = 16
 _SLOT_BYTES: Final = 8
-_LIST_BYTES: Final = 56 + _GC_BYTES
-_ARRAY_BYTES: Final = 96
+LIST_BYTES: Final = 56 + _GC_BYTES
+ARRAY_BYTES: Final = 96
 _EMPTY_MAP_BYTES: Final = 64
 _PIECE_BYTES: Final = 64 * 1024
 _LOOK_STEPS: Final = 10
@@ -83,7 +83,7 @@ _Numbers: Final = list[int | float | bool]
 _numbers: Final = msgspec.msgpack.Decoder(_Numbers)
 
 
-def _struct_bytes(cls: MessageType) -> int:
+def struct_bytes(cls: MessageType) -> int:
     """Return the memory of a message without the values of its fields."""
     # Python's allocator rounds up to 16.
     return (cls.__basicsize__ + _GC_BYTES + 15) // 16 * 16
@@ -96,9 +96,9 @@ def _is_numeric(kind: FieldType) -> bool:
 def _made_bytes(factory: Any, element: int) -> int:
     """Return the memory of the default of a sequence that may have any length."""
     if isinstance(factory, type) and issubclass(factory, NumericArray):
-        return _ARRAY_BYTES
+        return ARRAY_BYTES
     # Elements that the author of the class has written out, or a function of his.
-    return _ARRAY_BYTES + len(factory()) * element
+    return ARRAY_BYTES + len(factory()) * element
 
 
 def _sequence_bytes(kind: FieldType, default: Any) -> int:
@@ -107,7 +107,7 @@ def _sequence_bytes(kind: FieldType, default: Any) -> int:
         return 0  # a value that all messages share
     # A type that contains itself has no defaults for elements.
     if kind.low == 0 and (default.factory is list or isinstance(default.factory, GenericAlias)):
-        return _LIST_BYTES
+        return LIST_BYTES
     nested = kind.message
     array = ARRAY_BY_ELEMENT.get(kind.base)
     if nested is not None:
@@ -117,7 +117,7 @@ def _sequence_bytes(kind: FieldType, default: Any) -> int:
     else:
         element = 1 if kind.base in BINARY else _SLOT_BYTES
     if kind.low:
-        return _ARRAY_BYTES + kind.low * element
+        return ARRAY_BYTES + kind.low * element
     return _made_bytes(default.factory, element if nested is not None else _OBJECT_BYTES)
 
 
@@ -143,7 +143,7 @@ def _omitted_bytes(cls: MessageType) -> dict[str, int]:
 @cache
 def default_bytes(cls: MessageType) -> int:
     """Return about how much memory a new message takes, with all that it contains. None is made for it."""
-    return _struct_bytes(cls) + sum(_omitted_bytes(cls).values())
+    return struct_bytes(cls) + sum(_omitted_bytes(cls).values())
 
 
 def _worst_bytes(cls: MessageType) -> tuple[int, bool]:
@@ -181,7 +181,7 @@ class _Part(NamedTuple):
 def _part(cls: MessageType) -> _Part:
     omitted = _omitted_bytes(cls)
     return _Part(
-        _struct_bytes(cls) + _SLOT_BYTES,
+        struct_bytes(cls) + _SLOT_BYTES,
         not any(omitted.values()),
         {field.name.encode(): field.type for field in fields_of(cls)},
         {name.encode(): size for name, size in omitted.items() if size},
@@ -195,7 +195,7 @@ def _required(cls: MessageType) -> set[str]:
     required = {field.name for field in fields if field.type.message is not None and not field.type.is_array}
     size = 1 + sum(len(name) + 1 for name in required)
     others = {name: cost for name, cost in omitted.items() if name not in required}
-    memory = _struct_bytes(cls) + _SLOT_BYTES + sum(others.values())
+    memory = struct_bytes(cls) + _SLOT_BYTES + sum(others.values())
     for name in sorted(others, key=lambda name: (others[name], len(name)), reverse=True):
         if memory <= FACTOR * size:
             break
@@ -552,7 +552,7 @@ class _UntypedCharges:
         # Packed numbers that are fields are not charged: a map with one field that is an empty sequence is
         # the smallest of all standard messages.
         if self._packed:
-            self.left += min(self._packed, len(made)) * _ARRAY_BYTES
+            self.left += min(self._packed, len(made)) * ARRAY_BYTES
             self._packed = 0
         self._charge(getsizeof(made) - _GC_BYTES if made else _EMPTY_MAP_BYTES)
 
@@ -563,7 +563,7 @@ class _UntypedCharges:
     def packed(self, code: int, content: bytes) -> None:
         del code, content
         self._packed += 1
-        self._charge(_ARRAY_BYTES)
+        self._charge(ARRAY_BYTES)
 
     def _charge(self, memory: int) -> None:
         self.left -= memory

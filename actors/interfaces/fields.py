@@ -302,6 +302,11 @@ def fields_of(cls: MessageType) -> tuple[Field, ...]:
     return _resolved(cls)[0]
 
 
+def wires_of(cls: MessageType) -> dict[str, Any]:
+    """Return the decoder's types of the fields of a message class; raise as `fields_of`."""
+    return _resolved(cls)[1]
+
+
 @cache
 def constants_of(cls: MessageType) -> tuple[tuple[str, FieldType, object], ...]:
     """Return the ROS constants of a message class in order: name, type, value."""

@@ -1,0 +1,201 @@
+"""Messages to CDR and back.
+
+The generated encoder only raises for what does not fit. The msgpack codec explains it: it takes the same
+messages.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
+
+from actors.interfaces import codec as msgpack
+from actors.interfaces.cdr.decoder import SPARE_BYTES, decoder
+from actors.interfaces.cdr.encoder import encoder
+from actors.interfaces.cdr.layout import HEADER_BYTES
+from actors.interfaces.cdr.source import check_names
+from actors.interfaces.cdr.values import UnusualError
+from actors.interfaces.decode_budget import FACTOR
+from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
+from actors.interfaces.fields import fields_of
+from actors.interfaces.message import Message, type_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from typing_extensions import Buffer
+
+T = TypeVar("T", bound=Message)
+
+BIG_ENDIAN: Final = b"\0\0"
+LITTLE_ENDIAN: Final = b"\0\1"
+_MAX_FLOAT32: Final = (2 - 2**-23) * 2.0**127
+
+_ENCODING_ERRORS: Final = (
+    ValueError, TypeError, AttributeError, LookupError, OverflowError, struct.error, RecursionError,
+    BufferError,
+)  # fmt: skip
+_DECODING_ERRORS: Final = (ValueError, LookupError, OverflowError, struct.error, RecursionError)
+
+
+class CdrCodec(Generic[T]):
+    """Encodes and decodes the messages of one type; get one with `codec_for`.
+
+    Attributes:
+        msg_type: The message class.
+    """
+
+    def __init__(self, msg_type: type[T]) -> None:
+        self._msgpack = msgpack.codec_for(msg_type)
+        self.msg_type = msg_type
+        check_names(cast("Any", msg_type))
+
+    # Made on first use: many types are only read or only written.
+    @cached_property
+    def _encode(self) -> Callable[[Any], bytes]:
+        return encoder(cast("Any", self.msg_type))
+
+    @cached_property
+    def _decode(self) -> Callable[[bytes], T]:
+        return decoder(cast("Any", self.msg_type), "<", is_careful=False)
+
+    @cached_property
+    def _decode_carefully(self) -> Callable[[bytes], T]:
+        return decoder(cast("Any", self.msg_type), "<", is_careful=True)
+
+    @cached_property
+    def _decode_big_endian(self) -> Callable[[bytes], T]:
+        return decoder(cast("Any", self.msg_type), ">", is_careful=True)
+
+    def encode(self, message: T) -> bytes:
+        """Return a message as CDR, little-endian, with its header.
+
+        Args:
+            message: An instance of `msg_type`. A finite number beyond float32's range becomes infinite, as in
+                ROS 2.
+
+        Raises:
+            TypeError: `message` is not a `msg_type`.
+            InvalidMessageError: A field's value does not fit its type, or a `string` has a NUL in it, where
+                ROS 2 would cut it off.
+        """
+        if isinstance(message, self.msg_type):
+            try:
+                return self._encode(message)
+            except _ENCODING_ERRORS:
+                pass
+        # The message as msgpack is checked more thoroughly: it raises the error that says what is wrong, or
+        # gives a message with plain values.
+        plain = self._msgpack.decode(self._msgpack.encode(message))
+        _adapt(plain, type_name(self.msg_type))
+        try:
+            return self._encode(plain)
+        except _ENCODING_ERRORS as error:
+            raise InvalidMessageError(f"{type_name(self.msg_type)}: {error}") from error
+
+    def decode(self, data: Buffer) -> T:
+        """Return the message in `data`.
+
+        A `string` is read as in rclpy: bytes that are not UTF-8 become U+FFFD, and it ends at its first NUL.
+
+        Args:
+            data: One message as CDR with its header, in either byte order; more bytes may follow. `uint8[]`
+                fields are views that keep it alive.
+
+        Raises:
+            InvalidMessageError: The message is shorter than its type and its lengths say, a length is not
+                allowed, or it has another representation than plain CDR.
+            MessageBudgetError: It would take far more memory than its bytes: it has very many elements that
+                consist of a few bytes each.
+        """
+        if type(data) is not bytes:
+            data = bytes(data)
+        try:
+            try:
+                return self._decode(data)
+            except (UnusualError, UnicodeDecodeError, MessageBudgetError):
+                return self._decode_other(data)
+        except MessageBudgetError:
+            name = type_name(self.msg_type)
+            raise MessageBudgetError(
+                f"{name}: its {len(data):,} bytes would take more than {FACTOR} times as much memory and"
+                f" {SPARE_BYTES >> 20} MiB; it has too many small elements"
+            ) from None
+        except InvalidMessageError:
+            raise
+        except _DECODING_ERRORS as error:
+            raise self._explained(data, error) from error
+
+    def _decode_other(self, data: bytes) -> T:
+        representation = data[:2]
+        if representation == LITTLE_ENDIAN:
+            return self._decode_carefully(data)
+        if representation == BIG_ENDIAN:
+            return self._decode_big_endian(data)
+        raise InvalidMessageError(
+            f"{type_name(self.msg_type)}: Expected plain CDR, whose first bytes are 00 01 or 00 00, got"
+            f" {representation.hex(' ')}"
+        )
+
+    def _explained(self, data: bytes, error: Exception) -> InvalidMessageError:
+        name = type_name(self.msg_type)
+        if len(data) >= HEADER_BYTES and data[:2] not in {LITTLE_ENDIAN, BIG_ENDIAN}:
+            try:
+                self._decode_other(data)
+            except InvalidMessageError as found:
+                return found
+        if type(error) is ValueError and str(error):
+            return InvalidMessageError(f"{name}.{error}")
+        if isinstance(error, RecursionError):
+            return InvalidMessageError(f"{name}: the message is nested too deeply")
+        if isinstance(error, OverflowError | UnicodeDecodeError):
+            return InvalidMessageError(f"{name}: a wstring is not UTF-16 ({error})")
+        return InvalidMessageError(
+            f"{name}: {len(data)} bytes are too few: a message of this type, with the lengths in it, has more"
+        )
+
+
+def _adapt(message: Message, path: str) -> None:
+    """Make floats beyond float32's range infinite; raise InvalidMessageError for a string with a NUL."""
+    for field in fields_of(cast("Any", type(message))):
+        kind, name = field.type, field.name
+        value: Any = getattr(message, name)
+        if kind.message is not None:
+            items: list[Any] = value if kind.is_array else [value]
+            for index, item in enumerate(items):
+                _adapt(item, f"{path}.{name}[{index}]" if kind.is_array else f"{path}.{name}")
+        elif kind.base == "string":
+            if any("\0" in each for each in (value if kind.is_array else (value,))):
+                raise InvalidMessageError(f"{path}.{name}: Expected a string without NUL, got {value!r:.80}")
+        elif kind.base == "float32" and not kind.is_array and abs(value) > _MAX_FLOAT32:
+            setattr(message, name, math.copysign(math.inf, value))
+
+
+@cache
+def _codec(msg_type: type[Message]) -> CdrCodec[Message]:
+    return CdrCodec(msg_type)
+
+
+def codec_for(msg_type: type[T]) -> CdrCodec[T]:
+    """Return the codec of a message class; it is made once.
+
+    Args:
+        msg_type: The message class; the parts of services and actions are message classes, too.
+
+    Raises:
+        TypeError: `msg_type` is not a message class, or one of its fields has no ROS type, or a keyword of
+            Python as its name.
+    """
+    return cast("CdrCodec[T]", _codec(msg_type))
+
+
+def encode(message: Message) -> bytes:
+    """Return a message as CDR; see `CdrCodec.encode`."""
+    return codec_for(type(message)).encode(message)
+
+
+def decode(msg_type: type[T], data: Buffer) -> T:
+    """Return the message of a class in `data`; see `CdrCodec.decode`."""
+    return codec_for(msg_type).decode(data)

@@ -1,0 +1,60 @@
+"""The bytes of messages are those of ROS 2, in both directions.
+
+Compared by their values: rclpy fills gaps with whatever its memory holds, and may write surplus bytes.
+"""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING
+
+import pytest
+
+from actors.interfaces import cdr
+from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import type_name
+from actors.interfaces.registry import find_interface
+from tests.interfaces.cdr_vectors import MISREAD, READ, REFUSED, WRITTEN, class_of
+from tests.interfaces.imported import TYPES
+from tests.interfaces.random_messages import message_classes, random_message, values_of
+from tests.real_ros.differences import agree
+from tests.real_ros.test_types import ONLY_HERE, common
+
+if TYPE_CHECKING:
+    from tests.real_ros.sides import Side
+
+MESSAGES = 5
+"""Messages of each type."""
+
+
+@pytest.mark.parametrize("package", sorted(TYPES.keys() - ONLY_HERE))
+def test_messages_of_a_package_are_exchanged_with_ros(package: str, real: Side) -> None:
+    """All types, requests, responses, events, and the parts of actions, with random values."""
+    for name in common(package, real):
+        for cls in message_classes(find_interface(name)):
+            random = Random(type_name(cls))
+            messages = [cls(), *(random_message(cls, random) for _ in range(MESSAGES))]
+            sent = [cdr.encode(each).hex() for each in messages]
+            answers = real.call("serialization.exchanged", type_name(cls), sent)
+            for message, (read, written) in zip(messages, answers, strict=True):
+                values = [read, values_of(cdr.decode(cls, bytes.fromhex(written)))]
+                agree("cdr", type_name(cls), real=values, callboard=[values_of(message)] * 2)
+
+
+def test_ros_reads_and_writes_the_bytes_of_the_vectors(real: Side) -> None:
+    """What `tests/interfaces/cdr_vectors.py` says is what real ROS 2 does."""
+    for vector in (*WRITTEN, *READ):
+        (answer,) = real.call("serialization.read", vector.type_name, [vector.data])
+        agree("cdr", f"{vector.type_name}: {vector.data}", real=answer, callboard=vector.values)
+    for name, data in REFUSED:
+        (answer,) = real.call("serialization.read", name, [data])
+        assert answer == {"raises": "RMWError"}
+
+
+@pytest.mark.parametrize(("name", "data"), MISREAD)
+def test_what_ros_reads_by_accident_is_refused(name: str, data: str, real: Side) -> None:
+    """Listed as different: ROS 2 gives a message that nobody has sent."""
+    (answer,) = real.call("serialization.read", name, [data])
+    with pytest.raises(InvalidMessageError):
+        cdr.decode(class_of(name), bytes.fromhex(data))
+    agree("cdr", f"{name}: {data}", real=answer, callboard="refused")
