@@ -61,6 +61,14 @@ class CallbackFuture:
         """Whether the future was cancelled."""
         return self._future.cancelled()
 
+    def awaits(self, future: object) -> bool:
+        """Return whether it runs until this future is done, and that is not done."""
+        return self._future is future and not self._future.done()
+
+    def forget(self) -> None:
+        """Wait for the future no more; in any thread."""
+        self._future.remove_done_callback(self._done)
+
     def cancel(self) -> None:
         """Cancel the future."""
         self._future.cancel()

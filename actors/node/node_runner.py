@@ -326,7 +326,7 @@ class NodeRunner:
         """Cancel every task. Callbacks that ignore that are logged and abandoned."""
         mailbox = self._context.mailbox
         # They have had `GRACE_SEC` in `_end_callbacks`. Waiting for them again would double the limit.
-        waited_for = {each.task for each in mailbox.running if each.holding or each.concurrent}
+        waited_for = {each.task for each in tuple(mailbox.running) if each.holding or each.concurrent}
         for task in tuple(self._tasks):
             task.cancel()
         rest = [task for task in self._tasks if task not in waited_for]
@@ -339,7 +339,7 @@ class NodeRunner:
 
     @property
     def _running_names(self) -> str:
-        return ", ".join(sorted({each.name for each in self._context.mailbox.running}))
+        return ", ".join(sorted({each.name for each in tuple(self._context.mailbox.running)}))
 
     def destroy(self) -> None:
         """Take everything out of service and cancel running callbacks at once. A second call does nothing.

@@ -15,7 +15,6 @@ from actors.session.dispatch import DISPATCH
 from actors.session.keepalive import Keepalive
 from actors.session.tls import tls_failure, tls_required
 from proto import limits
-from proto.aio.channel import Channel
 from proto.aio.connecting import connect
 from proto.aio.forks import drop_in_children
 from proto.aio.tls import is_tls_error
@@ -70,7 +69,7 @@ class BrokerConnection:
     ) -> None:
         assert link.loop is not None
         self.url = url
-        self.channel = Channel(Role.CLIENT, self, loop=link.loop)
+        self.channel = link.channel_class(Role.CLIENT, self, loop=link.loop)
         self.ended = asyncio.Event()
         self.reached = self.had_session = False
         self.error: Exception | None = None

@@ -22,6 +22,7 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.session.attachments import Attachments
 from actors.session.shared_memory import SharedMemory
 from proto import limits
+from proto.aio.channel import Channel
 from proto.loop_lag import LoopLag
 from proto.wire import frames
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from actors.session.endpoint import LinkEndpoint
-    from proto.aio.channel import Channel
     from proto.wire.frames import Options
 
 HEADER_BYTES: Final = 256
@@ -123,7 +123,10 @@ class Link:
         token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
         lag: How late the loop runs the keepalive's ticks.
         largest: Bytes of the largest message, request or reply that the broker takes.
+        channel_class: The class of the channels of its connections.
     """
+
+    channel_class: type[Channel] = Channel
 
     def __init__(self, broker_urls: str = "", shared_memory: SharedMemory | None = None) -> None:
         self.broker_urls = broker_urls

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
 import secrets
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -24,6 +25,7 @@ from actors.errors import (
 )
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message, type_hash, type_name
+from actors.session.thread_channel import ThreadChannel
 from proto import limits
 from proto.untrusted_text import peer_text
 from proto.wire import frames
@@ -33,6 +35,8 @@ from proto.wire.fragments import is_large
 from proto.wire.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.diagnostics.records import ClientDiagnostics
     from actors.endpoints.context import NodeContext
     from actors.interfaces.codec import Codec, EncodedCodec
@@ -110,6 +114,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.pending: dict[int, CallFuture] = {}
         self.failed = self.timeouts = self.late = 0
         self._deadlines = Deadlines(self._expired)
+        self._numbers = itertools.count(1)  # `call_now` takes one in another thread
         self._last_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
         self._early: dict[int, tuple[object, bytes, float]] = {}
@@ -126,7 +131,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         """Send a request, encoded as `body`; return the future of the reply, due within `limit` seconds."""
         context, pending = self.context, self.pending
         loop = context.require_loop()
-        call = self._last_call = self._last_call + 1
+        call = self._last_call = next(self._numbers)
         callback_task = current_callback_task.get()
         future = CallFuture(self, call, callback_task, loop)
         if callback_task is not None:
@@ -153,6 +158,40 @@ class ClientEndpoint(IntrospectedEndpoint):
             self._send_early()
         self._send(future, call, request, body, limit)
         return future
+
+    def call_now(self, body: bytes, ended: Callable[[CallFuture], object]) -> CallFuture | None:
+        """Send an encoded request at once, from another thread than the loop's.
+
+        It overtakes the calls that this thread has left to the loop.
+
+        Args:
+            body: The request.
+            ended: Called in the loop with the future when it is done; perhaps, if the session ends just now,
+                also if nothing was sent.
+
+        Returns:
+            The future of the reply; None if nothing was sent. Then the loop has to send the request.
+        """
+        link, pending = self.context.link, self.pending
+        channel, loop = link.channel, link.loop
+        if not isinstance(channel, ThreadChannel) or loop is None:
+            return None
+        if not self.peers or self.destroyed or self._refused or self.service_events is not None:
+            return None
+        call = self._last_call = next(self._numbers)
+        future = CallFuture(self, call, None, loop)
+        entry = future.request = RequestEntry(call, None, None, body)
+        future.add_done_callback(ended)  # before the loop can complete it
+        pending[call] = future
+        # The end of a session ends the calls in flight: from here on this one, too, unless it came before.
+        if (
+            self.pending is pending
+            and link.channel is channel
+            and channel.write_now(encode(frames.Request(self.id, (entry,))))
+        ):
+            return future
+        pending.pop(call, None)
+        return None
 
     def _send(self, future: CallFuture, call: int, request: object, body: bytes, limit: float) -> None:
         attributes = None

@@ -6,6 +6,7 @@ Each request ends in a reply.
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 from actors.callbacks.callback_future import CallbackFuture, is_own_future
@@ -17,6 +18,7 @@ from actors.endpoints.service_introspection import CallIdentity, EventKind, Intr
 from actors.interfaces.codec import EncodedCodec, codec_for
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import declared_type, definition, type_name
+from actors.session.thread_channel import ThreadChannel
 from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.codes import Status
@@ -99,7 +101,9 @@ class ServiceEndpoint(DeclaredService):
         self.running: dict[int, CallbackTask | CallbackFuture] = {}
         self._callback = callback
         self.concurrent = concurrent
-        self._suspended = 0
+        self._last_awaited = 0
+        """The last call whose handler has returned a future."""
+        self._suspended: set[CallbackTask | CallbackFuture] = set()
         """Suspended handlers, including those whose callers have given up."""
         if replaced is None:
             context.link.add(self)
@@ -131,7 +135,7 @@ class ServiceEndpoint(DeclaredService):
 
     def has_work(self) -> bool:
         """CallbackSource: whether a handler could run now."""
-        return bool(self.waiting.entries) and self._suspended < MAX_RUNNING and not self.destroyed
+        return bool(self.waiting.entries) and len(self._suspended) < MAX_RUNNING and not self.destroyed
 
     def dispatch(self, share: Share) -> CallbackTask | None:
         """CallbackSource: run the handler for what waits, until it returns something to await."""
@@ -150,7 +154,7 @@ class ServiceEndpoint(DeclaredService):
         call = entry.call
         try:
             # Handlers that are suspended keep their requests.
-            request = self._requests.decode_held(entry.body, self._suspended)
+            request = self._requests.decode_held(entry.body, len(self._suspended))
         except InvalidMessageError as error:
             if isinstance(error, MessageBudgetError):
                 self.context.log.warning(
@@ -183,36 +187,82 @@ class ServiceEndpoint(DeclaredService):
             return None
         return self._suspend(call, awaited, entry.attributes)
 
+    def reply_now(self, future: asyncio.Future[Any], body: bytes) -> bool:
+        """Send an encoded response at once, from another thread than the loop's.
+
+        Many replies at a time are cheaper in one frame, which the loop makes.
+
+        Args:
+            future: What the handler has returned.
+            body: The response.
+
+        Returns:
+            Whether it was sent. Then nothing waits for the future any more. Otherwise, also while other
+            requests wait or are handled, its result has to be the response.
+        """
+        context, call = self.context, self._last_awaited
+        channel, loop = context.link.channel, context.link.loop
+        callback = self.running.get(call)
+        if not (loop and isinstance(channel, ThreadChannel) and isinstance(callback, CallbackFuture)):
+            return False
+        if not callback.awaits(future) or len(self.running) > 1 or self.waiting.entries:
+            return False
+        if self.service_events is not None or self.reply_attributes is not None:
+            return False
+        if not channel.write_now(self.replies.encoded(call, body)):
+            return False
+        self.replies.sent += 1
+        # Here, as the loop would have to be woken for it. It may run between any two of these steps.
+        self.running.pop(call, None)
+        self._suspended.discard(callback)
+        context.mailbox.running.pop(callback, None)
+        callback.forget()
+        # After them: the loop may have waited for this handler.
+        if context.stopping or self.waiting.entries:
+            with suppress(RuntimeError):  # the loop is closed
+                loop.call_soon_threadsafe(self._replied, callback)
+        return True
+
+    def _replied(self, callback: CallbackFuture) -> None:
+        self.context.mailbox.task_ended(callback)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Begin what has waited for the end of a handler."""
+        if self.has_work():
+            self.context.mailbox.post(self)
+        elif self.context.stopping:
+            self._destroy_if_done()
+
     def _suspend(self, call: int, awaited: Any, attributes: frames.Options | None) -> CallbackTask | None:
         """Reply when a coroutine or a future has ended; return the callback task of a coroutine."""
 
         def ended(result: object, error: BaseException | None) -> None:
-            self._suspended -= 1
+            self._suspended.discard(callback)
             if self.running.get(call) is not callback:
                 # The call was abandoned, and its number may be another call's by now.
                 if error is not None and not isinstance(error, asyncio.CancelledError):
                     self.context.callback_failed(self.timing.what, error)
             else:
-                del self.running[call]
+                self.running.pop(call, None)  # `reply_now` may have removed it just now
                 if error is None:
                     self._reply(call, result, attributes)
                 elif callback.cancelled and isinstance(error, asyncio.CancelledError):
                     self.replies.send_text(call, Status.CANCELLED, "the handler was cancelled")
                 else:
                     self._raised(call, error)
-            if self.has_work():
-                self.context.mailbox.post(self)
-            elif self.context.stopping:
-                self._destroy_if_done()
+            self._go_on()
 
-        self._suspended += 1
         mailbox = self.context.mailbox
         callback: CallbackTask | CallbackFuture
         if asyncio.isfuture(awaited):
             callback = self.running[call] = CallbackFuture(mailbox, awaited, ended, self.timing.name)
             mailbox.running[callback] = None
+            self._suspended.add(callback)
+            self._last_awaited = call
             return None
         callback = callback_task = self.running[call] = CallbackTask(mailbox, awaited, ended, self.timing)
+        self._suspended.add(callback)
         return callback_task
 
     def _raised(self, call: int, error: BaseException) -> None:
@@ -239,7 +289,7 @@ class ServiceEndpoint(DeclaredService):
         self.waiting.clear()
         self.replies.discard()
         running, self.running = self.running, {}
-        for callback_task in running.values():
+        for callback_task in tuple(running.values()):
             callback_task.cancel()
 
     def retire(self) -> None:
@@ -290,7 +340,7 @@ class ServiceEndpoint(DeclaredService):
             waiting=len(self.waiting.entries),
             waiting_bytes=self.waiting.size,
             queue_limit=MAX_QUEUED,
-            running=self._suspended,
+            running=len(self._suspended),
             served=self.replies.sent,
             errors=self.replies.errors,
             callback=self.timing.diagnostics(self.calls),

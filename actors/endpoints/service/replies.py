@@ -57,6 +57,11 @@ class Replies:
         entry = ReplyEntry(call, Status.OK, more=False, attributes=attributes, body=body)
         self._outgoing.send(entry, self, self._link)
 
+    def encoded(self, call: int, body: bytes) -> bytes:
+        """Return the frame of one encoded response."""
+        entry = ReplyEntry(call, Status.OK, more=False, attributes=None, body=body)
+        return encode(frames.Reply(self._endpoint.id, (entry,)))
+
     def send_error(self, call: int, status: Status, error: BaseException) -> None:
         """Send an exception's type and text."""
         body = msgpack.packb([type(error).__name__, error_text(error)[: limits.MAX_ERROR_TEXT]])

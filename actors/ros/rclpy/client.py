@@ -126,7 +126,12 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         # A program that cancels the future has given the call up, as much as one that calls
         # `remove_pending_request`.
         future.when_done(partial(self.remove_pending_request, future))
-        self._thread.post(self._begin, body, future, call)
+        # One call is faster from this thread. Many at a time are cheaper in one frame, which the loop makes;
+        # and none may overtake those before it.
+        if len(self._pending) == 1:
+            call.reply = self._endpoint.call_now(body, partial(self._call_ended, future, call))
+        if call.reply is None:
+            self._thread.post(self._begin, body, future, call)
         return future
 
     def _check(self, request: RequestT) -> None:

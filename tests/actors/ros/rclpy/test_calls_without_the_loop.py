@@ -1,0 +1,188 @@
+"""One call at a time needs no change of threads to be sent, and neither does its reply."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import actors
+from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
+from actors.interfaces.rcl_interfaces.srv import SetParameters
+from actors.interfaces.std_srvs.srv import Trigger
+from actors.ros.rclpy.executors import SingleThreadedExecutor
+from actors.ros.rclpy.node import Node
+from actors.threads import NodeThread
+from tests.actors.ros.rclpy.test_queued_calls import DEADLINE_SEC, spun
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator
+
+    from actors.ros.rclpy.context import Context
+
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the loop writes all frames")
+
+
+@pytest.fixture
+def executor(context: Context) -> Iterator[SingleThreadedExecutor]:
+    """An executor with a node."""
+    with SingleThreadedExecutor(context=context) as executor:
+        executor.add_node(Node("node", context=context))
+        yield executor
+
+
+@pytest.fixture
+def peer(context: Context) -> Iterator[tuple[NodeThread, actors.Node]]:
+    """A node of callboard in a thread of its own."""
+    del context  # has started the broker
+    with NodeThread("peer") as thread:
+        yield thread, thread.enter(actors.Node("peer"))
+
+
+@contextmanager
+def blocked_loop(context: Context) -> Generator[None]:
+    """Block the loop of the nodes."""
+    blocked, release = threading.Event(), threading.Event()
+
+    def block() -> None:
+        blocked.set()
+        release.wait(2 * DEADLINE_SEC)
+
+    call = context.thread.submit(block)
+    assert blocked.wait(DEADLINE_SEC)
+    try:
+        yield
+    finally:
+        release.set()
+        call.result(DEADLINE_SEC)
+
+
+@on_linux
+def test_a_request_leaves_in_the_thread_that_calls(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """A server gets it while the loop of the client is blocked."""
+    thread, server = peer
+    served = threading.Event()
+
+    def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        served.set()
+        response.success = True
+        return response
+
+    thread.call(lambda: server.create_service(Trigger, "serve", serve))
+    client = executor.get_nodes()[0].create_client(Trigger, "serve")
+    assert client.wait_for_service(DEADLINE_SEC)
+    with blocked_loop(context):
+        future = client.call_async(Trigger.Request())
+        assert served.wait(DEADLINE_SEC)
+    assert spun(executor, future).success
+
+
+@on_linux
+def test_a_response_leaves_in_the_thread_that_spins(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """A client gets it while the loop of the server is blocked."""
+    thread, node = peer
+    blocking = blocked_loop(context)
+
+    def serve(request: Any, response: Any) -> Any:
+        blocking.__enter__()
+        response.message = "here"
+        return response
+
+    executor.get_nodes()[0].create_service(Trigger, "serve", serve)
+    client = thread.call(lambda: node.create_client(Trigger, "serve"))
+    assert thread.call(client.wait_for_service)
+    reply = thread.submit(lambda: client.call(Trigger.Request()))
+    try:
+        executor.spin_once(DEADLINE_SEC)
+        assert reply.result(DEADLINE_SEC).message == "here"
+    finally:
+        blocking.__exit__(None, None, None)
+
+
+def test_requests_that_have_been_answered_do_not_count(
+    context: Context,
+    executor: SingleThreadedExecutor,
+    peer: tuple[NodeThread, actors.Node],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A service handles more requests, one after another, than it may at the same time."""
+    monkeypatch.setattr("actors.endpoints.service.endpoint.MAX_RUNNING", 2)
+    thread, node = peer
+    executor.get_nodes()[0].create_service(Trigger, "serve", lambda request, response: response)
+    client = thread.call(lambda: node.create_client(Trigger, "serve"))
+    assert thread.call(client.wait_for_service)
+    for _ in range(5):
+        reply = thread.submit(lambda: client.call(Trigger.Request()))
+        while not reply.done():
+            executor.spin_once(0.001)
+        assert reply.result() == Trigger.Response()
+
+
+def test_no_call_overtakes_another(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """The first of several leaves at once, and the loop sends the others."""
+    thread, server = peer
+    numbers = list[int]()
+
+    def serve(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        numbers.append(request.a)
+        return response
+
+    thread.call(lambda: server.create_service(AddTwoInts, "add", serve))
+    client = executor.get_nodes()[0].create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    for first in range(0, 30, 3):
+        for future in [client.call_async(AddTwoInts.Request(a=first + each)) for each in range(3)]:
+            spun(executor, future)
+    assert numbers == list(range(30))
+
+
+def test_a_large_request_and_its_response(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """The loop sends what a thread might write only in part."""
+    thread, server = peer
+    seen = list[int]()
+
+    def serve(request: SetParameters.Request, response: SetParameters.Response) -> SetParameters.Response:
+        seen.append(len(request.parameters[0].value.string_value))
+        return response
+
+    thread.call(lambda: server.create_service(SetParameters, "set", serve))
+    client = executor.get_nodes()[0].create_client(SetParameters, "set")
+    assert client.wait_for_service(DEADLINE_SEC)
+    value = ParameterValue(string_value="x" * 100_000)
+    spun(executor, client.call_async(SetParameters.Request(parameters=[Parameter(name="a", value=value)])))
+    assert seen == [100_000]
+
+
+def test_a_call_fails_with_its_server(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """The server goes away before it replies."""
+    thread, server = peer
+    begun = threading.Event()
+
+    async def serve(request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        begun.set()
+        await asyncio.sleep(DEADLINE_SEC)
+        return response
+
+    service = thread.call(lambda: server.create_service(Trigger, "serve", serve))
+    client = executor.get_nodes()[0].create_client(Trigger, "serve")
+    assert client.wait_for_service(DEADLINE_SEC)
+    future = client.call_async(Trigger.Request())
+    assert begun.wait(DEADLINE_SEC)
+    thread.call(service.destroy)
+    with pytest.raises(actors.ServiceUnavailable):
+        spun(executor, future)
