@@ -36,6 +36,17 @@ def standard_packages() -> list[str]:
     return sorted({path.parent.parent.name for path in found})
 
 
+def is_standard(package: str) -> bool:
+    """Return whether callboard ships an interface package.
+
+    Args:
+        package: Any name.
+    """
+    if not PACKAGE_NAME.fullmatch(package):
+        return False
+    return any((_STANDARD / package / kind / "__init__.py").is_file() for kind in KINDS)
+
+
 def known_packages() -> list[str]:
     """Return the names of all interface packages: the standard ones, installed ones and files, sorted."""
     found = set(standard_packages())
@@ -63,7 +74,7 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
     """Return the file with the text of an interface, or None."""
     if not _are_names(package, kind, name):
         return None
-    if any((_STANDARD / package / each / "__init__.py").is_file() for each in KINDS):
+    if is_standard(package):
         return shared_file(package, kind, name)
     return _file(_text_folders(package), kind, name) or shared_file(package, kind, name)
 
@@ -130,7 +141,7 @@ def unknown_package(package: str) -> str:
 
 
 def _names(package: str, kind: str) -> list[str]:
-    standard = package in standard_packages()
+    standard = is_standard(package)
     shared = {name for folder in share_folders for name in interface_files(folder / package, kind)}
     for folder in [_STANDARD / package] if standard else _folders(package):
         # Generated packages list their names; only folders with texts alone are searched for files.

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.catalog import (
     interfaces_of,
+    is_standard,
     known_packages,
     python_package,
     shared_file,
@@ -95,7 +96,7 @@ def _load(package: str, kind: str, name: str) -> type | None:
 
 def _suggestion(name: str, package: str) -> str:
     """Return "; did you mean …?" for the most similar known name, or nothing."""
-    if package in standard_packages():
+    if is_standard(package):
         candidates = interfaces_of(package)
     else:
         # example_interfaces copies std_msgs; suggest the original.

@@ -26,7 +26,7 @@ from importlib.resources import files
 from string import Template
 from typing import TYPE_CHECKING, Final
 
-from actors.interfaces.catalog import standard_packages
+from actors.interfaces.catalog import is_standard
 from actors.tools.licenses import license_text, spdx
 from actors.tools.maintainer import EMAIL
 from proto.errors import CallboardError
@@ -207,7 +207,7 @@ def comes_with_callboard(dependency: str) -> bool:
     Args:
         dependency: The package's name.
     """
-    return dependency in _ROS or dependency in standard_packages()
+    return dependency in _ROS or is_standard(dependency)
 
 
 def suggested_name(name: str) -> str | None:
