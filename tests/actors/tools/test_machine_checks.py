@@ -69,6 +69,28 @@ def test_another_owner_of_an_import_name_is_named() -> None:
     assert not bad(machine_checks.import_names({}))
 
 
+def test_the_lists_of_files_of_distributions_tell_their_owners(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By their lists of files, or of top-level names; names that only begin alike are others."""
+    for name, file, text in (
+        ("proto-plus", "RECORD", "proto_plus-1.dist-info/RECORD,,\nproto/enums.py,sha256=x,1\n"),
+        ("one-file", "RECORD", "broker.py,sha256=x,1\n"),
+        ("declared", "top_level.txt", "other\nactors\n"),
+        ("alike", "RECORD", "callboards/a.py,,\nbroker_b.py,,\nbroker.pyx,,\na/proto/b.py,,\n"),
+    ):
+        folder = tmp_path / f"{name}-1.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text(f"Name: {name}\nVersion: 1\n")
+        (folder / file).write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert [finding for _, finding in bad(machine_checks.import_names())] == [
+        "'proto' also belongs to proto-plus: each overwrites files of the other",
+        "'broker' also belongs to one-file: each overwrites files of the other",
+        "'actors' also belongs to declared: each overwrites files of the other",
+    ]
+
+
 def test_a_package_from_elsewhere_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was imported under callboard's name is not where callboard is."""
     other = type(sys)("broker")
