@@ -138,11 +138,11 @@ def full(cls: type[T], size: int) -> Iterator[T]:
                 yield cls(**{name: [element] * count})
 
 
-def refused(action: Callable[[], object]) -> int:
-    """Return the most memory that is taken until a message is refused."""
+def refused(action: Callable[[], object], match: str | None = None) -> int:
+    """Return the most memory that is taken until a message is refused, with a text that matches."""
 
     def attempt() -> None:
-        with pytest.raises(MessageBudgetError):
+        with pytest.raises(MessageBudgetError, match=match):
             action()
 
     return peak_bytes_once(attempt)
@@ -206,9 +206,8 @@ def test_a_full_point_cloud_of_8_mib_is_checked_without_a_copy() -> None:
 )
 def test_what_is_left_out_is_charged_before_it_is_built(cls: type[Message], data: bytes) -> None:
     """Case 62: memory stays within the budget, and the error says what to do."""
-    assert refused(partial(codec_for(cls).decode, data)) < FACTOR * len(data) + 16 * MIB
-    with pytest.raises(MessageBudgetError, match=f"^{type_name(cls)}.*leave out fields.*write every field"):
-        codec_for(cls).decode(data)
+    text = f"^{type_name(cls)}.*leave out fields.*write every field"
+    assert refused(partial(codec_for(cls).decode, data), text) < FACTOR * len(data) + 16 * MIB
 
 
 @pytest.mark.parametrize("element", [EMPTY_MAP, b"\x90", b"\xa2ab", b"\x91\x90"])
@@ -244,7 +243,7 @@ def test_a_plain_array_of_numbers_is_accepted() -> None:
 )
 def test_small_parts_of_untyped_messages_are_charged(element: bytes) -> None:
     """Case 62: maps, arrays and packed numbers, also nested."""
-    data = starved("a", 1_000_000 // len(element), element)
+    data = starved("a", 500_000 // len(element), element)
     assert refused(partial(decode_untyped, data)) < FACTOR * len(data) + 16 * MIB
 
 

@@ -198,7 +198,7 @@ def test_a_shutdown_at_any_moment_ends_everything(context: Context, seed: int) -
     chance = random.Random(seed)
     nodes = [Node(f"node{n}", context=context) for n in range(2)]
     executors = [executor_of(chance, context) for _ in nodes]
-    moment = chance.randint(1, 400)
+    moment = chance.randint(1, 100)
     reached = threading.Event()
     seen = list[int]()
 
