@@ -72,12 +72,10 @@ def option(default: T, about: str, **facts: Any) -> T:
         facts: As for `required`.
     """
     # Typed as the default: type checkers know such fields only from calls of `dataclasses.field`.
-    made: Any = (
-        field(default_factory=dict, metadata=required(about, **facts))
-        if default == {}
-        else field(default=default, metadata=required(about, **facts))
-    )
-    return cast("T", made)
+    metadata = required(about, **facts)
+    if default == {}:
+        return cast("T", field(default_factory=dict[str, Any], metadata=metadata))
+    return field(default=default, metadata=metadata)
 
 
 def required(
