@@ -12,7 +12,7 @@ from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 _CONDITIONS: Final = {"true": True, "1": True, "false": False, "0": False}
 _BOOLS: Final = {**_CONDITIONS, "yes": True, "on": True, "no": False, "off": False}
@@ -25,21 +25,8 @@ class Condition(Entity, ABC):
     kind: ClassVar[str] = "condition"
 
     @abstractmethod
-    def holds(self, scope: Scope) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         """Evaluate it.
-
-        Args:
-            scope: The scope of the action.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
-
-    def evaluate(self, context: Scope) -> bool:
-        """Evaluate it, under ROS 2's name.
 
         Args:
             context: The context of the action.
@@ -50,7 +37,17 @@ class Condition(Entity, ABC):
         Raises:
             LaunchError: It has no value there.
         """
-        return self.holds(context)
+
+    def holds(self, scope: LaunchContext) -> bool:
+        """Evaluate it, under its former name.
+
+        Args:
+            scope: The context of the action.
+
+        Returns:
+            Whether it holds.
+        """
+        return self.evaluate(scope)
 
 
 @dataclass(frozen=True)
@@ -63,8 +60,8 @@ class IfCondition(Condition):
 
     predicate: Text
 
-    def holds(self, scope: Scope) -> bool:
-        return evaluate_condition(self.predicate, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return evaluate_condition(self.predicate, context)
 
 
 @dataclass(frozen=True)
@@ -77,8 +74,8 @@ class UnlessCondition(Condition):
 
     predicate: Text
 
-    def holds(self, scope: Scope) -> bool:
-        return not evaluate_condition(self.predicate, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not evaluate_condition(self.predicate, context)
 
 
 @dataclass(frozen=True)
@@ -93,10 +90,10 @@ class LaunchConfigurationEquals(Condition):
     launch_configuration_name: str
     expected_value: Text | None
 
-    def holds(self, scope: Scope) -> bool:
-        scope.used.add(self.launch_configuration_name)
-        value = scope.configurations.get(self.launch_configuration_name)
-        return value == (None if self.expected_value is None else resolve(self.expected_value, scope))
+    def evaluate(self, context: LaunchContext) -> bool:
+        context.used.add(self.launch_configuration_name)
+        value = context.launch_configurations.get(self.launch_configuration_name)
+        return value == (None if self.expected_value is None else resolve(self.expected_value, context))
 
 
 @dataclass(frozen=True)
@@ -108,11 +105,11 @@ class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
         expected_value: The value; None: the argument is set to any value.
     """
 
-    def holds(self, scope: Scope) -> bool:
-        return not super().holds(scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not super().evaluate(context)
 
 
-def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - a bool is one way to write it
+def to_bool(value: bool | Text, context: LaunchContext) -> bool:  # noqa: FBT001 - a bool is one way to write it
     """Convert the value of an option, substitution or parameter to a bool.
 
     Raises:
@@ -120,20 +117,20 @@ def to_bool(value: bool | Text, scope: Scope) -> bool:  # noqa: FBT001 - a bool 
     """
     if isinstance(value, bool):
         return value
-    word = resolve(value, scope)
+    word = resolve(value, context)
     parsed = parse_bool(word)
     if parsed is None:
         raise LaunchError(f"Expected true or false, got '{escape(word)}'")
     return parsed
 
 
-def evaluate_condition(predicate: Text, scope: Scope) -> bool:
+def evaluate_condition(predicate: Text, context: LaunchContext) -> bool:
     """Convert the string of a condition to a bool.
 
     Raises:
         LaunchError: It is neither true, 1, false nor 0, in upper or lower case.
     """
-    word = resolve(predicate, scope)
+    word = resolve(predicate, context)
     parsed = parse_condition(word)
     if parsed is None:
         raise LaunchError(f"Expected true, 1, false or 0, got '{escape(word)}'")

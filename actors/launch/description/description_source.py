@@ -15,7 +15,7 @@ from actors.launch.description.substitutions import Substitution, resolve
 if TYPE_CHECKING:
     from actors.launch.description.actions import IncludeLaunchDescription
     from actors.launch.description.description import LaunchDescription
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class AnyLaunchDescriptionSource(Substitution):
 
     launch_file_path: Text
 
-    def perform(self, scope: Scope) -> str:
-        return resolve(self.launch_file_path, scope)
+    def perform(self, context: LaunchContext) -> str:
+        return resolve(self.launch_file_path, context)
 
 
 class LaunchLibrary(Library, Protocol):
@@ -44,17 +44,17 @@ class LaunchLibrary(Library, Protocol):
         ...
 
 
-def included_scope(action: IncludeLaunchDescription, scope: Scope) -> Scope:
-    """Return the scope of the file that an action includes.
+def included_context(action: IncludeLaunchDescription, context: LaunchContext) -> LaunchContext:
+    """Return the context of the file that an action includes.
 
     Raises:
         LaunchError: A substitution has no value there.
     """
-    path = PurePath(scope.folder, resolve(action.launch_description_source, scope))
-    inner = scope.inner()
+    path = PurePath(context.folder, resolve(action.launch_description_source, context))
+    inner = context.inner()
     # One after the other, in the folder of the including file: an argument can use those before it.
     for name, value in action.given:
-        inner.configurations[name] = resolve(value, inner)
+        inner.launch_configurations[name] = resolve(value, inner)
     inner.folder, inner.file = str(path.parent), str(path)
     return inner
 

@@ -13,7 +13,7 @@ from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class Command(Substitution):
 
     command: Text
 
-    def perform(self, scope: Scope) -> str:
-        text = resolve(self.command, scope)
+    def perform(self, context: LaunchContext) -> str:
+        text = resolve(self.command, context)
         try:
             words = split_command(text)
         except ValueError as error:
             raise LaunchError(f"'{escape(text)}' is not a command: {error}") from None
-        return scope.library.output_of(words, scope.environment).rstrip("\r\n")
+        return context.library.output_of(words, context.environment).rstrip("\r\n")
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class FindExecutable(Substitution):
 
     name: Text
 
-    def perform(self, scope: Scope) -> str:
-        return scope.library.executable(resolve(self.name, scope), scope.environment)
+    def perform(self, context: LaunchContext) -> str:
+        return context.library.executable(resolve(self.name, context), context.environment)
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class FindPackageShare(Substitution):
 
     package: Text
 
-    def perform(self, scope: Scope) -> str:
-        return scope.library.share(resolve(self.package, scope))
+    def perform(self, context: LaunchContext) -> str:
+        return context.library.share(resolve(self.package, context))
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class FindPackagePrefix(Substitution):
 
     package: Text
 
-    def perform(self, scope: Scope) -> str:
-        return scope.library.prefix(resolve(self.package, scope))
+    def perform(self, context: LaunchContext) -> str:
+        return context.library.prefix(resolve(self.package, context))
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ class ExecutableInPackage(Substitution):
     executable: Text
     package: Text
 
-    def perform(self, scope: Scope) -> str:
-        package, executable = resolve(self.package, scope), resolve(self.executable, scope)
-        return scope.library.installed_program(package, executable)
+    def perform(self, context: LaunchContext) -> str:
+        package, executable = resolve(self.package, context), resolve(self.executable, context)
+        return context.library.installed_program(package, executable)
 
 
 @dataclass(frozen=True)
@@ -107,16 +107,16 @@ class FileContent(Substitution):
 
     path: Text
 
-    def perform(self, scope: Scope) -> str:
-        return scope.library.text(str(PurePath(scope.folder, resolve(self.path, scope))))
+    def perform(self, context: LaunchContext) -> str:
+        return context.library.text(str(PurePath(context.folder, resolve(self.path, context))))
 
 
 @dataclass(frozen=True)
 class LaunchLogDir(Substitution):
     """The folder of the log files of this launch, which is created if it does not exist yet."""
 
-    def perform(self, scope: Scope) -> str:
-        return scope.library.log_folder()
+    def perform(self, context: LaunchContext) -> str:
+        return context.library.log_folder()
 
 
 @dataclass(frozen=True)
@@ -131,13 +131,13 @@ class Parameter(Substitution):
     name: Text
     default: Text | None = None
 
-    def perform(self, scope: Scope) -> str:
-        name = resolve(self.name, scope)
-        if name not in scope.parameters:
+    def perform(self, context: LaunchContext) -> str:
+        name = resolve(self.name, context)
+        if name not in context.parameters:
             if self.default is None:
                 raise LaunchError(f"No parameter '{escape(name)}' has been set for all nodes")
-            return resolve(self.default, scope)
-        text = scope.parameters[name]
+            return resolve(self.default, context)
+        text = context.parameters[name]
         value = load_yaml(text, rules=rcl_scalar)
         # As ROS 2 writes them: truth values are Python's, for a PythonExpression.
         return str(value) if isinstance(value, str | bool) else text
@@ -153,8 +153,8 @@ class AnonName(Substitution):
 
     name: Text
 
-    def perform(self, scope: Scope) -> str:
-        name = resolve(self.name, scope)
-        if name not in scope.anonymous:
-            scope.anonymous[name] = f"{name}_{scope.library.unique()}"
-        return scope.anonymous[name]
+    def perform(self, context: LaunchContext) -> str:
+        name = resolve(self.name, context)
+        if name not in context.anonymous:
+            context.anonymous[name] = f"{name}_{context.library.unique()}"
+        return context.anonymous[name]

@@ -16,7 +16,7 @@ from actors.launch.description.conditions import parse_condition, to_bool
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 Truth: TypeAlias = "bool | Text"
 Value: TypeAlias = "bool | int | float | Text"
@@ -25,15 +25,15 @@ Value: TypeAlias = "bool | int | float | Text"
 class TruthSubstitution(Substitution):
     """A substitution whose value is "true" or "false"."""
 
-    def perform(self, scope: Scope) -> str:
-        return str(self.holds(scope)).lower()
+    def perform(self, context: LaunchContext) -> str:
+        return str(self.evaluate(context)).lower()
 
     @abstractmethod
-    def holds(self, scope: Scope) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         """Evaluate it.
 
         Args:
-            scope: Where it is evaluated.
+            context: Where it is evaluated.
 
         Returns:
             Whether it holds.
@@ -53,8 +53,8 @@ class BooleanSubstitution(TruthSubstitution):
 
     value: Truth
 
-    def holds(self, scope: Scope) -> bool:
-        return to_bool(self.value, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return to_bool(self.value, context)
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class NotSubstitution(TruthSubstitution):
 
     value: Truth
 
-    def holds(self, scope: Scope) -> bool:
-        return not to_bool(self.value, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not to_bool(self.value, context)
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class AndSubstitution(TruthSubstitution):
     left: Truth
     right: Truth
 
-    def holds(self, scope: Scope) -> bool:
-        return to_bool(self.left, scope) and to_bool(self.right, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return to_bool(self.left, context) and to_bool(self.right, context)
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class OrSubstitution(TruthSubstitution):
     left: Truth
     right: Truth
 
-    def holds(self, scope: Scope) -> bool:
-        return to_bool(self.left, scope) or to_bool(self.right, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return to_bool(self.left, context) or to_bool(self.right, context)
 
 
 @dataclass(frozen=True, init=False)
@@ -116,8 +116,8 @@ class AllSubstitution(TruthSubstitution):
     def __init__(self, *values: Truth) -> None:
         object.__setattr__(self, "values", values)
 
-    def holds(self, scope: Scope) -> bool:
-        return all(to_bool(each, scope) for each in self.values)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return all(to_bool(each, context) for each in self.values)
 
 
 @dataclass(frozen=True, init=False)
@@ -133,8 +133,8 @@ class AnySubstitution(TruthSubstitution):
     def __init__(self, *values: Truth) -> None:
         object.__setattr__(self, "values", values)
 
-    def holds(self, scope: Scope) -> bool:
-        return any(to_bool(each, scope) for each in self.values)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return any(to_bool(each, context) for each in self.values)
 
 
 @dataclass(frozen=True)
@@ -149,8 +149,8 @@ class EqualsSubstitution(TruthSubstitution):
     left: Value
     right: Value
 
-    def holds(self, scope: Scope) -> bool:
-        left, right = _text(self.left, scope), _text(self.right, scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        left, right = _text(self.left, context), _text(self.right, context)
         words = {parse_condition(left), parse_condition(right)}
         if None not in words:
             return len(words) == 1
@@ -169,8 +169,8 @@ class NotEqualsSubstitution(EqualsSubstitution):
         right: Another one.
     """
 
-    def holds(self, scope: Scope) -> bool:
-        return not super().holds(scope)
+    def evaluate(self, context: LaunchContext) -> bool:
+        return not super().evaluate(context)
 
 
 @dataclass(frozen=True)
@@ -187,14 +187,14 @@ class IfElseSubstitution(Substitution):
     if_value: Text = ""
     else_value: Text = ""
 
-    def perform(self, scope: Scope) -> str:
-        return resolve(self.if_value if to_bool(self.condition, scope) else self.else_value, scope)
+    def perform(self, context: LaunchContext) -> str:
+        return resolve(self.if_value if to_bool(self.condition, context) else self.else_value, context)
 
 
-def _text(value: Value, scope: Scope) -> str:
+def _text(value: Value, context: LaunchContext) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return str(value) if isinstance(value, int | float) else resolve(value, scope)
+    return str(value) if isinstance(value, int | float) else resolve(value, context)
 
 
 def _number(text: str) -> float | None:

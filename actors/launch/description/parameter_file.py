@@ -11,7 +11,7 @@ from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.description.templates import template
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,10 @@ class ParameterFile(Substitution):
     _: KW_ONLY
     allow_substs: bool | Text = False
 
-    def perform(self, scope: Scope) -> str:
-        path = PurePath(scope.folder, resolve(self.param_file, scope))
-        if not to_bool(self.allow_substs, scope):
+    def perform(self, context: LaunchContext) -> str:
+        path = PurePath(context.folder, resolve(self.param_file, context))
+        if not to_bool(self.allow_substs, context):
             return str(path)
         # As in ROS 2 the text is evaluated before it is read as YAML: a substitution may be any part of it.
-        text = resolve(template(scope.library.text(str(path))), scope)
-        return scope.library.temporary_file(path.name, text)
+        text = resolve(template(context.library.text(str(path))), context)
+        return context.library.temporary_file(path.name, text)

@@ -21,7 +21,7 @@ from proto.untrusted_text import escape
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 MAX_EXPRESSION_CHARS: Final = 4096
 MAX_PARTS: Final = 500
@@ -49,8 +49,8 @@ class PythonExpression(Substitution):
 
     expression: Text
 
-    def perform(self, scope: Scope) -> str:
-        expression = resolve(self.expression, scope)
+    def perform(self, context: LaunchContext) -> str:
+        expression = resolve(self.expression, context)
         text = str(evaluate(expression))
         if len(text) > MAX_LENGTH:
             raise _error(expression, _TOO_LONG)

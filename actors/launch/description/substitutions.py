@@ -3,7 +3,7 @@
     [LaunchConfiguration("robot"), "_camera"]       a list is one string in pieces
     PathJoinSubstitution([ThisLaunchFileDir(), "parameters.yaml"])
 
-They are data; `resolve` evaluates them in a `Scope`.
+They are data; `resolve` evaluates them in a `LaunchContext`.
 """
 
 from __future__ import annotations
@@ -55,12 +55,14 @@ class TextCount:
 
 
 @dataclass(kw_only=True)
-class Scope:
-    """The arguments, variables and settings that apply to an action.
+class LaunchContext:
+    """The arguments, variables and settings that apply to an action. Functions of a description get it, too.
+
+    Groups and included files have a context of their own, made of that around them.
 
     Attributes:
         library: Finds files, packages and programs.
-        configurations: The arguments and their values.
+        launch_configurations: The arguments and their values.
         environment: The environment of programs.
         namespace: The namespace that has been pushed, or None.
         folder: The folder of the launch file.
@@ -72,13 +74,13 @@ class Scope:
         saved_environments: Stack of `PushEnvironment`.
         first_environment: The environment at the beginning of the launch.
         event: The event that is being handled, if any.
-        used: Arguments that have been looked up. All scopes of a launch share it.
-        anonymous: Names that `AnonName` has chosen. All scopes of a launch share it.
-        texts: Counts what is resolved. All scopes share it, except that each event has its own.
+        used: Arguments that have been looked up. All contexts of a launch share it.
+        anonymous: Names that `AnonName` has chosen. All contexts of a launch share it.
+        texts: Counts what is resolved. All contexts share it, except that each event has its own.
     """
 
     library: Library
-    configurations: dict[str, str] = field(default_factory=dict[str, str])
+    launch_configurations: dict[str, str] = field(default_factory=dict[str, str])
     environment: dict[str, str] = field(default_factory=dict[str, str])
     namespace: str | None = None
     folder: str = ""
@@ -86,7 +88,7 @@ class Scope:
     parameters: dict[str, str] = field(default_factory=dict[str, str])
     remappings: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     parameter_files: list[str] = field(default_factory=list[str])
-    saved_configurations: list[Scope] = field(default_factory=list["Scope"])
+    saved_configurations: list[LaunchContext] = field(default_factory=list["LaunchContext"])
     saved_environments: list[dict[str, str]] = field(default_factory=list[dict[str, str]])
     first_environment: Mapping[str, str] = field(default_factory=dict[str, str])
     event: object = None
@@ -94,11 +96,11 @@ class Scope:
     anonymous: dict[str, str] = field(default_factory=dict[str, str])
     texts: TextCount = field(default_factory=TextCount)
 
-    def inner(self) -> Scope:
-        """Return a copy, whose changes do not affect this scope."""
+    def inner(self) -> LaunchContext:
+        """Return a copy, whose changes do not affect this context."""
         return replace(
             self,
-            configurations=dict(self.configurations),
+            launch_configurations=dict(self.launch_configurations),
             environment=dict(self.environment),
             parameters=dict(self.parameters),
             remappings=list(self.remappings),
@@ -107,11 +109,11 @@ class Scope:
             saved_environments=[],
         )
 
-    def initial(self) -> Scope:
-        """Return a scope in which nothing has been set, pushed or declared since the launch began."""
+    def initial(self) -> LaunchContext:
+        """Return a context in which nothing has been set, pushed or declared since the launch began."""
         return replace(
             self.inner(),
-            configurations={},
+            launch_configurations={},
             environment=dict(self.first_environment),
             namespace=None,
             parameters={},
@@ -119,29 +121,24 @@ class Scope:
             parameter_files=[],
         )
 
-    def adopt(self, inner: Scope) -> None:
-        """Take over the settings of an inner scope.
+    def adopt(self, inner: LaunchContext) -> None:
+        """Take over the settings of an inner context.
 
         Args:
-            inner: That scope. It must not be used after this.
+            inner: That context. It must not be used after this.
         """
         self.environment = inner.environment
         self.restore(inner)
 
-    def restore(self, saved: Scope) -> None:
+    def restore(self, saved: LaunchContext) -> None:
         """Take over all settings but the environment: what launch and launch_ros have as configurations.
 
         Args:
-            saved: Their scope. It must not be used after this.
+            saved: Their context. It must not be used after this.
         """
-        self.configurations, self.namespace = saved.configurations, saved.namespace
+        self.launch_configurations, self.namespace = saved.launch_configurations, saved.namespace
         self.parameters, self.parameter_files = saved.parameters, saved.parameter_files
         self.remappings = saved.remappings
-
-    @property
-    def launch_configurations(self) -> dict[str, str]:
-        """The arguments and their values, under ROS 2's name."""
-        return self.configurations
 
     def perform_substitution(self, text: Text) -> str:
         """Evaluate a substitution.
@@ -158,21 +155,17 @@ class Scope:
         return resolve(text, self)
 
 
-LaunchContext = Scope
-"""The argument of functions of a description; ROS 2's name."""
-
-
 class Substitution(Entity, ABC):
-    """A string that depends on the scope."""
+    """A string that depends on the context."""
 
     kind: ClassVar[str] = "substitution"
 
     @abstractmethod
-    def perform(self, scope: Scope) -> str:
+    def perform(self, context: LaunchContext) -> str:
         """Return its value.
 
         Args:
-            scope: Where it is evaluated.
+            context: Where it is evaluated.
 
         Raises:
             LaunchError: It has no value there.
@@ -193,8 +186,8 @@ class TextSubstitution(Substitution):
 
     text: str
 
-    def perform(self, scope: Scope) -> str:
-        del scope
+    def perform(self, context: LaunchContext) -> str:
+        del context
         return self.text
 
 
@@ -210,15 +203,15 @@ class LaunchConfiguration(Substitution):
     variable_name: Text
     default: Text | None = None
 
-    def perform(self, scope: Scope) -> str:
-        name = resolve(self.variable_name, scope)
-        scope.used.add(name)
-        value = scope.configurations.get(name)
+    def perform(self, context: LaunchContext) -> str:
+        name = resolve(self.variable_name, context)
+        context.used.add(name)
+        value = context.launch_configurations.get(name)
         if value is not None:
             return value
         if self.default is None:
             raise LaunchError(f"Launch argument '{name}' is used, but not declared before that")
-        return resolve(self.default, scope)
+        return resolve(self.default, context)
 
 
 @dataclass(frozen=True)
@@ -233,14 +226,14 @@ class EnvironmentVariable(Substitution):
     name: Text
     default_value: Text | None = None
 
-    def perform(self, scope: Scope) -> str:
-        name = resolve(self.name, scope)
-        value = scope.environment.get(name)
+    def perform(self, context: LaunchContext) -> str:
+        name = resolve(self.name, context)
+        value = context.environment.get(name)
         if value is not None:
             return value
         if self.default_value is None:
             raise LaunchError(f"Environment variable '{name}' is not set")
-        return resolve(self.default_value, scope)
+        return resolve(self.default_value, context)
 
 
 class NoEventError(LaunchError):
@@ -259,11 +252,11 @@ class LocalSubstitution(Substitution):
     expression: str
     description: str = ""
 
-    def perform(self, scope: Scope) -> str:
+    def perform(self, context: LaunchContext) -> str:
         """Return its value.
 
         Args:
-            scope: Where it is evaluated.
+            context: Where it is evaluated.
 
         Raises:
             NoEventError: No event is being handled.
@@ -272,9 +265,9 @@ class LocalSubstitution(Substitution):
         first, *names = self.expression.split(".")
         if first != "event" or not all(each.isidentifier() and each[0] != "_" for each in names):
             raise LaunchError(f"LocalSubstitution has 'event.NAME', not '{escape(self.expression)}'")
-        if scope.event is None:
+        if context.event is None:
             raise NoEventError(f"'{self.expression}' is known in event handlers only")
-        value = scope.event
+        value = context.event
         for each in names:
             if not hasattr(value, each):
                 raise LaunchError(f"LocalSubstitution: {type(value).__name__} has no '{each}'")
@@ -292,43 +285,43 @@ class PathJoinSubstitution(Substitution):
 
     substitutions: Sequence[Text]
 
-    def perform(self, scope: Scope) -> str:
-        return str(PurePath(*(resolve(part, scope) for part in self.substitutions)))
+    def perform(self, context: LaunchContext) -> str:
+        return str(PurePath(*(resolve(part, context) for part in self.substitutions)))
 
 
 @dataclass(frozen=True)
 class ThisLaunchFileDir(Substitution):
     """The folder of the launch file with this substitution in it."""
 
-    def perform(self, scope: Scope) -> str:
-        return scope.folder
+    def perform(self, context: LaunchContext) -> str:
+        return context.folder
 
 
 @dataclass(frozen=True)
 class ThisLaunchFile(Substitution):
     """The path of the launch file with this substitution in it."""
 
-    def perform(self, scope: Scope) -> str:
-        if scope.file is None:
+    def perform(self, context: LaunchContext) -> str:
+        if context.file is None:
             raise LaunchError("ThisLaunchFile: this description comes from no file")
-        return scope.file
+        return context.file
 
 
-def resolve(text: Text, scope: Scope) -> str:
-    """Evaluate a string, a substitution, or a list of them in a scope.
+def resolve(text: Text, context: LaunchContext) -> str:
+    """Evaluate a string, a substitution, or a list of them in a context.
 
     Raises:
         LaunchError: It has no value there, is of another type, or becomes too long.
     """
     pieces: list[str] = []
     size = 0
-    for piece in _pieces(text, scope, 0):
+    for piece in _pieces(text, context, 0):
         pieces.append(piece)
         size += len(piece)
         if size > MAX_TEXT:
             start = excerpt("".join(pieces)[:MAX_SHOWN])
             raise LaunchError(f"A string becomes longer than {MAX_TEXT} characters; it begins with {start}")
-    scope.texts.add(size)
+    context.texts.add(size)
     return "".join(pieces)
 
 
@@ -343,15 +336,15 @@ def split_command(text: str) -> list[str]:
     return shlex.split(text)
 
 
-def _pieces(text: Text, scope: Scope, depth: int) -> Iterator[str]:
+def _pieces(text: Text, context: LaunchContext, depth: int) -> Iterator[str]:
     # Launch files are seldom checked for types.
     value: Any = text
     if isinstance(value, str | PurePath):
         yield str(value)
     elif isinstance(value, Substitution):
-        yield value.perform(scope)
+        yield value.perform(context)
     elif isinstance(value, Sequence) and depth < MAX_DEPTH:
         for piece in cast("Sequence[Text]", value):
-            yield from _pieces(piece, scope, depth + 1)
+            yield from _pieces(piece, context, depth + 1)
     else:
         raise LaunchError(f"Expected a string or a substitution, not {excerpt(cast('object', value))}")

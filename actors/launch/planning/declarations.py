@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.launch.description.action import Setting
 from actors.launch.description.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
-from actors.launch.description.description_source import included_scope
+from actors.launch.description.description_source import included_context
 from actors.launch.description.substitutions import resolve
 from actors.launch.planning.settings import apply_setting
 from proto.errors import CallboardError
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Action
     from actors.launch.description.description_source import LaunchLibrary
-    from actors.launch.description.substitutions import Scope
+    from actors.launch.description.substitutions import LaunchContext
 
 MAX_INCLUDES: Final = 32
 """Depth of files that include each other."""
@@ -27,7 +27,7 @@ MAX_INCLUDED: Final = 2000
 
 
 def all_declared(
-    actions: Iterable[Action], scope: Scope, library: LaunchLibrary
+    actions: Iterable[Action], context: LaunchContext, library: LaunchLibrary
 ) -> list[DeclareLaunchArgument]:
     """Return the arguments that users can give, whatever the conditions of their declarations.
 
@@ -36,11 +36,11 @@ def all_declared(
 
     Args:
         actions: The actions of the launch file.
-        scope: The scope of the file; it is changed.
+        context: The context of the file; it is changed.
         library: Reads included launch files.
     """
     search = _Search(library)
-    search.search(actions, scope, frozenset())
+    search.search(actions, context, frozenset())
     return list(search.found.values())
 
 
@@ -53,33 +53,35 @@ class _Search:
         self._seen: set[tuple[str | None, frozenset[str]]] = set()
         self._depth = 0
 
-    def search(self, actions: Iterable[Action], scope: Scope, given: frozenset[str]) -> None:
+    def search(self, actions: Iterable[Action], context: LaunchContext, given: frozenset[str]) -> None:
         """Search actions; `given` are the arguments that the includes around them set."""
         for action in actions:
             # Errors, and values that are not known yet, are reported when the launch is planned.
             with suppress(CallboardError):
-                self._search_action(action, scope, given)
+                self._search_action(action, context, given)
 
-    def _search_action(self, action: Action, scope: Scope, given: frozenset[str]) -> None:
+    def _search_action(self, action: Action, context: LaunchContext, given: frozenset[str]) -> None:
         match action:
             case DeclareLaunchArgument(name=name, default_value=default):
                 if name not in given:
                     self.found.setdefault(name, action)
                 # Defaults count: the path of an include often depends on one.
-                if name not in scope.configurations and default is not None:
-                    scope.configurations[name] = resolve(default, scope)
+                if name not in context.launch_configurations and default is not None:
+                    context.launch_configurations[name] = resolve(default, context)
             case Setting():
-                apply_setting(action, scope)
+                apply_setting(action, context)
             case IncludeLaunchDescription():
-                self._include(action, scope, given)
+                self._include(action, context, given)
             case _:
                 # Also into groups and handlers whose conditions are false: another argument may make them
                 # true.
                 shared = isinstance(action, GroupAction) and not action.scoped
-                self.search(getattr(action, "actions", ()), scope if shared else scope.inner(), given)
+                self.search(getattr(action, "actions", ()), context if shared else context.inner(), given)
 
-    def _include(self, action: IncludeLaunchDescription, scope: Scope, given: frozenset[str]) -> None:
-        inner = included_scope(action, scope)
+    def _include(
+        self, action: IncludeLaunchDescription, context: LaunchContext, given: frozenset[str]
+    ) -> None:
+        inner = included_context(action, context)
         # With other arguments given, another part of the same file may be undeclared, so both are the key.
         given |= {name for name, _ in action.given}
         if inner.file is None or (inner.file, given) in self._seen or self._depth == MAX_INCLUDES:

@@ -16,7 +16,7 @@ from proto.wire.names import normalize_namespace, validate_full_service_name, va
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 MAX_KNOWN: Final = 10_000
 """Limit of remembered actions. Only a launch whose functions return actions in a loop reaches it."""
@@ -50,14 +50,14 @@ class KnownNodes:
 
 
 def dependencies(
-    depends_on: Any, nodes: KnownNodes, scope: Scope, namespace: str | None
+    depends_on: Any, nodes: KnownNodes, context: LaunchContext, namespace: str | None
 ) -> tuple[Presence, ...]:
     """Return the dependencies of a process, each once.
 
     Args:
         depends_on: The option of that name.
         nodes: The nodes that have been planned before it.
-        scope: Where it is evaluated.
+        context: Where it is evaluated.
         namespace: The namespace that names are relative to; None: the root.
 
     Raises:
@@ -65,15 +65,17 @@ def dependencies(
         InvalidNameError: A name is not valid.
     """
     listed = [depends_on] if isinstance(depends_on, str | Substitution | Node) else depends_on
-    return tuple(dict.fromkeys(_presences(listed, nodes, scope, namespace)))
+    return tuple(dict.fromkeys(_presences(listed, nodes, context, namespace)))
 
 
-def _presences(listed: Any, nodes: KnownNodes, scope: Scope, namespace: str | None) -> Iterator[Presence]:
+def _presences(
+    listed: Any, nodes: KnownNodes, context: LaunchContext, namespace: str | None
+) -> Iterator[Presence]:
     for each in listed:
         if isinstance(each, Node):
             yield nodes.presence(each)
             continue
-        text = resolve(cast("Text", each), scope)
+        text = resolve(cast("Text", each), context)
         word, _, name = text.strip().partition(" ")
         try:
             kind = PresenceKind(word)

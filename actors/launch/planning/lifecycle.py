@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
     from actors.launch.description.event_handlers import OnStateTransition
     from actors.launch.description.lifecycle import ChangeState, LifecycleTransition, Matcher
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
     from actors.launch.planning.events import StateTransition
     from actors.launch.planning.process_spec import ProcessSpec
     from actors.launch.planning.steps import Step
 
 
-def change_state(event: ChangeState, scope: Scope) -> Step:
+def change_state(event: ChangeState, context: LaunchContext) -> Step:
     """Return the step that requests the transition of an event.
 
     Raises:
         LaunchError: There is no such transition.
     """
     matcher: Matcher = event.lifecycle_node_matcher
-    transitions = (_transition(event.transition_id, scope),)  # now, so that a wrong one is found at once
+    transitions = (_transition(event.transition_id, context),)  # now, so that a wrong one is found at once
     if isinstance(matcher, matches_action):
         action = matcher.action
         # By identity: two equal actions start two nodes.
@@ -42,7 +42,7 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
             what=action_label(action), matches=lambda spec: spec.origin is action, transitions=transitions
         )
     if isinstance(matcher, matches_node_name):
-        node = presence(PresenceKind.NODE, resolve(matcher.node_name, scope), scope.namespace).name
+        node = presence(PresenceKind.NODE, resolve(matcher.node_name, context), context.namespace).name
         return ChangeStates(what=node, matches=_has_name(node), transitions=transitions)
 
     def matches(spec: ProcessSpec) -> bool:
@@ -51,32 +51,32 @@ def change_state(event: ChangeState, scope: Scope) -> Step:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as of other functions of a description
-            raise function_error(matcher, error, scope.file) from error
+            raise function_error(matcher, error, context.file) from error
 
     what = f"nodes that {function_name(matcher)} chooses"
     return ChangeStates(what=what, matches=matches, transitions=transitions, calls=True)
 
 
-def lifecycle_transition(action: LifecycleTransition, scope: Scope) -> list[Step]:
+def lifecycle_transition(action: LifecycleTransition, context: LaunchContext) -> list[Step]:
     """Return the steps that request the transitions of an action, one for each node.
 
     Raises:
         LaunchError: There is no such transition, or no node or transition is given.
         InvalidNameError: No node can have that name.
     """
-    names = [resolve(each, scope) for each in action.lifecycle_node_names]
-    transitions = tuple(_transition(each, scope) for each in action.transition_ids)
+    names = [resolve(each, context) for each in action.lifecycle_node_names]
+    transitions = tuple(_transition(each, context) for each in action.transition_ids)
     if not names:
         raise LaunchError("No lifecycle_node_names provided.")
     if not transitions:
         raise LaunchError("No transition_ids provided.")
     # One step for each node: a transition that fails for one does not keep the others from theirs.
-    nodes = [presence(PresenceKind.NODE, name, scope.namespace).name for name in names]
+    nodes = [presence(PresenceKind.NODE, name, context.namespace).name for name in names]
     return [ChangeStates(what=node, matches=_has_name(node), transitions=transitions) for node in nodes]
 
 
 def state_transitions(
-    handler: OnStateTransition, scope: Scope
+    handler: OnStateTransition, context: LaunchContext
 ) -> tuple[Callable[[StateTransition], bool], list[str]]:
     """Return a function that matches the state transitions of a handler, and its conditions for messages.
 
@@ -86,9 +86,9 @@ def state_transitions(
     states = {each.label for each in STATES}
     labels = {each.label for each in TRANSITIONS}
     given = {
-        "transition": _label("transition", handler.transition, labels, scope),
-        "start_state": _label("start_state", handler.start_state, states, scope),
-        "goal_state": _label("goal_state", handler.goal_state, states, scope),
+        "transition": _label("transition", handler.transition, labels, context),
+        "start_state": _label("start_state", handler.start_state, states, context),
+        "goal_state": _label("goal_state", handler.goal_state, states, context),
     }
     wanted = {name: value for name, value in given.items() if value is not None}
 
@@ -107,11 +107,11 @@ def _has_name(node: str) -> Callable[[ProcessSpec], bool]:
     return lambda spec: spec.node == node
 
 
-def _transition(given: int | Text, scope: Scope) -> int | str:
+def _transition(given: int | Text, context: LaunchContext) -> int | str:
     """Return the id or label of a transition that can be requested."""
     # Three transitions have the label "shutdown", so a label is not turned into an id: the node knows its
     # state.
-    text = str(given) if isinstance(given, int) else resolve(given, scope)
+    text = str(given) if isinstance(given, int) else resolve(given, context)
     labels = {each.label for each in REQUESTS}
     if text in labels:
         return text
@@ -122,8 +122,8 @@ def _transition(given: int | Text, scope: Scope) -> int | str:
     return int(text)
 
 
-def _label(what: str, given: Text | None, known: Iterable[str], scope: Scope) -> str | None:
-    text = None if given is None else resolve(given, scope)
+def _label(what: str, given: Text | None, known: Iterable[str], context: LaunchContext) -> str | None:
+    text = None if given is None else resolve(given, context)
     if text is not None and text not in known:
         raise LaunchError(f"{what}: there is no '{escape(text)}'{did_you_mean(text, sorted(known))}")
     return text

@@ -20,36 +20,36 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from actors.launch.description.process_actions import Node
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 _ARGUMENT_NAME: Final = re.compile(r"/?(?!__)[A-Za-z_]\w*([./](?!__)[A-Za-z_]\w*)*", re.ASCII)
 """Names that `-p` of rcl can have: others are syntax there, and one with a colon is another node's."""
 
 
-def ros_arguments(node: Node, scope: Scope) -> list[str]:
+def ros_arguments(node: Node, context: LaunchContext) -> list[str]:
     """Return `--ros-args` and the arguments after it; an empty list if there are none.
 
     Raises:
         LaunchError: A parameter or parameter file is not valid, or a substitution has no value.
         InvalidNameError: The name or namespace is not valid.
     """
-    arguments = list(_arguments(node, scope))
+    arguments = list(_arguments(node, context))
     return ["--ros-args", *arguments] if arguments else []
 
 
-def full_name(node: Node, scope: Scope) -> str | None:
+def full_name(node: Node, context: LaunchContext) -> str | None:
     """Return the full name that a node will have; None if its program chooses it.
 
     Raises:
         LaunchError: A substitution has no value.
         InvalidNameError: The name or namespace is not valid.
     """
-    name = _name(node, scope)
-    return None if name is None else full_node_name(_namespace(node, scope) or "/", name)
+    name = _name(node, context)
+    return None if name is None else full_node_name(_namespace(node, context) or "/", name)
 
 
-def _arguments(node: Node, scope: Scope) -> Iterator[str]:
-    node_name, namespace = _name(node, scope), _namespace(node, scope)
+def _arguments(node: Node, context: LaunchContext) -> Iterator[str]:
+    node_name, namespace = _name(node, context), _namespace(node, context)
     if node_name is not None:
         yield from ("-r", f"__node:={node_name}")
     if namespace is not None:
@@ -57,23 +57,23 @@ def _arguments(node: Node, scope: Scope) -> Iterator[str]:
     # The last of several values of a parameter counts, but the first of several rules for a name. So the
     # node's own come last: its parameters override those of `SetParameter`, and its rules do not override
     # `SetRemap`.
-    for path in scope.parameter_files:
+    for path in context.parameter_files:
         yield from ("--params-file", path)
-    yield from _parameter_arguments(scope.parameters.items(), scope)
+    yield from _parameter_arguments(context.parameters.items(), context)
     for entry in cast("Sequence[Any]", node.parameters):
         if isinstance(entry, Mapping):
-            texts = parameter_texts(cast("Mapping[Text, Any]", entry), scope)
-            yield from _parameter_arguments(texts, scope)
+            texts = parameter_texts(cast("Mapping[Text, Any]", entry), context)
+            yield from _parameter_arguments(texts, context)
         else:
-            path = str(PurePath(scope.folder, resolve(entry, scope)))
-            yield from ("--params-file", scope.library.parameter_file(path))
-    for old, new in (*scope.remappings, *node.remappings):
-        yield from ("-r", f"{resolve(old, scope)}:={resolve(new, scope)}")
+            path = str(PurePath(context.folder, resolve(entry, context)))
+            yield from ("--params-file", context.library.parameter_file(path))
+    for old, new in (*context.remappings, *node.remappings):
+        yield from ("-r", f"{resolve(old, context)}:={resolve(new, context)}")
     for each in node.ros_arguments:
-        yield resolve(each, scope)
+        yield resolve(each, context)
 
 
-def _parameter_arguments(texts: Iterable[tuple[str, str]], scope: Scope) -> Iterator[str]:
+def _parameter_arguments(texts: Iterable[tuple[str, str]], context: LaunchContext) -> Iterator[str]:
     in_file: list[str] = []
     for name, value in texts:
         if _ARGUMENT_NAME.fullmatch(name):
@@ -82,20 +82,20 @@ def _parameter_arguments(texts: Iterable[tuple[str, str]], scope: Scope) -> Iter
             in_file.append(f"{flow_text(name)}: {value}")
     if in_file:
         text = f"/**: {{{PARAMETERS_KEY}: {{{', '.join(in_file)}}}}}\n"
-        yield from ("--params-file", scope.library.temporary_file("parameters.yaml", text))
+        yield from ("--params-file", context.library.temporary_file("parameters.yaml", text))
 
 
-def _name(node: Node, scope: Scope) -> str | None:
+def _name(node: Node, context: LaunchContext) -> str | None:
     if node.name is None:
         return None
-    name = resolve(node.name, scope)
+    name = resolve(node.name, context)
     validate_node_name(name)
     return name
 
 
-def _namespace(node: Node, scope: Scope) -> str | None:
-    own = None if node.namespace is None else resolve(node.namespace, scope)
-    namespace = prefix_namespace(scope.namespace, own)
+def _namespace(node: Node, context: LaunchContext) -> str | None:
+    own = None if node.namespace is None else resolve(node.namespace, context)
+    namespace = prefix_namespace(context.namespace, own)
     if namespace is None:
         return None
     namespace = normalize_namespace(namespace)
@@ -103,7 +103,9 @@ def _namespace(node: Node, scope: Scope) -> str | None:
     return namespace
 
 
-def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") -> Iterator[tuple[str, str]]:
+def parameter_texts(
+    values: Mapping[Text, Any], context: LaunchContext, prefix: str = ""
+) -> Iterator[tuple[str, str]]:
     """Yield names of parameters, and their values as YAML that any node reads as the same values.
 
     Names in nested mappings are joined by dots.
@@ -112,13 +114,13 @@ def parameter_texts(values: Mapping[Text, Any], scope: Scope, prefix: str = "") 
         LaunchError: A value cannot be that of a parameter, or a substitution has no value.
     """
     for key, value in values.items():
-        name = f"{prefix}{resolve(key, scope)}"
+        name = f"{prefix}{resolve(key, context)}"
         if isinstance(value, Mapping):
-            yield from parameter_texts(cast("Mapping[Text, Any]", value), scope, f"{name}.")
+            yield from parameter_texts(cast("Mapping[Text, Any]", value), context, f"{name}.")
         else:
             if not name:
                 raise LaunchError("The name of a parameter is empty")
             try:
-                yield name, flow_text(parameter_value(value, scope))
+                yield name, flow_text(parameter_value(value, context))
             except (LaunchError, ValueError) as error:
                 raise LaunchError(f"Parameter '{escape(name)}': {error}") from None

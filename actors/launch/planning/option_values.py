@@ -1,4 +1,4 @@
-"""The values that the options of an action have in a scope, checked against their rows in the table."""
+"""The values that the options of an action have in a context, checked against their rows in the table."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Action
     from actors.launch.description.options import Option
-    from actors.launch.description.substitutions import Scope
+    from actors.launch.description.substitutions import LaunchContext
 
 
-def option_value(action: Action, name: str, scope: Scope) -> Any:
+def option_value(action: Action, name: str, context: LaunchContext) -> Any:
     """Return the value of an option: a string, truth value or number, or None if that is its default.
 
     Args:
         action: The action.
         name: The option.
-        scope: Where it is evaluated.
+        context: Where it is evaluated.
 
     Raises:
         LaunchError: A substitution has no value there, or the value is out of range.
@@ -34,10 +34,10 @@ def option_value(action: Action, name: str, scope: Scope) -> Any:
     # None stands for the default of the launch, such as its stop timeout, and not for a value.
     option = next(each for each in options_of(type(action)) if each.name == name)
     value: object = getattr(action, name)
-    return None if value is None else _READERS[option.type](option, value, scope)
+    return None if value is None else _READERS[option.type](option, value, context)
 
 
-def option_values(action: Action, cls: type[Action], scope: Scope) -> dict[str, Any]:
+def option_values(action: Action, cls: type[Action], context: LaunchContext) -> dict[str, Any]:
     """Return the values of the options of a base class that are strings, truth values or numbers.
 
     The names of durations end in `_sec`, as everywhere but in launch files, where they are ROS 2's.
@@ -45,31 +45,31 @@ def option_values(action: Action, cls: type[Action], scope: Scope) -> dict[str, 
     Args:
         action: The action.
         cls: The class whose options are meant.
-        scope: Where they are evaluated.
+        context: Where they are evaluated.
 
     Raises:
         LaunchError: A substitution has no value there, or a value is out of range.
     """
     return {
-        f"{each.name}_sec" if each.unit else each.name: option_value(action, each.name, scope)
+        f"{each.name}_sec" if each.unit else each.name: option_value(action, each.name, context)
         for each in options_of(cls)
         if each.type in _READERS
     }
 
 
-def _text(option: Option, value: Any, scope: Scope) -> str:
-    word = resolve(value, scope)
+def _text(option: Option, value: Any, context: LaunchContext) -> str:
+    word = resolve(value, context)
     if option.choices and word not in option.choices:
         raise LaunchError(f"{option.name} must be one of {', '.join(option.choices)}, not '{escape(word)}'")
     return word
 
 
-def _flag(_option: Option, value: Any, scope: Scope) -> bool:
-    return to_bool(value, scope)
+def _flag(_option: Option, value: Any, context: LaunchContext) -> bool:
+    return to_bool(value, context)
 
 
-def _number(option: Option, value: Any, scope: Scope) -> float:
-    text = str(value) if isinstance(value, int | float) else resolve(value, scope)
+def _number(option: Option, value: Any, context: LaunchContext) -> float:
+    text = str(value) if isinstance(value, int | float) else resolve(value, context)
     try:
         number = float(text)
     except ValueError:
@@ -83,7 +83,7 @@ def _number(option: Option, value: Any, scope: Scope) -> float:
     return int(number) if whole else number
 
 
-_READERS: Final[dict[str, Callable[[Option, Any, Scope], Any]]] = {
+_READERS: Final[dict[str, Callable[[Option, Any, LaunchContext], Any]]] = {
     "Text": _text,
     "Text | None": _text,
     "bool | Text": _flag,

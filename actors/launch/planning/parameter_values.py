@@ -15,20 +15,20 @@ from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 _SCALARS: Final = (str, int, float, bool)
 _SHOWN_CHARS: Final = 80
 
 
-def parameter_value(value: Any, scope: Scope) -> Any:
+def parameter_value(value: Any, context: LaunchContext) -> Any:
     """Return a value without substitutions: a scalar, bytes, or a list of scalars of one type.
 
     The text of a substitution is read as YAML. A list of integers and doubles is one of doubles.
 
     Args:
         value: What a description has.
-        scope: For the substitutions.
+        context: For the substitutions.
 
     Raises:
         LaunchError: A parameter cannot have this value, or a substitution has no value.
@@ -39,11 +39,11 @@ def parameter_value(value: Any, scope: Scope) -> Any:
         case PurePath():
             return str(value)
         case Substitution():
-            return value_from_text(resolve(value, scope))
+            return value_from_text(resolve(value, context))
         case ParameterValue():
-            return _typed(value, scope)
+            return _typed(value, context)
         case Sequence():
-            return _list(cast("Any", value), scope)
+            return _list(cast("Any", value), context)
         case _:
             raise LaunchError(f"cannot be {value!r}")
 
@@ -73,16 +73,16 @@ def _scalar(text: str) -> object:
     return launch_scalar(text) if text else None  # `-` is a list of nothing
 
 
-def _list(values: Sequence[Any], scope: Scope) -> Any:
+def _list(values: Sequence[Any], context: LaunchContext) -> Any:
     if any(isinstance(each, Substitution) for each in values) and all(
         isinstance(each, Substitution | str) for each in values
     ):  # pieces of one text
-        return value_from_text(resolve(cast("Text", values), scope))
+        return value_from_text(resolve(cast("Text", values), context))
     items = [
         # In a list, pieces of a text are in a list of their own.
-        value_from_text(resolve(cast("Text", each), scope))
+        value_from_text(resolve(cast("Text", each), context))
         if isinstance(each, list | tuple)
-        else parameter_value(each, scope)
+        else parameter_value(each, context)
         for each in values
     ]
     if {type(each) for each in values} == {int, float}:
@@ -99,20 +99,20 @@ def _of_one_type(items: list[Any]) -> list[Any]:
     return items
 
 
-def _typed(parameter: ParameterValue, scope: Scope) -> Any:
+def _typed(parameter: ParameterValue, context: LaunchContext) -> Any:
     kind, value = parameter.value_type, parameter.value
     if kind is None:
-        return parameter_value(value, scope)
+        return parameter_value(value, context)
     if get_origin(kind) is list:
-        return [_converted(each, get_args(kind)[0], scope) for each in _items(value, scope)]
-    return _converted(value, kind, scope)
+        return [_converted(each, get_args(kind)[0], context) for each in _items(value, context)]
+    return _converted(value, kind, context)
 
 
-def _items(value: Any, scope: Scope) -> Sequence[Any]:
+def _items(value: Any, context: LaunchContext) -> Sequence[Any]:
     """Return the elements of a YAML list as they are written in the text."""
     if not isinstance(value, str | Substitution):
         return cast("Sequence[Any]", value)
-    text = resolve(value, scope)
+    text = resolve(value, context)
     try:
         items: Any = load_yaml(text, rules=PlainText)
     except YamlError as error:
@@ -122,15 +122,15 @@ def _items(value: Any, scope: Scope) -> Sequence[Any]:
     return [*cast("Any", items)]
 
 
-def _converted(value: Any, kind: Any, scope: Scope) -> Any:
+def _converted(value: Any, kind: Any, context: LaunchContext) -> Any:
     if kind not in _SCALARS:
         raise LaunchError(f"value_type can be str, int, float or bool, or a list of one, not {kind!r}")
     if isinstance(value, PlainText) and kind in {int, float}:
         # Python itself reads neither `0x10` nor `.inf`, and `010` as ten.
         number = yaml_scalar(value)
         value = value if isinstance(number, bool | str) else number
-    text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), scope)
+    text = str(value) if isinstance(value, int | float) else resolve(cast("Text", value), context)
     try:
-        return to_bool(text, scope) if kind is bool else kind(text)
+        return to_bool(text, context) if kind is bool else kind(text)
     except ValueError:
         raise LaunchError(f"expected a value of type {kind.__name__}, not '{escape(text)}'") from None

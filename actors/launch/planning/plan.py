@@ -25,11 +25,11 @@ from actors.launch.description.actions import (
     UnsupportedAction,
 )
 from actors.launch.description.description import LaunchDescription, declared_arguments
-from actors.launch.description.description_source import included_scope
+from actors.launch.description.description_source import included_context
 from actors.launch.description.event_handlers import OnProcessExit, OnStateTransition, ProcessHandler
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
 from actors.launch.description.process_actions import ExecuteProcess, Node
-from actors.launch.description.substitutions import NoEventError, Scope, TextCount, resolve
+from actors.launch.description.substitutions import LaunchContext, NoEventError, TextCount, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
 from actors.launch.planning.declarations import MAX_INCLUDED, MAX_INCLUDES, all_declared
@@ -87,21 +87,21 @@ def make_plan(
         LaunchError: The description has another error; the text names the action and its file.
     """
     planner = _Planner(library, output)
-    # Copies: actions change the scope, and a launch may be planned again with the same arguments.
-    scope = Scope(
+    # Copies: actions change the context, and a launch may be planned again with the same arguments.
+    context = LaunchContext(
         library=library,
-        configurations=dict(arguments),
+        launch_configurations=dict(arguments),
         environment=dict(environment),
         first_environment=environment,
         folder=folder,
         file=description.file,
         used={LAUNCH_PREFIX, LAUNCH_PREFIX_FILTER},  # every description has them
     )
-    outer = scope.inner()  # as it is before the first action, for the search below
-    steps = planner.plan(description.actions, scope)
+    outer = context.inner()  # as it is before the first action, for the search below
+    steps = planner.plan(description.actions, context)
     known = planner.declared | {each.name for each in declared_arguments(description.actions)}
     # An argument that nothing declares may still be read with a default: then it is used.
-    unknown = [name for name in arguments if name not in known | scope.used]
+    unknown = [name for name in arguments if name not in known | context.used]
     if unknown and not planner.partial:
         raise UnknownArgumentError(unknown[0], tuple(sorted(known)))
     if unknown:
@@ -141,8 +141,8 @@ class _Planner:
         # Names that handlers refer to, checked when all processes are known.
         self._targets: list[str] = []
 
-    def plan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
-        """Return the steps of actions. Their settings change the scope.
+    def plan(self, actions: Iterable[Action], context: LaunchContext) -> list[Step]:
+        """Return the steps of actions. Their settings change the context.
 
         Raises:
             LaunchError: An action has an error.
@@ -150,17 +150,17 @@ class _Planner:
         steps: list[Step] = []
         for action in actions:
             try:
-                steps += self._plan_action(action, scope)
+                steps += self._plan_action(action, context)
             except NoEventError:
                 raise  # to the handler around it, which is planned again with its event
             except CallboardError as error:
                 if isinstance(error, LaunchError) and error.has_location:
                     raise
-                raise with_location(error, action, scope.file) from error
+                raise with_location(error, action, context.file) from error
             except (KeyboardInterrupt, Exception):
                 raise  # a bug: its traceback says more than the action
             except BaseException as error:  # of a substitution or condition, such as that of pytest.fail
-                raise with_location(error, action, scope.file) from error
+                raise with_location(error, action, context.file) from error
         return steps
 
     def warnings(self, steps: Sequence[Step]) -> list[str]:
@@ -181,55 +181,55 @@ class _Planner:
                     warnings.append(f"Two nodes have the name {node}: {first} and {label}")
         return warnings
 
-    def _plan_action(self, action: Action, scope: Scope) -> Iterable[Step]:
-        if action.condition is None or action.condition.holds(scope):
-            return self._steps(action, scope)
+    def _plan_action(self, action: Action, context: LaunchContext) -> Iterable[Step]:
+        if action.condition is None or action.condition.evaluate(context):
+            return self._steps(action, context)
         # What it would have declared or started is unknown now, so warnings about that could be wrong.
         if isinstance(action, GroupAction | TimerAction | IncludeLaunchDescription | OpaqueFunction):
             self.partial = True
         return []
 
-    def _steps(self, action: Action, scope: Scope) -> Iterable[Step]:  # noqa: C901, PLR0911, PLR0912 - a table
+    def _steps(self, action: Action, context: LaunchContext) -> Iterable[Step]:  # noqa: C901, PLR0911, PLR0912 - a table
         match action:
             case Node() | ExecuteProcess():
-                return self._start(action, scope)
+                return self._start(action, context)
             case DeclareLaunchArgument():
-                self._declare(action, scope)
+                self._declare(action, context)
             case LogInfo():
-                return [LogText(text=resolve(action.msg, scope))]
+                return [LogText(text=resolve(action.msg, context))]
             case GroupAction():
-                return self._group(action, scope)
+                return self._group(action, context)
             case Setting():
-                apply_setting(action, scope)
+                apply_setting(action, context)
             case IncludeLaunchDescription():
-                return self._include(action, scope)
+                return self._include(action, context)
             case TimerAction():
-                return self._delay(action, scope)
+                return self._delay(action, context)
             case OpaqueFunction():
-                return self._opaque(action, scope)
+                return self._opaque(action, context)
             case RegisterEventHandler():
-                return self._react(action.event_handler, scope)
+                return self._react(action.event_handler, context)
             case EmitEvent(event=ChangeState() as event):
-                return [change_state(event, scope)]
+                return [change_state(event, context)]
             case EmitEvent(event=Shutdown() as shutdown):
-                return self.plan([shutdown], scope)
+                return self.plan([shutdown], context)
             case LifecycleTransition():
-                return lifecycle_transition(action, scope)
+                return lifecycle_transition(action, context)
             case Shutdown():
-                return [End(reason=resolve(action.reason, scope))]
+                return [End(reason=resolve(action.reason, context))]
             case UnsupportedAction():
                 raise LaunchError(f"callboard has no {action.action_type}: {action.remedy}")
             # An action class of the user: what ROS 2 calls with the context.
             case _ if callable(execute := getattr(action, "execute", None)):
-                return self._opaque(OpaqueFunction(function=execute), scope)
+                return self._opaque(OpaqueFunction(function=execute), context)
             case _:
                 raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
         return []
 
-    def _delay(self, action: TimerAction, scope: Scope) -> list[Step]:
-        later = option_value(action, "period", scope)
-        cancel = option_value(action, "cancel_on_shutdown", scope)
-        steps = self._deferring(action.actions, scope.inner())
+    def _delay(self, action: TimerAction, context: LaunchContext) -> list[Step]:
+        later = option_value(action, "period", context)
+        cancel = option_value(action, "cancel_on_shutdown", context)
+        steps = self._deferring(action.actions, context.inner())
         # A timer in another one is cancelled with it: that one would have begun it.
         return [
             replace(
@@ -240,36 +240,36 @@ class _Planner:
             for step in steps
         ]
 
-    def _declare(self, action: DeclareLaunchArgument, scope: Scope) -> None:
+    def _declare(self, action: DeclareLaunchArgument, context: LaunchContext) -> None:
         name = action.name
         if not name:
             raise LaunchError("A launch argument needs a name")
         self.declared.add(name)
         # One that an outer file has set counts, so that a file can set arguments of those that it includes.
-        if name not in scope.configurations:
+        if name not in context.launch_configurations:
             if action.default_value is None:
                 about = f" ({action.description})" if action.description else ""
                 raise LaunchError(f"Launch argument '{name}'{about} is required: give {name}:=…")
-            scope.configurations[name] = resolve(action.default_value, scope)
-        value = scope.configurations[name]
+            context.launch_configurations[name] = resolve(action.default_value, context)
+        value = context.launch_configurations[name]
         if action.choices is not None and value not in action.choices:
             raise LaunchError(
                 f"Launch argument '{name}' must be one of {', '.join(action.choices)}, not '{escape(value)}'"
             )
 
-    def _group(self, action: GroupAction, scope: Scope) -> list[Step]:
+    def _group(self, action: GroupAction, context: LaunchContext) -> list[Step]:
         # As in ROS 2: with `forwarding` an argument can use those before it. Otherwise all of them are
         # evaluated outside. A group that is not scoped could not forget what is outside.
-        inner = outside = scope.inner() if action.scoped else scope
+        inner = outside = context.inner() if action.scoped else context
         if action.scoped and not action.forwarding:
-            outside, inner = inner, scope.initial()
+            outside, inner = inner, context.initial()
             outside.environment = inner.environment
         for name, value in action.launch_configurations.items():
-            inner.configurations[name] = resolve(value, outside)
+            inner.launch_configurations[name] = resolve(value, outside)
         return self.plan(action.actions, inner)
 
-    def _include(self, action: IncludeLaunchDescription, scope: Scope) -> list[Step]:
-        inner = included_scope(action, scope)
+    def _include(self, action: IncludeLaunchDescription, context: LaunchContext) -> list[Step]:
+        inner = included_context(action, context)
         path = str(inner.file)
         if self._include_depth == MAX_INCLUDES:
             raise LaunchError(f"{path} is {MAX_INCLUDES} files deep; does one include itself?")
@@ -282,25 +282,25 @@ class _Planner:
         # In ROS 2's own format an include is not scoped: files set what later actions of the including one
         # use.
         if not action.scoped:
-            scope.adopt(inner)
+            context.adopt(inner)
         return steps
 
-    def _start(self, action: Node | ExecuteProcess, scope: Scope) -> list[Step]:
+    def _start(self, action: Node | ExecuteProcess, context: LaunchContext) -> list[Step]:
         if self._processes_left == 0:
             raise LaunchError(f"The description has more than {MAX_PROCESSES} processes")
         self._processes_left -= 1
         self._last_number += 1  # never reused, so that a label means one process in all logs
-        spec = make_spec(action, scope, number=self._last_number, nodes=self._nodes)
+        spec = make_spec(action, context, number=self._last_number, nodes=self._nodes)
         spec = replace(spec, output=self._output or spec.output, made_later=self._running)
         self._nodes.add(action, spec.node)
         # A Shutdown alone has made the process a required one, which needs no handler.
         if action.on_exit is not None and ending(action.on_exit) is None:
             handler = OnProcessExit(target_action=action, on_exit=action.on_exit)
-            (reaction,) = self._react(handler, scope)
+            (reaction,) = self._react(handler, context)
             return [Start(process=spec, on_exit=reaction)]
         return [Start(process=spec)]
 
-    def _react(self, handler: EventHandler, scope: Scope) -> list[AddHandler]:
+    def _react(self, handler: EventHandler, context: LaunchContext) -> list[AddHandler]:
         """Plan the reactions of a handler; those of a function are planned when it has been called."""
         target = None
         if isinstance(handler, ProcessHandler):
@@ -310,52 +310,52 @@ class _Planner:
         # A handler that a function returns may name a process that has ended and been forgotten.
         if isinstance(target, str) and not self._running:
             self._targets.append(target)
-        found = triggers(handler, scope, self._nodes)
-        # A scope for each: the settings of one reaction must not apply to another.
-        return [self._reaction(step, reaction, scope.inner()) for reaction, step in found]
+        found = triggers(handler, context, self._nodes)
+        # A context for each: the settings of one reaction must not apply to another.
+        return [self._reaction(step, reaction, context.inner()) for reaction, step in found]
 
-    def _reaction(self, step: AddHandler, reaction: Reaction, scope: Scope) -> AddHandler:
+    def _reaction(self, step: AddHandler, reaction: Reaction, context: LaunchContext) -> AddHandler:
         if callable(reaction):
             self.partial = True
 
             def react(event: Event) -> list[Step]:
                 inner = replace(
-                    scope.inner(), event=event, texts=TextCount()
+                    context.inner(), event=event, texts=TextCount()
                 )  # or settings of each event would add up
                 return self._replan(call_reaction(reaction, event, inner), inner)
 
             return replace(step, steps=react, calls=True)
         try:
-            steps = self._deferring(known_actions(reaction), scope)
+            steps = self._deferring(known_actions(reaction), context)
         except NoEventError:  # it needs the event, so it is planned when that happens
-            return self._reaction(step, partial(_ignore_event, known_actions(reaction)), scope)
+            return self._reaction(step, partial(_ignore_event, known_actions(reaction)), context)
 
         return replace(step, steps=partial(_ignore_event, steps), preview=tuple(steps))
 
-    def _opaque(self, action: OpaqueFunction, scope: Scope) -> list[Step]:
+    def _opaque(self, action: OpaqueFunction, context: LaunchContext) -> list[Step]:
         """Call the function now; in a timer or handler, when that is due."""
 
         def call() -> Sequence[Action]:
-            return call_function(action.function, (scope, *action.args), action.kwargs, scope.file)
+            return call_function(action.function, (context, *action.args), action.kwargs, context.file)
 
         if not self._deferred:
-            return self.plan(call(), scope)
+            return self.plan(call(), context)
         self.partial = True
-        return [Call(name=function_name(action.function), steps=lambda: self._replan(call(), scope))]
+        return [Call(name=function_name(action.function), steps=lambda: self._replan(call(), context))]
 
-    def _deferring(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+    def _deferring(self, actions: Iterable[Action], context: LaunchContext) -> list[Step]:
         """Plan actions of a timer or handler, whose functions are not called yet."""
         self._deferred += 1
         try:
-            return self.plan(actions, scope)
+            return self.plan(actions, context)
         finally:
             self._deferred -= 1
 
-    def _replan(self, actions: Iterable[Action], scope: Scope) -> list[Step]:
+    def _replan(self, actions: Iterable[Action], context: LaunchContext) -> list[Step]:
         """Plan the actions that a function has returned while the launch runs."""
         # A limit for each call: a launch that replaces its processes for weeks may start any number of them.
         self._processes_left, self._includes_left, self._running = MAX_PROCESSES, MAX_INCLUDED, True
-        return self.plan(actions, scope)
+        return self.plan(actions, context)
 
 
 def _ignore_event(value: T, _event: Event) -> T:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from actors.launch.description.library import Library
-    from actors.launch.description.substitutions import Scope
+    from actors.launch.description.substitutions import LaunchContext
     from actors.launch.planning.dependencies import KnownNodes
     from actors.runtime.programs import Factory
 
@@ -57,12 +57,14 @@ class _Program(NamedTuple):
     factory: Factory | None = None
 
 
-def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes: KnownNodes) -> ProcessSpec:
+def make_spec(
+    action: Node | ExecuteProcess, context: LaunchContext, *, number: int, nodes: KnownNodes
+) -> ProcessSpec:
     """Return the specification of the process that an action starts.
 
     Args:
         action: The action.
-        scope: Where it is evaluated.
+        context: Where it is evaluated.
         number: The number of the process in its launch.
         nodes: The nodes that have been planned before it.
 
@@ -70,20 +72,20 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
         LaunchError: An option is not valid.
         InvalidNameError: The name or namespace of the node is not valid.
     """
-    namespace = scope.namespace
+    namespace = context.namespace
     if isinstance(action, Node):
-        program = _node(action, scope)
+        program = _node(action, context)
         # Names in `depends_on` are relative to the node's own namespace.
-        own = None if action.namespace is None else resolve(action.namespace, scope)
-        namespace = prefix_namespace(scope.namespace, own)
+        own = None if action.namespace is None else resolve(action.namespace, context)
+        namespace = prefix_namespace(context.namespace, own)
     else:
-        program = _process(action, scope)
-    name = _name(action, program, scope)
-    options = option_values(action, ProcessAction, scope)
-    prefix = _words(_prefix(options.pop("prefix"), program, scope))
-    extra = variables(action.additional_env, scope)
-    base = scope.environment if action.env is None else variables(action.env, scope)
-    environment = _with_domain({**base, **extra}, scope)
+        program = _process(action, context)
+    name = _name(action, program, context)
+    options = option_values(action, ProcessAction, context)
+    prefix = _words(_prefix(options.pop("prefix"), program, context))
+    extra = variables(action.additional_env, context)
+    base = context.environment if action.env is None else variables(action.env, context)
+    environment = _with_domain({**base, **extra}, context)
     end = ending(action.on_exit)
     # A program that dies at once would otherwise keep the machine busy.
     delay = max(options["respawn_delay_sec"], LEAST_RESPAWN_DELAY_SEC)
@@ -98,30 +100,30 @@ def make_spec(action: Node | ExecuteProcess, scope: Scope, *, number: int, nodes
     return ProcessSpec(
         label=f"{name}-{number}",
         name=name,
-        node=full_name(action, scope) if isinstance(action, Node) else None,
+        node=full_name(action, context) if isinstance(action, Node) else None,
         command=(*prefix, *program.command),
         program=program.factory,
         shown=shlex.join((*prefix, *program.typed)),
         environment=environment,
         own_environment=extra if action.env is None else {**base, **extra},
         origin=action,
-        depends_on=dependencies(action.depends_on, nodes, scope, namespace),
-        lifecycle=_lifecycle(action, scope) if isinstance(action, LifecycleNode) else None,
-        end_reason="" if end is None or end.reason == Shutdown().reason else resolve(end.reason, scope),
+        depends_on=dependencies(action.depends_on, nodes, context, namespace),
+        lifecycle=_lifecycle(action, context) if isinstance(action, LifecycleNode) else None,
+        end_reason="" if end is None or end.reason == Shutdown().reason else resolve(end.reason, context),
         sources=tuple(program.sources),
         **options,
     )
 
 
-def _with_domain(environment: dict[str, str], scope: Scope) -> dict[str, str]:
+def _with_domain(environment: dict[str, str], context: LaunchContext) -> dict[str, str]:
     """Return the environment of a process; with --ros, a ROS_DOMAIN_ID that the description sets counts.
 
     The launch gives all processes its own domain as CALLBOARD_DOMAIN, which overrides ROS_DOMAIN_ID.
     """
     text = environment.get(ROS_DOMAIN)
-    if text is None or text == scope.first_environment.get(ROS_DOMAIN):
+    if text is None or text == context.first_environment.get(ROS_DOMAIN):
         return environment
-    if "--ros" not in scope.library.run_command:
+    if "--ros" not in context.library.run_command:
         return environment
     domain = parse_ros_domain(text) if text else 0
     if domain is None:
@@ -129,11 +131,11 @@ def _with_domain(environment: dict[str, str], scope: Scope) -> dict[str, str]:
     return {**environment, "CALLBOARD_DOMAIN": str(domain)}
 
 
-def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str:
+def _name(action: Node | ExecuteProcess, program: _Program, context: LaunchContext) -> str:
     given = action.name
     if isinstance(action, Node) and action.exec_name is not None:
         given = action.exec_name
-    name = program.name if given is None else resolve(given, scope)
+    name = program.name if given is None else resolve(given, context)
     # It is the label of each line, and a part of the names of log files.
     if not 0 < len(name) <= MAX_NAME_CHARACTERS or not name.isprintable():
         limit = f"it has 1 to {MAX_NAME_CHARACTERS} printable characters"
@@ -141,38 +143,38 @@ def _name(action: Node | ExecuteProcess, program: _Program, scope: Scope) -> str
     return name
 
 
-def _lifecycle(action: LifecycleNode, scope: Scope) -> LifecycleSpec:
+def _lifecycle(action: LifecycleNode, context: LaunchContext) -> LifecycleSpec:
     return LifecycleSpec(
-        autostart=("configure", "activate") if option_value(action, "autostart", scope) else (),
-        timeout_sec=option_value(action, "transition_timeout", scope),
+        autostart=("configure", "activate") if option_value(action, "autostart", context) else (),
+        timeout_sec=option_value(action, "transition_timeout", context),
     )
 
 
-def _node(action: Node, scope: Scope) -> _Program:
+def _node(action: Node, context: LaunchContext) -> _Program:
     programs = [each for each in (action.executable, action.script, action.node) if each is not None]
     if len(programs) != 1 or (action.package is not None and action.executable is None):
         raise LaunchError("A Node needs package= and executable=, or script=, or node=")
-    library = scope.library
-    own = [resolve(each, scope) for each in action.arguments]
-    arguments = own + ros_arguments(action, scope)
+    library = context.library
+    own = [resolve(each, context) for each in action.arguments]
+    arguments = own + ros_arguments(action, context)
     if action.node is not None:
         return _embedded(action, action.node, arguments, library)
     if action.script is not None:
-        path = str(PurePath(scope.folder, resolve(action.script, scope)))
+        path = str(PurePath(context.folder, resolve(action.script, context)))
         name, typed, command = PurePath(path).stem, [path], library.script(path)
         sources = library.sources(script=path)
     elif action.package is None:
-        path = resolve(cast("Any", action.executable), scope)
+        path = resolve(cast("Any", action.executable), context)
         name, typed, command, sources = PurePath(path).name, [path], library.python_program((path,)), ()
     else:
-        package = resolve(action.package, scope)
-        name = resolve(cast("Any", action.executable), scope)
+        package = resolve(action.package, context)
+        name = resolve(cast("Any", action.executable), context)
         typed, command = [package, name], library.program(package, name)
         sources = library.sources(package=package)  # its modules, whichever of them the program uses
     # An executable alone is a program of the system; the others are what `callboard run` takes.
     if action.package is not None or action.script is not None:
         typed = [*library.run_command, *typed]
-    if to_bool(action.shell, scope):
+    if to_bool(action.shell, context):
         # Only the user's arguments are for the shell. The others have values that it must not expand.
         line = " ".join((shlex.join(command), *own, shlex.join(arguments[len(own) :])))
         return _Program(name, ["/bin/sh", "-c", line], [*typed, *arguments], sources)
@@ -194,33 +196,33 @@ def _embedded(action: Node, node: Factory | str, arguments: Sequence[str], libra
     )
 
 
-def _process(action: ExecuteProcess, scope: Scope) -> _Program:
-    command = [resolve(each, scope) for each in action.cmd]
+def _process(action: ExecuteProcess, context: LaunchContext) -> _Program:
+    command = [resolve(each, context) for each in action.cmd]
     if not command or not command[0]:
         raise LaunchError("ExecuteProcess needs a program: cmd=['echo', 'hello']")
     name = PurePath(command[0]).name
-    if to_bool(action.shell, scope):
+    if to_bool(action.shell, context):
         line = " ".join(command)
         command = ["/bin/sh", "-c", line]
         word = PurePath(next(iter(line.split()), "")).name
         # The first word may be anything, such as `FOO=1`. Users have not chosen it, so it is never an error.
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
-    return _Program(name, scope.library.python_program(command), command)
+    return _Program(name, context.library.python_program(command), command)
 
 
-def _prefix(own: str | None, program: _Program, scope: Scope) -> str:
+def _prefix(own: str | None, program: _Program, context: LaunchContext) -> str:
     """Return the prefix of a process: its own, or that of the launch if it applies to the program."""
     if own is not None:
         return own
-    pattern = scope.configurations.get(LAUNCH_PREFIX_FILTER, "")
+    pattern = context.launch_configurations.get(LAUNCH_PREFIX_FILTER, "")
     try:
         applies = re.match(pattern, program.name) is not None
     except re.error as error:
         raise LaunchError(f"{LAUNCH_PREFIX_FILTER} '{escape(pattern)}' is no pattern: {error}") from None
     # A node in the launch's process has no command that it could be put before.
     applies = applies and program.factory is None
-    return scope.configurations.get(LAUNCH_PREFIX, "") if applies else ""
+    return context.launch_configurations.get(LAUNCH_PREFIX, "") if applies else ""
 
 
 def _words(prefix: str) -> list[str]:

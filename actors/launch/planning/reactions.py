@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Reaction
     from actors.launch.description.event_handlers import Target
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
     from actors.launch.planning.dependencies import KnownNodes
 
 
@@ -53,7 +53,7 @@ Trigger: TypeAlias = "tuple[Reaction, AddHandler]"
 """A reaction that is not planned yet, and the step that adds its handler, without steps to carry out."""
 
 
-def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Trigger]:
+def triggers(handler: EventHandler, context: LaunchContext, nodes: KnownNodes) -> list[Trigger]:
     """Return the reactions of a handler, and the events that they react to.
 
     Raises:
@@ -68,11 +68,11 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
         case OnProcessIO():
             found = _of_output(handler)
         case OnStateTransition():
-            found = [_of_transition(handler, scope)]
+            found = [_of_transition(handler, context)]
         case OnShutdown():
             found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
         case OnNodeUp() | OnServiceAvailable() | OnTopicPublished():
-            found = [_of_graph(handler, scope, nodes)]
+            found = [_of_graph(handler, context, nodes)]
         case _ if callable(matcher := getattr(handler, "matcher", None)):
             found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
         case _:
@@ -80,7 +80,7 @@ def triggers(handler: EventHandler, scope: Scope, nodes: KnownNodes) -> list[Tri
     return [(reaction, replace(step, once=handler.handle_once)) for reaction, step in found]
 
 
-def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> Sequence[Action]:
+def call_reaction(function: Callable[..., Any], event: Event, context: LaunchContext) -> Sequence[Action]:
     """Call the function of a handler with the event, and the context if it has a second parameter.
 
     In ROS 2 handlers have both; many that were written for callboard need only the event.
@@ -90,12 +90,12 @@ def call_reaction(function: Callable[..., Any], event: Event, scope: Scope) -> S
     """
     # The signature decides, not a failed call: a TypeError may come from inside of the function.
     try:
-        inspect.signature(function).bind(event, scope)
+        inspect.signature(function).bind(event, context)
     except TypeError:
-        return call_function(function, (event,), {}, scope.file)
+        return call_function(function, (event,), {}, context.file)
     except ValueError:  # a builtin without a signature
         pass
-    return call_function(function, (event, scope), {}, scope.file)
+    return call_function(function, (event, context), {}, context.file)
 
 
 def call_function(
@@ -160,18 +160,18 @@ def _of_process(
 
 
 def _of_graph(
-    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, scope: Scope, nodes: KnownNodes
+    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, context: LaunchContext, nodes: KnownNodes
 ) -> Trigger:
     match handler:
         case OnNodeUp(node=node):
             if isinstance(node, ProcessAction):
                 return _of_presence(handler.on_up, nodes.presence(node))
-            return _of_presence(handler.on_up, _awaited(PresenceKind.NODE, node, scope))
+            return _of_presence(handler.on_up, _awaited(PresenceKind.NODE, node, context))
         case OnServiceAvailable():
-            service = _awaited(PresenceKind.SERVICE, handler.service, scope)
+            service = _awaited(PresenceKind.SERVICE, handler.service, context)
             return _of_presence(handler.on_available, service)
         case OnTopicPublished():
-            return _of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, scope))
+            return _of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, context))
 
 
 def _of_output(handler: OnProcessIO) -> list[Trigger]:
@@ -192,8 +192,8 @@ def _is_of_stream(stream: Stream, event: ProcessIO) -> bool:
     return event.stream is stream
 
 
-def _of_transition(handler: OnStateTransition, scope: Scope) -> Trigger:
-    condition, texts = state_transitions(handler, scope)
+def _of_transition(handler: OnStateTransition, context: LaunchContext) -> Trigger:
+    condition, texts = state_transitions(handler, context)
     verb = "changes its state" + (f" ({', '.join(texts)})" if texts else "")
     return _of_process(handler.target_lifecycle_node, verb, StateTransition, handler.entities, condition)
 
@@ -209,8 +209,8 @@ def _of_presence(reaction: Reaction, awaited: Presence) -> Trigger:
     return _trigger(reaction, f"{awaited} is there", matches, presence=awaited)
 
 
-def _awaited(kind: PresenceKind, name: Text, scope: Scope) -> Presence:
-    return presence(kind, resolve(name, scope), scope.namespace)
+def _awaited(kind: PresenceKind, name: Text, context: LaunchContext) -> Presence:
+    return presence(kind, resolve(name, context), context.namespace)
 
 
 def _target_name(target: Target) -> str:

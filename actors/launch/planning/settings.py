@@ -1,4 +1,4 @@
-"""Settings: actions that change the scope for the actions after them."""
+"""Settings: actions that change the context for the actions after them."""
 
 from __future__ import annotations
 
@@ -34,80 +34,80 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from actors.launch.description.action import Setting
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 T = TypeVar("T")
 
 
-def apply_setting(action: Setting, scope: Scope) -> None:
-    """Change a scope as a setting says.
+def apply_setting(action: Setting, context: LaunchContext) -> None:
+    """Change a context as a setting says.
 
     Raises:
-        LaunchError: A substitution has no value in the scope, or a value is not valid.
+        LaunchError: A substitution has no value in the context, or a value is not valid.
         InvalidNamespaceError: A namespace is not valid.
     """
     match action:
         case PushNamespace():
-            scope.namespace = prefix_namespace(scope.namespace, resolve(action.namespace, scope))
-            validate_namespace(normalize_namespace(scope.namespace or ""))
+            context.namespace = prefix_namespace(context.namespace, resolve(action.namespace, context))
+            validate_namespace(normalize_namespace(context.namespace or ""))
         case SetLaunchConfiguration():
-            scope.configurations[resolve(action.name, scope)] = resolve(action.value, scope)
+            context.launch_configurations[resolve(action.name, context)] = resolve(action.value, context)
         case SetEnvironmentVariable():
             # Of the programs only: changing os.environ would change the launch itself.
-            scope.environment.update(variables({resolve(action.name, scope): action.value}, scope))
+            context.environment.update(variables({resolve(action.name, context): action.value}, context))
         case UnsetEnvironmentVariable():
-            scope.environment.pop(resolve(action.name, scope), None)
+            context.environment.pop(resolve(action.name, context), None)
         case AppendEnvironmentVariable():
-            _append(action, scope)
+            _append(action, context)
         case SetParameter():
-            scope.parameters.update(parameter_texts({action.name: action.value}, scope))
+            context.parameters.update(parameter_texts({action.name: action.value}, context))
         case SetRemap():
             # In order: the first rule that matches a name counts.
-            scope.remappings.append((resolve(action.src, scope), resolve(action.dst, scope)))
+            context.remappings.append((resolve(action.src, context), resolve(action.dst, context)))
         case SetParametersFromFile():
-            path = str(PurePath(scope.folder, resolve(action.filename, scope)))
-            scope.parameter_files.append(scope.library.parameter_file(path))
+            path = str(PurePath(context.folder, resolve(action.filename, context)))
+            context.parameter_files.append(context.library.parameter_file(path))
         case _:
-            _save_or_restore(action, scope)
+            _save_or_restore(action, context)
 
 
-def _save_or_restore(action: Setting, scope: Scope) -> None:
+def _save_or_restore(action: Setting, context: LaunchContext) -> None:
     match action:
         case PushLaunchConfigurations():
-            scope.saved_configurations.append(scope.inner())
+            context.saved_configurations.append(context.inner())
         case PopLaunchConfigurations():
-            scope.restore(_last(action, scope.saved_configurations))
+            context.restore(_last(action, context.saved_configurations))
         case ResetLaunchConfigurations():
             # Evaluated first: the values may use the arguments that are forgotten.
-            given = {name: resolve(value, scope) for name, value in action.launch_configurations.items()}
-            scope.restore(scope.initial())
-            scope.configurations.update(given)
+            given = {name: resolve(value, context) for name, value in action.launch_configurations.items()}
+            context.restore(context.initial())
+            context.launch_configurations.update(given)
         case UnsetLaunchConfiguration():
-            scope.configurations.pop(resolve(action.name, scope), None)
+            context.launch_configurations.pop(resolve(action.name, context), None)
         case PushEnvironment():
-            scope.saved_environments.append(dict(scope.environment))
+            context.saved_environments.append(dict(context.environment))
         case PopEnvironment():
-            scope.environment = _last(action, scope.saved_environments)
+            context.environment = _last(action, context.saved_environments)
         case ResetEnvironment():
-            scope.environment = dict(scope.first_environment)
+            context.environment = dict(context.first_environment)
         case _:
             raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
 
 
 def _last(action: Setting, saved: list[T]) -> T:
-    # A scope begins with empty stacks, so that a group cannot pop what was pushed outside of it.
+    # A context begins with empty stacks, so that a group cannot pop what was pushed outside of it.
     if not saved:
         raise LaunchError(f"{type(action).__name__}: nothing has been pushed in this group or file")
     return saved.pop()
 
 
-def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
+def variables(given: Mapping[str, Text], context: LaunchContext) -> dict[str, str]:
     """Return environment variables and their values.
 
     Raises:
-        LaunchError: A substitution has no value in the scope, or the name or value is not valid.
+        LaunchError: A substitution has no value in the context, or the name or value is not valid.
     """
-    found = {name: resolve(value, scope) for name, value in given.items()}
+    found = {name: resolve(value, context) for name, value in given.items()}
     # The start of each process would fail with an error that does not name the action.
     for name, value in found.items():
         if not name or "=" in name or "\0" in name + value:
@@ -115,10 +115,10 @@ def variables(given: Mapping[str, Text], scope: Scope) -> dict[str, str]:
     return found
 
 
-def _append(action: AppendEnvironmentVariable, scope: Scope) -> None:
-    name = resolve(action.name, scope)
-    parts = [scope.environment.get(name), resolve(action.value, scope)]
-    if to_bool(action.prepend, scope):
+def _append(action: AppendEnvironmentVariable, context: LaunchContext) -> None:
+    name = resolve(action.name, context)
+    parts = [context.environment.get(name), resolve(action.value, context)]
+    if to_bool(action.prepend, context):
         parts.reverse()
-    value = resolve(action.separator, scope).join(each for each in parts if each)
-    scope.environment.update(variables({name: value}, scope))
+    value = resolve(action.separator, context).join(each for each in parts if each)
+    context.environment.update(variables({name: value}, context))

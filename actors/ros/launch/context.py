@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from actors.launch import LaunchContext as Scope
+from actors.launch import LaunchContext as CallboardContext
 from actors.ros.launch.library import ros_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
-class LaunchContext(Scope):
+class LaunchContext(CallboardContext):
     """The context of no launch, for programs that evaluate substitutions themselves.
 
     Args:

@@ -48,9 +48,9 @@ class Condition(CallboardCondition):
     def __init__(self, *, predicate: Callable[[LaunchContext], bool]) -> None:
         self._predicate = predicate
 
-    def holds(self, scope: LaunchContext) -> bool:
+    def evaluate(self, context: LaunchContext) -> bool:
         """Call the function."""
-        return self._predicate(scope)
+        return self._predicate(context)
 
 
 class LaunchDescription(CallboardDescription):

@@ -10,10 +10,10 @@ from actors.launch.description.substitutions import Substitution, TextSubstituti
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
-def perform_substitutions(context: Scope, substitutions: Iterable[Substitution]) -> str:
+def perform_substitutions(context: LaunchContext, substitutions: Iterable[Substitution]) -> str:
     """Return the text that substitutions have in a context.
 
     Raises:

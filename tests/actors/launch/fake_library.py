@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.description.substitutions import Scope
+from actors.launch.description.substitutions import LaunchContext
 from actors.launch.errors import LaunchError, NoLaunchFileError
 
 if TYPE_CHECKING:
@@ -84,6 +84,6 @@ class FakeLibrary:
         return f"unique_{next(self._numbers)}"
 
 
-def scope(**options: Any) -> Scope:
+def scope(**options: Any) -> LaunchContext:
     """Return a scope with an empty shelf."""
-    return Scope(library=FakeLibrary(), **options)
+    return LaunchContext(library=FakeLibrary(), **options)

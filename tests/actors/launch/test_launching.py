@@ -26,7 +26,7 @@ from actors.launch import (
     launching,
 )
 from actors.launch.description.conditions import Condition
-from actors.launch.description.substitutions import Scope, Substitution
+from actors.launch.description.substitutions import LaunchContext, Substitution
 from actors.launch.launching import FIND_TRIES
 from actors.launch.planning.events import Message, ProcessExited, ProcessStarted
 from actors.processes.local_broker import broker_is_there
@@ -113,7 +113,7 @@ class Fails(Substitution):
     def __init__(self, error: BaseException) -> None:
         self._error = error
 
-    def perform(self, scope: Scope) -> str:
+    def perform(self, scope: LaunchContext) -> str:
         """Raise it."""
         raise self._error
 
@@ -124,7 +124,7 @@ class FailsCondition(Condition):
     def __init__(self, error: BaseException) -> None:
         self._error = error
 
-    def holds(self, scope: Scope) -> bool:
+    def evaluate(self, scope: LaunchContext) -> bool:
         """Raise it."""
         raise self._error
 

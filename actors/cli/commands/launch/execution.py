@@ -25,7 +25,7 @@ from actors.config.context_errors import UnknownContextError
 from actors.config.contexts import warn_of_ros_domain
 from actors.launch.description.description import format_actions
 from actors.launch.description.process_actions import ExecuteProcess, OutputMode
-from actors.launch.description.substitutions import Scope
+from actors.launch.description.substitutions import LaunchContext
 from actors.launch.description.summaries import format_value, static_text
 from actors.launch.engine.captured_output import captured_logs, captured_streams, launch_logs
 from actors.launch.errors import UnknownArgumentError
@@ -80,14 +80,14 @@ def _run_file(options: argparse.Namespace) -> int:
     with _prints_to_stderr(json=options.json):
         description = library.description(str(path))
     if options.show_args:
-        scope = Scope(
+        launch_context = LaunchContext(
             library=library,
-            configurations=arguments,
+            launch_configurations=arguments,
             environment=dict(os.environ),
             folder=str(path.parent),
             file=str(path),
         )
-        for line in _shown_arguments(all_declared(description.actions, scope, library)):
+        for line in _shown_arguments(all_declared(description.actions, launch_context, library)):
             print_out(line)
         return OK
     if options.print_description:

@@ -14,13 +14,13 @@ from actors.launch import (
 from actors.launch.description.conditions import evaluate_condition
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
 InvalidConditionExpressionError = LaunchError
 
 
-def evaluate_condition_expression(context: Scope, expression: Text) -> bool:
+def evaluate_condition_expression(context: LaunchContext, expression: Text) -> bool:
     """Return whether a string means true.
 
     Raises:

@@ -35,7 +35,7 @@ from actors.launch.description.substitutions import Substitution, resolve
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.launch.description.substitutions import Scope, Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 
 SubstitutionFailure = LaunchError
@@ -90,9 +90,9 @@ class StringJoinSubstitution(Substitution):
     def __init__(self, substitutions: Iterable[Text], delimiter: Text = "") -> None:
         self._substitutions, self._delimiter = tuple(substitutions), delimiter
 
-    def perform(self, scope: Scope) -> str:
+    def perform(self, context: LaunchContext) -> str:
         """Return the joined string."""
-        return resolve(self._delimiter, scope).join(resolve(each, scope) for each in self._substitutions)
+        return resolve(self._delimiter, context).join(resolve(each, context) for each in self._substitutions)
 
 
 class PathSubstitution(PathJoinSubstitution):

@@ -21,16 +21,16 @@ from tests.actors.launch.fake_library import scope
 )
 def test_words_mean_yes_or_no(word: str, *, yes: bool) -> None:
     """In any case, with space around; `unless` is the opposite."""
-    here = scope(configurations={"c": word})
-    assert IfCondition(LaunchConfiguration("c")).holds(here) is yes
-    assert UnlessCondition([LaunchConfiguration("c")]).holds(here) is not yes
+    here = scope(launch_configurations={"c": word})
+    assert IfCondition(LaunchConfiguration("c")).evaluate(here) is yes
+    assert UnlessCondition([LaunchConfiguration("c")]).evaluate(here) is not yes
 
 
 @pytest.mark.parametrize("word", ["", "typo", "yes", "2"])
 def test_other_words_are_errors(word: str) -> None:
     """Rather than no."""
     with pytest.raises(LaunchError, match=f"Expected true, 1, false or 0, got '{word}'"):
-        IfCondition(word).holds(scope())
+        IfCondition(word).evaluate(scope())
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_other_words_are_errors(word: str) -> None:
 )
 def test_values_of_arguments_are_compared(name: str, expected: str | None, *, equal: bool) -> None:
     """As texts; None is what an argument has that has not been set. The look at it counts as use."""
-    here = scope(configurations={"robot": "r2"})
-    assert LaunchConfigurationEquals(name, expected).holds(here) is equal
-    assert LaunchConfigurationNotEquals(name, expected).holds(here) is not equal
+    here = scope(launch_configurations={"robot": "r2"})
+    assert LaunchConfigurationEquals(name, expected).evaluate(here) is equal
+    assert LaunchConfigurationNotEquals(name, expected).evaluate(here) is not equal
     assert here.used == {name}

@@ -16,7 +16,12 @@ from actors.launch.description.library_substitutions import (
     LaunchLogDir,
     Parameter,
 )
-from actors.launch.description.substitutions import LaunchConfiguration, PathJoinSubstitution, Scope, resolve
+from actors.launch.description.substitutions import (
+    LaunchConfiguration,
+    LaunchContext,
+    PathJoinSubstitution,
+    resolve,
+)
 from actors.launch.errors import LaunchError
 from actors.launch.planning.settings import apply_setting
 from tests.actors.launch.fake_library import FakeLibrary, scope
@@ -27,9 +32,9 @@ if TYPE_CHECKING:
 ROBOT = LaunchConfiguration("robot")
 
 
-def here() -> Scope:
+def here() -> LaunchContext:
     """One in which something is set."""
-    return scope(configurations={"robot": "r2"}, environment={"PATH": "xacro:r2"}, folder="/launch")
+    return scope(launch_configurations={"robot": "r2"}, environment={"PATH": "xacro:r2"}, folder="/launch")
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ NONE = LaunchConfiguration("none")
 )
 def test_each_stands_for_a_word(text: Text, meant: str) -> None:
     """What is not needed for that is not looked at."""
-    assert resolve(text, scope(configurations={"robot": "r2"})) == meant
+    assert resolve(text, scope(launch_configurations={"robot": "r2"})) == meant
 
 
 @pytest.mark.parametrize(
@@ -80,10 +80,10 @@ def test_each_stands_for_a_word(text: Text, meant: str) -> None:
 )
 def test_two_are_the_same_as_words_numbers_or_texts(left: Value, right: Value, *, same: bool) -> None:
     """Whichever both are; conditions understand the answer."""
-    here = scope(configurations={"robot": "r2"})
-    assert IfCondition(EqualsSubstitution(left, right)).holds(here) is same
-    assert IfCondition(EqualsSubstitution(right, left)).holds(here) is same
-    assert IfCondition(NotEqualsSubstitution(left, right)).holds(here) is not same
+    here = scope(launch_configurations={"robot": "r2"})
+    assert IfCondition(EqualsSubstitution(left, right)).evaluate(here) is same
+    assert IfCondition(EqualsSubstitution(right, left)).evaluate(here) is same
+    assert IfCondition(NotEqualsSubstitution(left, right)).evaluate(here) is not same
 
 
 @pytest.mark.parametrize(

@@ -239,13 +239,13 @@ PLAIN = st.characters(exclude_categories=["C", "Z"], exclude_characters="'\\")
 @given(st.text(PLAIN | st.just(" "), max_size=20))
 def test_an_argument_in_quotes_stays_a_text(argument: str) -> None:
     """As long as it has no quotes, line ends or backslashes itself."""
-    here = scope(configurations={"robot": argument})
+    here = scope(launch_configurations={"robot": argument})
     assert resolve(PythonExpression(["'", LaunchConfiguration("robot"), "'"]), here) == argument
 
 
 def test_values_become_texts() -> None:
     """In Python's words, which conditions understand."""
-    here = scope(configurations={"robot": "r2", "count": "3"})
+    here = scope(launch_configurations={"robot": "r2", "count": "3"})
     equal = PythonExpression(
         ["'", LaunchConfiguration("robot"), "' == 'r2' and ", LaunchConfiguration("count"), " > 2"]
     )

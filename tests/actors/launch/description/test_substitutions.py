@@ -10,8 +10,8 @@ import pytest
 from actors.launch.description.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
+    LaunchContext,
     PathJoinSubstitution,
-    Scope,
     TextSubstitution,
     ThisLaunchFile,
     ThisLaunchFileDir,
@@ -21,10 +21,13 @@ from actors.launch.errors import LaunchError
 from tests.actors.launch.fake_library import scope
 
 
-def here() -> Scope:
+def here() -> LaunchContext:
     """One in which something is set."""
     return scope(
-        configurations={"robot": "r2"}, environment={"HOME": "/home/me"}, folder="/launch", file="/launch/f"
+        launch_configurations={"robot": "r2"},
+        environment={"HOME": "/home/me"},
+        folder="/launch",
+        file="/launch/f",
     )
 
 
@@ -80,10 +83,10 @@ def test_an_inner_scope_keeps_what_it_sets() -> None:
     """It begins as the outer one is, and looks at names are noted in both."""
     outer = here()
     inner = outer.inner()
-    inner.configurations["robot"] = "x"
+    inner.launch_configurations["robot"] = "x"
     inner.environment["HOME"] = "/"
     assert resolve(LaunchConfiguration("robot"), inner) == "x"
-    assert (outer.configurations, outer.environment) == ({"robot": "r2"}, {"HOME": "/home/me"})
+    assert (outer.launch_configurations, outer.environment) == ({"robot": "r2"}, {"HOME": "/home/me"})
     assert outer.used == {"robot"}
 
 

@@ -18,7 +18,7 @@ from tests.calls import calls_of
 def said(text: str) -> str:
     """Return what a template stands for in a made-up place."""
     here = scope(
-        configurations={"robot": "r2", "r2_x": "nested", "two words": "yes"},
+        launch_configurations={"robot": "r2", "r2_x": "nested", "two words": "yes"},
         environment={"HOME": "/home/me", "ROBOT": "robot", "PATH": "ls"},
         folder="/files",
         file="/files/a.launch.yaml",
@@ -124,7 +124,7 @@ def test_what_is_malformed_is_an_error(text: str, error: str) -> None:
 )
 def test_words_are_split_as_in_a_shell(text: str, meant: list[str]) -> None:
     """Quotes keep words together, and what a substitution gives is not split."""
-    here = scope(configurations={"robot": "r2"}, folder="/files")
+    here = scope(launch_configurations={"robot": "r2"}, folder="/files")
     assert [resolve(each, here) for each in words(text)] == meant
 
 

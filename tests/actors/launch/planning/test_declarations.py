@@ -14,7 +14,7 @@ from actors.launch.description.actions import (
 )
 from actors.launch.description.conditions import IfCondition
 from actors.launch.description.description import LaunchDescription
-from actors.launch.description.substitutions import LaunchConfiguration, Scope
+from actors.launch.description.substitutions import LaunchConfiguration, LaunchContext
 from actors.launch.planning.declarations import all_declared
 from tests.actors.launch.fake_library import FakeLibrary
 
@@ -29,7 +29,7 @@ A, B, C = (DeclareLaunchArgument(name, default_value=f"{name}.py") for name in "
 def names(*actions: Action, given: Mapping[str, str] | None = None, **files: LaunchDescription) -> list[str]:
     """Return the names of the arguments that can be given."""
     library = FakeLibrary(**files)
-    scope = Scope(library=library, folder="/files", configurations=dict(given or {}))
+    scope = LaunchContext(library=library, folder="/files", launch_configurations=dict(given or {}))
     return [each.name for each in all_declared(actions, scope, library)]
 
 

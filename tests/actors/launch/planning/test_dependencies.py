@@ -23,7 +23,7 @@ def meant(depends_on: Any, namespace: str | None = None) -> list[str]:
     nodes = KnownNodes()
     nodes.add(NAMED, "/ns/a")
     nodes.add(UNNAMED, None)
-    here = scope(configurations={"robot": "r2"})
+    here = scope(launch_configurations={"robot": "r2"})
     return [str(each) for each in dependencies(depends_on, nodes, here, namespace)]
 
 

@@ -10,7 +10,7 @@ import pytest
 from actors.arguments.ros_arguments import parse_ros_arguments
 from actors.interfaces.yaml_writer import flow_text
 from actors.launch.description.process_actions import Node, ParameterEntry, ParameterValue
-from actors.launch.description.substitutions import LaunchConfiguration, Scope
+from actors.launch.description.substitutions import LaunchConfiguration, LaunchContext
 from actors.launch.errors import LaunchError
 from actors.launch.planning.node_arguments import ros_arguments
 from proto.errors import InvalidNamespaceError, InvalidNodeNameError
@@ -42,7 +42,7 @@ def test_nan_comes_as_nan() -> None:
 
 def test_the_text_of_a_substitution_is_read_as_yaml() -> None:
     """So that an argument of the launch can be a number."""
-    here = scope(configurations={"speed": "1.5", "none": ""})
+    here = scope(launch_configurations={"speed": "1.5", "none": ""})
     values: dict[str, ParameterEntry] = {
         "a": LaunchConfiguration("speed"),
         "b": [LaunchConfiguration("speed"), "x"],
@@ -71,7 +71,7 @@ def test_the_text_of_a_substitution_is_read_as_yaml() -> None:
 )
 def test_a_parameters_type_can_be_said(value: ParameterValue, got: Any) -> None:
     """So that a description of a robot, which is XML, stays a text."""
-    said = ros_arguments(Node(parameters=[{"p": value}]), scope(configurations={"speed": "1.5"}))
+    said = ros_arguments(Node(parameters=[{"p": value}]), scope(launch_configurations={"speed": "1.5"}))
     read = parse_ros_arguments(said).parameters_for("/n")["p"]
     assert (read, type(read)) == (got, type(got))
 
@@ -99,7 +99,7 @@ def test_all_is_reported_in_order() -> None:
         remappings=[("x", LaunchConfiguration("to"))],
         ros_arguments=["--log-level", "DEBUG"],
     )
-    here = scope(configurations={"to": "y"}, namespace="/robot")
+    here = scope(launch_configurations={"to": "y"}, namespace="/robot")
     assert ros_arguments(node, here) == [
         *("--ros-args", "-r", "__node:=n", "-r", "__ns:=/robot/sub", "-p", "a:=1"),
         *("--params-file", "file.yaml", "-p", "a:=2", "-r", "x:=y", "--log-level", "DEBUG"),
@@ -114,8 +114,13 @@ def test_a_name_that_no_argument_can_have_is_in_a_file(name: str, tmp_path: Path
     library = FakeLibrary()
     values: dict[str, Any] = {name: ["x, y", "z"], "plain": 2, f"{name} c": 1.5}
     for here, parameters in (
-        (Scope(library=library), [values]),
-        (Scope(library=library, parameters={key: flow_text(value) for key, value in values.items()}), []),
+        (LaunchContext(library=library), [values]),
+        (
+            LaunchContext(
+                library=library, parameters={key: flow_text(value) for key, value in values.items()}
+            ),
+            [],
+        ),
     ):
         found = ros_arguments(Node(parameters=parameters), here)
         assert found == ["--ros-args", "-p", "plain:=2", "--params-file", "/temporary/parameters.yaml"]

@@ -44,7 +44,7 @@ VAR = LaunchConfiguration("x")
 def test_texts(text: str, value: Any) -> None:
     """What attributes in XML and substitutions are: YAML 1.1's values, and strings of it by rcl's rules."""
     assert repr(value_from_text(text)) == repr(value)
-    assert repr(parameter_value(VAR, scope(configurations={"x": text}))) == repr(value)
+    assert repr(parameter_value(VAR, scope(launch_configurations={"x": text}))) == repr(value)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_texts_that_are_no_values(text: str) -> None:
 )
 def test_values_of_python(value: Any, found: Any) -> None:
     """Strings stay strings, integers beside doubles become doubles; pieces in a list are one text."""
-    here = scope(configurations={"x": "1"})
+    here = scope(launch_configurations={"x": "1"})
     if found is None:
         with pytest.raises(LaunchError, match="'1' is no list in YAML"):
             parameter_value(value, here)
@@ -96,7 +96,7 @@ def test_values_of_python(value: Any, found: Any) -> None:
 def test_values_that_no_parameter_has(value: Any) -> None:
     """The launch refuses them, with the name of the parameter."""
     with pytest.raises(LaunchError, match="Parameter 'p': "):
-        ros_arguments(Node(parameters=[{"p": value}]), scope(configurations={"x": "1"}))
+        ros_arguments(Node(parameters=[{"p": value}]), scope(launch_configurations={"x": "1"}))
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_values_in_yaml(value: str, found: Any) -> None:
         text = f"launch: [{{node: {{script: a.py, {form}}}}}]"
         (node,) = read_document("/files/a.yaml", text.encode()).actions
         assert isinstance(node, Node)
-        here = scope(configurations={"x": "1"})
+        here = scope(launch_configurations={"x": "1"})
         if found is None:
             with pytest.raises(LaunchError, match="of one type"):
                 ros_arguments(node, here)

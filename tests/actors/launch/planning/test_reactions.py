@@ -28,7 +28,7 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.process_actions import ExecuteProcess, Node
-from actors.launch.description.substitutions import LaunchConfiguration, Scope
+from actors.launch.description.substitutions import LaunchConfiguration, LaunchContext
 from actors.launch.errors import LaunchError
 from actors.launch.planning.events import (
     Appeared,
@@ -166,7 +166,7 @@ def test_the_end_can_be_reacted_to_once() -> None:
 def test_functions_react_with_what_they_take() -> None:
     """The event, or the event and the context; what they return is planned then, with labels of its own."""
 
-    def with_context(event: ProcessExited, context: Scope) -> list[Action]:
+    def with_context(event: ProcessExited, context: LaunchContext) -> list[Action]:
         return [LogInfo(msg=[f"{event.returncode} ", LaunchConfiguration("word")]), TALKER]
 
     word = DeclareLaunchArgument("word", default_value="hello")
@@ -241,9 +241,9 @@ def test_functions_are_called_when_they_are_due() -> None:
     """At once where actions are taken at once; in a timer or for an event, then."""
     called: list[str] = []
 
-    def function(context: Scope, word: str, *, end: str) -> list[Action]:
+    def function(context: LaunchContext, word: str, *, end: str) -> list[Action]:
         called.append(word)
-        context.configurations["set"] = word + end
+        context.launch_configurations["set"] = word + end
         return [LogInfo(msg=[LaunchConfiguration("set")])]
 
     def opaque(word: str) -> OpaqueFunction:
@@ -282,9 +282,9 @@ def test_what_a_function_makes_is_marked_and_sets_nothing_for_the_next() -> None
     """Each call begins with what holds where the handler stands, so that nothing piles up."""
     seen: list[str] = []
 
-    def function(event: Event, context: Scope) -> list[Action]:
-        seen.append(context.configurations.get("count", "none"))
-        context.configurations["count"] = "one"
+    def function(event: Event, context: LaunchContext) -> list[Action]:
+        seen.append(context.launch_configurations.get("count", "none"))
+        context.launch_configurations["count"] = "one"
         return [TALKER]
 
     react = handled(OnProcessExit(on_exit=function), TALKER)

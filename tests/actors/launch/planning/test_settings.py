@@ -23,14 +23,14 @@ from actors.launch.planning.settings import apply_setting
 from tests.actors.launch.fake_library import scope
 
 if TYPE_CHECKING:
-    from actors.launch.description.substitutions import Scope
+    from actors.launch.description.substitutions import LaunchContext
 
 ROBOT = LaunchConfiguration("robot")
 
 
-def after(*settings: Setting) -> Scope:
+def after(*settings: Setting) -> LaunchContext:
     """Return a scope in which something has been set."""
-    here = scope(configurations={"robot": "r2"}, environment={"PATH": "/bin", "EMPTY": ""})
+    here = scope(launch_configurations={"robot": "r2"}, environment={"PATH": "/bin", "EMPTY": ""})
     for each in settings:
         apply_setting(each, here)
     return here
@@ -41,8 +41,8 @@ def after(*settings: Setting) -> Scope:
     [
         (PushNamespace(["a_", ROBOT]), "namespace", "a_r2"),
         (PushRosNamespace(namespace="b"), "namespace", "b"),
-        (SetLaunchConfiguration("x", [ROBOT, "x"]), "configurations", {"robot": "r2", "x": "r2x"}),
-        (SetLaunchConfiguration("robot", "r3"), "configurations", {"robot": "r3"}),
+        (SetLaunchConfiguration("x", [ROBOT, "x"]), "launch_configurations", {"robot": "r2", "x": "r2x"}),
+        (SetLaunchConfiguration("robot", "r3"), "launch_configurations", {"robot": "r3"}),
         (
             SetEnvironmentVariable(ROBOT, "1"),
             "environment",
