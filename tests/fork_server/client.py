@@ -23,6 +23,7 @@ import subprocess
 import sys
 import threading
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final
@@ -172,9 +173,18 @@ def _is_customized(search_path: bytes) -> bool:
 
 
 def _environment(variables: Sequence[bytes] | None) -> dict[bytes, bytes]:
-    if variables is None:
-        return dict(os.environb)
-    return {key: value for key, _, value in (each.partition(b"=") for each in variables)}
+    given = _inherited() if variables is None else variables
+    return {key: value for key, _, value in (each.partition(b"=") for each in given)}
+
+
+def _inherited() -> Iterator[bytes]:
+    """Yield what a child inherits; os.environ lacks what C libraries set, as readline does."""
+    environ = ctypes.POINTER(ctypes.c_char_p).in_dll(ctypes.CDLL(None), "environ")
+    for number in count():
+        variable = environ[number]
+        if variable is None:
+            return
+        yield variable
 
 
 def _parse(command: Sequence[str], folder: Path) -> tuple[list[str], bool, str, str, list[str]] | None:

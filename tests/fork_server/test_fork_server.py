@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import os
 import re
 import resource
@@ -151,6 +152,16 @@ def test_limits_and_descriptors_of_now_are_inherited() -> None:
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
         os.close(reading)
+
+
+def test_variables_of_c_libraries_are_inherited() -> None:
+    """os.environ does not have them: readline sets COLUMNS where it is imported."""
+    libc = ctypes.CDLL(None)
+    libc.setenv(b"SET_IN_C", b"1", 1)
+    try:
+        assert run("-c", "import os; print(os.environ['SET_IN_C'])") == Outcome(0, ["1"], [])
+    finally:
+        libc.unsetenv(b"SET_IN_C")
 
 
 def test_chance_is_not_shared() -> None:
