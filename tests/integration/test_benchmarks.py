@@ -3,18 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
+import sys
+from typing import Any
 
 import pytest
 
 from benchmarks import resilience
 from benchmarks.faults import freeze, presence, restart
+from benchmarks.harness import processes
 from benchmarks.harness.own import callboard
 from benchmarks.harness.results import Entrant, Results
 from benchmarks.harness.runner import plan, run
 from benchmarks.harness.workloads import WORKLOADS
+from tests.fork_server.client import FORKED
+
+
+@pytest.fixture
+def _forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fork server starts brokers and roles; there is no launcher, which it cannot replace."""
+    start = asyncio.create_subprocess_exec
+
+    def fork(*command: str, **options: Any) -> Any:
+        executable = FORKED if command[0] == sys.executable else None
+        return start(*command, executable=executable, **options)
+
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", fork)
+    monkeypatch.setattr(processes, "killed_with_parent", lambda command: command)
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("_forked")
 async def test_nodes_of_one_process_and_messages_at_a_pace_are_measured() -> None:
     """W11 and W12: both roles of a process are counted once."""
     contender = callboard()
@@ -47,6 +66,7 @@ async def test_a_frozen_server_is_measured_both_ways() -> None:
     assert found.errors[0] > 0.1
 
 
+@pytest.mark.usefixtures("_forked")
 async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[str]) -> None:
     """All nodes return, every message is accounted for, and no call hangs."""
     plan = restart.Plan(nodes=4, processes=2, rate=20, pauses_s=[0.0], settle_s=0.1)
@@ -56,6 +76,7 @@ async def test_a_small_ring_survives_its_broker(capsys: pytest.CaptureFixture[st
     assert found.figures["totals"]["published"] > 4
 
 
+@pytest.mark.usefixtures("_forked")
 async def test_a_short_churn_is_sampled(capsys: pytest.CaptureFixture[str]) -> None:
     """All reset connections are restored at the end, so that open files can be compared."""
     options = argparse.Namespace(what="churn", lives=40)
