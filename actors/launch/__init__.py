@@ -91,7 +91,6 @@ from actors.launch.description.logic import (
     NotSubstitution as NotSubstitution,
     OrSubstitution as OrSubstitution,
 )
-from actors.launch.description.parameter_file import ParameterFile as ParameterFile
 from actors.launch.description.process_actions import (
     ExecuteProcess as ExecuteProcess,
     Node as Node,
@@ -108,6 +107,7 @@ from actors.launch.description.substitutions import (
     ThisLaunchFile as ThisLaunchFile,
     ThisLaunchFileDir as ThisLaunchFileDir,
 )
+from actors.launch.description.templates import ParameterFile as ParameterFile
 from actors.launch.errors import (
     LaunchError as LaunchError,
     LaunchFileError as LaunchFileError,

@@ -12,9 +12,11 @@ A `$` without a parenthesis, and quotes outside of a substitution, have no speci
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from actors.launch.description.conditions import to_bool
 from actors.launch.description.library_substitutions import (
     AnonName,
     Command,
@@ -44,6 +46,7 @@ from actors.launch.description.substitutions import (
     Substitution,
     ThisLaunchFile,
     ThisLaunchFileDir,
+    resolve,
     split_command,
 )
 from actors.launch.errors import LaunchError
@@ -53,7 +56,7 @@ from proto.untrusted_text import escape
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.launch.description.substitutions import Text
+    from actors.launch.description.substitutions import LaunchContext, Text
 
 MAX_DEPTH: Final = 20
 """Depth of nested substitutions."""
@@ -214,6 +217,29 @@ class _Reader:
     def _error(self, what: str) -> LaunchError:
         rest = self._text[self._at :]
         return LaunchError(f"{what}, at '{escape(rest)}'")
+
+
+@dataclass(frozen=True)
+class ParameterFile(Substitution):
+    """The path of a YAML file of parameters, in which there may be substitutions such as `$(var robot)`.
+
+    Attributes:
+        param_file: The file; a relative path starts at the folder of the launch file.
+        allow_substs: Whether to evaluate substitutions in its text. Nodes then get a temporary file, which is
+            removed when the launch has ended.
+    """
+
+    param_file: Text
+    _: KW_ONLY
+    allow_substs: bool | Text = False
+
+    def perform(self, context: LaunchContext) -> str:
+        path = PurePath(context.folder, resolve(self.param_file, context))
+        if not to_bool(self.allow_substs, context):
+            return str(path)
+        # As in ROS 2 the text is evaluated before it is read as YAML: a substitution may be any part of it.
+        text = resolve(template(context.library.text(str(path))), context)
+        return context.library.temporary_file(path.name, text)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar, cast
 
 from actors.launch.description.templates import template, words
-from actors.launch.documents.numbers import WrittenFloat, WrittenInt
+from actors.launch.documents.parsing import WrittenFloat, WrittenInt
 from actors.launch.errors import LaunchError
 from actors.tools.suggestions import did_you_mean
 from proto.untrusted_text import escape

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.interfaces.yaml_reader import PlainText
 from actors.interfaces.yaml_scalars import launch_scalar
-from actors.launch.description.parameter_file import ParameterFile
 from actors.launch.description.process_actions import ParameterValue
+from actors.launch.description.templates import ParameterFile
 from actors.launch.documents.kinds import (
     FLAG,
     NAMES,
@@ -28,7 +28,7 @@ from actors.launch.documents.kinds import (
     read_text,
     record_schema,
 )
-from actors.launch.documents.numbers import plain_number
+from actors.launch.documents.parsing import WrittenFloat, WrittenInt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -161,14 +161,16 @@ def _type(value: object, location: Location) -> Any:
 
 
 def _single(value: object, location: Location) -> Any:
-    """Return a value: as it is, if it is no text; what is a text to YAML may be a number to nodes."""
+    """Return a value; what is a string to YAML may be a number to nodes."""
+    if isinstance(value, WrittenInt | WrittenFloat):
+        return int(value) if isinstance(value, WrittenInt) else float(value)
     if isinstance(value, bool | int | float):
-        return plain_number(value)
+        return value
     text = read_text(value, location)
     return launch_scalar(text) if isinstance(value, PlainText) and isinstance(text, str) else text
 
 
 def _list(values: object, location: Location, read: Callable[[object, Location], Any] = _single) -> list[Any]:
-    """Return a list of values; a substitution in it is a text of one piece, as else all would be one text."""
+    """Return a list of values. Each substitution is a list of its own: otherwise all would be one string."""
     found = read_each(values, location, read)
     return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]

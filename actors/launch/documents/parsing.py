@@ -12,13 +12,35 @@ from typing import Any, Final, cast
 
 from actors.interfaces.yaml_reader import MERGE_TAG, PLAIN_TAG, PlainText, YamlError, parse_yaml, yaml_error
 from actors.launch.documents.errors import DocumentError, Location
-from actors.launch.documents.numbers import written_number
 from proto.untrusted_text import escape
 
 MAX_DEPTH: Final = 50
 """Levels of lists and mappings."""
 MAX_VALUES: Final = 100_000
 """In a document; with aliases a small file can have any number of them."""
+
+
+class WrittenInt(int):
+    """An integer of a YAML file that knows how it is written there.
+
+    For an option that is a string, `default: 010` is "010" and not "8". Options are known only later.
+
+    Attributes:
+        written: The string in the file.
+    """
+
+    written: str
+
+
+class WrittenFloat(float):
+    """A number that is no integer, as `WrittenInt`.
+
+    Attributes:
+        written: The string in the file.
+    """
+
+    written: str
+
 
 _YAML: Final = "tag:yaml.org,2002:"
 _TEXTS: Final = frozenset(f"{_YAML}{kind}" for kind in ("str", "timestamp", "value"))
@@ -112,7 +134,11 @@ class _Builder:
         if node.tag != PLAIN_TAG or value is None or isinstance(value, bool):
             return value
         # Parameters need to know that a string has no quotes.
-        return PlainText(value) if isinstance(value, str) else written_number(value, node.value)
+        if isinstance(value, str):
+            return PlainText(value)
+        number = WrittenInt(value) if isinstance(value, int) else WrittenFloat(value)
+        number.written = node.value
+        return number
 
     def _mapping(self, node: Any, location: Location) -> dict[str, object]:
         made: dict[str, object] = {}

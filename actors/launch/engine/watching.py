@@ -122,9 +122,8 @@ class SourceWatch:
             self._folders = len(folders)
             text = f"watching {_number(len(folders), 'folder')} for changes"
             full = len(folders) == MAX_FOLDERS
-            self._later(
-                Level.WARN if full else Level.INFO, f"{text}; more cannot be watched" if full else text
-            )
+            level, more = (Level.WARN, "; more cannot be watched") if full else (Level.INFO, "")
+            self._call(self._send_message, level, text + more)
         return changes
 
     def _watch(self, watched: Generator[set[str]]) -> None:
@@ -145,9 +144,6 @@ class SourceWatch:
                     self._call(self._changed, changes)
         finally:
             watched.close()
-
-    def _later(self, level: Level, text: str) -> None:
-        self._call(self._send_message, level, text)
 
     def _call(self, function: Callable[..., None], *arguments: object) -> None:
         assert self._loop is not None

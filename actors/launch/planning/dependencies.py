@@ -86,6 +86,16 @@ def _presences(
         yield presence(kind, name.strip(), namespace)
 
 
+def awaited(kind: PresenceKind, name: Text, context: LaunchContext) -> Presence:
+    """Return the presence with a name that is relative to the namespace of a context.
+
+    Raises:
+        LaunchError: A substitution has no value there.
+        InvalidNameError: The name is not valid.
+    """
+    return presence(kind, resolve(name, context), context.namespace)
+
+
 def presence(kind: PresenceKind, name: str, namespace: str | None) -> Presence:
     """Return the presence with a name that is relative to a namespace.
 

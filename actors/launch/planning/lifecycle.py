@@ -8,7 +8,7 @@ from actors.launch.description.lifecycle import matches_action, matches_node_nam
 from actors.launch.description.substitutions import resolve
 from actors.launch.description.summaries import action_label, function_name
 from actors.launch.errors import LaunchError
-from actors.launch.planning.dependencies import presence
+from actors.launch.planning.dependencies import awaited
 from actors.launch.planning.error_location import function_error
 from actors.launch.planning.presence import PresenceKind
 from actors.launch.planning.steps import ChangeStates
@@ -42,7 +42,7 @@ def change_state(event: ChangeState, context: LaunchContext) -> Step:
             what=action_label(action), matches=lambda spec: spec.origin is action, transitions=transitions
         )
     if isinstance(matcher, matches_node_name):
-        node = presence(PresenceKind.NODE, resolve(matcher.node_name, context), context.namespace).name
+        node = awaited(PresenceKind.NODE, matcher.node_name, context).name
         return ChangeStates(what=node, matches=_has_name(node), transitions=transitions)
 
     def matches(spec: ProcessSpec) -> bool:
@@ -64,14 +64,13 @@ def lifecycle_transition(action: LifecycleTransition, context: LaunchContext) ->
         LaunchError: There is no such transition, or no node or transition is given.
         InvalidNameError: No node can have that name.
     """
-    names = [resolve(each, context) for each in action.lifecycle_node_names]
     transitions = tuple(_transition(each, context) for each in action.transition_ids)
-    if not names:
+    if not action.lifecycle_node_names:
         raise LaunchError("No lifecycle_node_names provided.")
     if not transitions:
         raise LaunchError("No transition_ids provided.")
     # One step for each node: a transition that fails for one does not keep the others from theirs.
-    nodes = [presence(PresenceKind.NODE, name, context.namespace).name for name in names]
+    nodes = [awaited(PresenceKind.NODE, each, context).name for each in action.lifecycle_node_names]
     return [ChangeStates(what=node, matches=_has_name(node), transitions=transitions) for node in nodes]
 
 

@@ -19,11 +19,10 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.process_actions import ProcessAction
-from actors.launch.description.substitutions import resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
-from actors.launch.planning.dependencies import presence
+from actors.launch.planning.dependencies import awaited
 from actors.launch.planning.error_location import function_error, result_error
 from actors.launch.planning.events import (
     Appeared,
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
 
     from actors.launch.description.action import Reaction
     from actors.launch.description.event_handlers import Target
-    from actors.launch.description.substitutions import LaunchContext, Text
+    from actors.launch.description.substitutions import LaunchContext
     from actors.launch.planning.dependencies import KnownNodes
 
 
@@ -71,8 +70,17 @@ def triggers(handler: EventHandler, context: LaunchContext, nodes: KnownNodes) -
             found = [_of_transition(handler, context)]
         case OnShutdown():
             found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
-        case OnNodeUp() | OnServiceAvailable() | OnTopicPublished():
-            found = [_of_graph(handler, context, nodes)]
+        case OnNodeUp(node=node):
+            up = (
+                nodes.presence(node)
+                if isinstance(node, ProcessAction)
+                else awaited(PresenceKind.NODE, node, context)
+            )
+            found = [_of_presence(handler.on_up, up)]
+        case OnServiceAvailable(service=name):
+            found = [_of_presence(handler.on_available, awaited(PresenceKind.SERVICE, name, context))]
+        case OnTopicPublished(topic=name):
+            found = [_of_presence(handler.on_published, awaited(PresenceKind.TOPIC, name, context))]
         case _ if callable(matcher := getattr(handler, "matcher", None)):
             found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
         case _:
@@ -159,31 +167,15 @@ def _of_process(
     return _trigger(reaction, f"{_target_name(target)} {verb}", matches, **options)
 
 
-def _of_graph(
-    handler: OnNodeUp | OnServiceAvailable | OnTopicPublished, context: LaunchContext, nodes: KnownNodes
-) -> Trigger:
-    match handler:
-        case OnNodeUp(node=node):
-            if isinstance(node, ProcessAction):
-                return _of_presence(handler.on_up, nodes.presence(node))
-            return _of_presence(handler.on_up, _awaited(PresenceKind.NODE, node, context))
-        case OnServiceAvailable():
-            service = _awaited(PresenceKind.SERVICE, handler.service, context)
-            return _of_presence(handler.on_available, service)
-        case OnTopicPublished():
-            return _of_presence(handler.on_published, _awaited(PresenceKind.TOPIC, handler.topic, context))
-
-
 def _of_output(handler: OnProcessIO) -> list[Trigger]:
     target = handler.target_action
-    # A handler for one stream needs them separate; one for both takes what keeps the order of their lines.
+    # A handler for one stream needs them separate; one for both gets them in the order of their lines.
     found: list[Trigger] = []
     if handler.on_output is not None:
         found.append(_of_process(target, "writes", ProcessIO, handler.on_output))
     for reaction, stream in ((handler.on_stdout, Stream.STDOUT), (handler.on_stderr, Stream.STDERR)):
         if reaction is not None:
-            condition = partial(_is_of_stream, stream)
-            verb = f"writes to {stream.value}"
+            verb, condition = f"writes to {stream.value}", partial(_is_of_stream, stream)
             found.append(_of_process(target, verb, ProcessIO, reaction, condition, split=True))
     return found
 
@@ -207,10 +199,6 @@ def _of_presence(reaction: Reaction, awaited: Presence) -> Trigger:
         return isinstance(event, Appeared) and event.presence == awaited
 
     return _trigger(reaction, f"{awaited} is there", matches, presence=awaited)
-
-
-def _awaited(kind: PresenceKind, name: Text, context: LaunchContext) -> Presence:
-    return presence(kind, resolve(name, context), context.namespace)
 
 
 def _target_name(target: Target) -> str:

@@ -24,9 +24,9 @@ from actors.launch.description.actions import (
 from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.event_handlers import OnProcessExit
 from actors.launch.description.library_substitutions import LaunchLogDir, Parameter
-from actors.launch.description.parameter_file import ParameterFile
 from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
 from actors.launch.description.substitutions import LaunchConfiguration
+from actors.launch.description.templates import ParameterFile
 from actors.launch.documents.reading import read_document
 from actors.launch.errors import LaunchFileError
 
