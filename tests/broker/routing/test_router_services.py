@@ -279,16 +279,16 @@ def test_too_many_pending_calls_are_turned_away() -> None:
     assert len(calls_of(switch, server)) == 1
 
 
-def test_a_hundred_thousand_unanswered_calls_vanish_with_their_asker() -> None:
+def test_unanswered_calls_vanish_with_their_asker() -> None:
     """Case 28: pending calls cost their own size, and all of them end when the asker goes."""
     switch = Switch()
     asker, server = pair(switch)
-    for start in range(0, 100_000, 1000):
+    for start in range(0, 20_000, 1000):
         switch.send(asker, make.request(1, *range(start, start + 1000)))
-    assert switch.router.calls.pending == 100_000
+    assert switch.router.calls.pending == 20_000
     switch.leave(asker)
     assert switch.router.calls.pending == 0
-    assert len({call for frame in switch.read(server, frames.Cancel) for call in frame.calls}) == 100_000
+    assert len({call for frame in switch.read(server, frames.Cancel) for call in frame.calls}) == 20_000
 
 
 def test_a_retired_server_answers_what_it_has_and_gets_nothing_new() -> None:
