@@ -162,13 +162,9 @@ class ResetLaunchConfigurations(Setting, element="reset"):
 
 @dataclass(frozen=True)
 class UnsetLaunchConfiguration(Setting):
-    """Remove an argument. One that is not set stays so.
+    """Remove an argument. One that is not set stays so."""
 
-    Attributes:
-        name: The argument.
-    """
-
-    name: Text
+    name: Text = field(metadata=required("The argument."))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,26 +245,17 @@ class Shutdown(Action, element="shutdown"):
 
 @dataclass(frozen=True, kw_only=True)
 class EmitEvent(Action):
-    """Cause an event: `ChangeState`, or ROS 2's form of `Shutdown`.
+    """Cause an event: `ChangeState`, or ROS 2's form of `Shutdown`."""
 
-    Attributes:
-        event: The ChangeState or Shutdown.
-    """
-
-    event: Shutdown | ChangeState
+    event: Shutdown | ChangeState = field(metadata=required("The ChangeState or Shutdown."))
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnsupportedAction(Action):
-    """An action of ROS 2 that callboard does not have. It can be in a branch that is not taken.
+    """An action of ROS 2 that callboard does not have. It can be in a branch that is not taken."""
 
-    Attributes:
-        action_type: The name of the action.
-        remedy: What to do instead.
-    """
-
-    action_type: str
-    remedy: str
+    action_type: str = field(metadata=required("The name of the action."))
+    remedy: str = field(metadata=required("What to do instead."))
 
 
 COMPONENTS: Final = "components are C++ libraries; start each node with Node"
@@ -280,28 +267,23 @@ class OpaqueFunction(Action):
     """Call a function, and carry out the actions that it returns.
 
     It is called when the description is planned; in a timer or an event handler, when that is due.
-
-    Attributes:
-        function: Called with the `LaunchContext` and the arguments below; returns actions, or None.
-        args: Further arguments.
-        kwargs: Further arguments by name.
     """
 
     _: KW_ONLY
-    function: Callable[..., Any]
-    args: Iterable[Any] = ()
-    kwargs: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    function: Callable[..., Any] = field(
+        metadata=required(
+            "Called with the `LaunchContext` and the arguments below; returns actions, or None."
+        )
+    )
+    args: Iterable[Any] = option((), "Further arguments.")
+    kwargs: Mapping[str, Any] = option({}, "Further arguments by name.")
 
 
 @dataclass(frozen=True)
 class RegisterEventHandler(Action):
-    """React to something from here on, whenever it happens.
+    """React to something from here on, whenever it happens."""
 
-    Attributes:
-        event_handler: What to react to, and how.
-    """
-
-    event_handler: EventHandler
+    event_handler: EventHandler = field(metadata=required("What to react to, and how."))
 
     @property
     def actions(self) -> Sequence[Action]:

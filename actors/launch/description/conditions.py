@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Final
 
+from actors.launch.description.options import required
 from actors.launch.description.substitutions import resolve
 from actors.launch.description.validation import Entity
 from actors.launch.errors import LaunchError
@@ -52,13 +53,9 @@ class Condition(Entity, ABC):
 
 @dataclass(frozen=True)
 class IfCondition(Condition):
-    """Holds if a string is "true" or "1", and not if it is "false" or "0", in upper or lower case.
+    """Holds if a string is "true" or "1", and not if it is "false" or "0", in upper or lower case."""
 
-    Attributes:
-        predicate: The string.
-    """
-
-    predicate: Text
+    predicate: Text = field(metadata=required("The string."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return evaluate_condition(self.predicate, context)
@@ -66,13 +63,9 @@ class IfCondition(Condition):
 
 @dataclass(frozen=True)
 class UnlessCondition(Condition):
-    """Holds if a string is "false" or "0".
+    """Holds if a string is "false" or "0"."""
 
-    Attributes:
-        predicate: The string.
-    """
-
-    predicate: Text
+    predicate: Text = field(metadata=required("The string."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return not evaluate_condition(self.predicate, context)
@@ -80,15 +73,12 @@ class UnlessCondition(Condition):
 
 @dataclass(frozen=True)
 class LaunchConfigurationEquals(Condition):
-    """Holds if an argument has this value.
+    """Holds if an argument has this value."""
 
-    Attributes:
-        launch_configuration_name: The argument.
-        expected_value: The value; None: the argument is not set.
-    """
-
-    launch_configuration_name: str
-    expected_value: Text | None
+    launch_configuration_name: str = field(metadata=required("The argument."))
+    expected_value: Text | None = field(
+        metadata=required("The value; None stands for an argument that is not set.")
+    )
 
     def evaluate(self, context: LaunchContext) -> bool:
         context.used.add(self.launch_configuration_name)
@@ -98,12 +88,7 @@ class LaunchConfigurationEquals(Condition):
 
 @dataclass(frozen=True)
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds if an argument has another value, or none.
-
-    Attributes:
-        launch_configuration_name: The argument.
-        expected_value: The value; None: the argument is set to any value.
-    """
+    """Holds if an argument has another value, or none."""
 
     def evaluate(self, context: LaunchContext) -> bool:
         return not super().evaluate(context)

@@ -5,11 +5,12 @@ IncludeLaunchDescription(PythonLaunchDescriptionSource([ThisLaunchFileDir(), "/c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Protocol
 
 from actors.launch.description.library import Library
+from actors.launch.description.options import required
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
@@ -20,13 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AnyLaunchDescriptionSource(Substitution):
-    """A launch file, whose kind follows from its suffix.
+    """A launch file, whose kind follows from its suffix."""
 
-    Attributes:
-        launch_file_path: The file.
-    """
-
-    launch_file_path: Text
+    launch_file_path: Text = field(metadata=required("The file."))
 
     def perform(self, context: LaunchContext) -> str:
         return resolve(self.launch_file_path, context)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from actors.interfaces.yaml_reader import load_yaml
 from actors.interfaces.yaml_scalars import rcl_scalar
+from actors.launch.description.options import option, required
 from actors.launch.description.substitutions import Substitution, resolve, split_command
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
@@ -21,13 +22,14 @@ class Command(Substitution):
     """The output of a command on stdout, without the line ends at its end.
 
     The command is run when the description is planned, without a shell. Its stderr is shown only if it fails.
-
-    Attributes:
-        command: The command as users would type it: a shell's rules split it, so that a path with spaces
-            needs quotes: ["xacro '", path, "'"].
     """
 
-    command: Text
+    command: Text = field(
+        metadata=required(
+            "The command as users would type it: a shell's rules split it, so that a path with spaces"
+            ' needs quotes: ["xacro \'", path, "\'"].'
+        )
+    )
 
     def perform(self, context: LaunchContext) -> str:
         text = resolve(self.command, context)
@@ -40,13 +42,9 @@ class Command(Substitution):
 
 @dataclass(frozen=True)
 class FindExecutable(Substitution):
-    """The path of a program, found along PATH.
+    """The path of a program, found along PATH."""
 
-    Attributes:
-        name: The program's name.
-    """
-
-    name: Text
+    name: Text = field(metadata=required("The program's name."))
 
     def perform(self, context: LaunchContext) -> str:
         return context.library.executable(resolve(self.name, context), context.environment)
@@ -54,13 +52,9 @@ class FindExecutable(Substitution):
 
 @dataclass(frozen=True)
 class FindPackageShare(Substitution):
-    """The folder of an installed package with its modules and data.
+    """The folder of an installed package with its modules and data."""
 
-    Attributes:
-        package: The package's name.
-    """
-
-    package: Text
+    package: Text = field(metadata=required("The package's name."))
 
     def perform(self, context: LaunchContext) -> str:
         return context.library.share(resolve(self.package, context))
@@ -68,13 +62,9 @@ class FindPackageShare(Substitution):
 
 @dataclass(frozen=True)
 class FindPackagePrefix(Substitution):
-    """The folder of the environment that a package is installed in, such as /usr or a virtual environment.
+    """The folder of the environment that a package is installed in, such as /usr or a virtual environment."""
 
-    Attributes:
-        package: The package's name.
-    """
-
-    package: Text
+    package: Text = field(metadata=required("The package's name."))
 
     def perform(self, context: LaunchContext) -> str:
         return context.library.prefix(resolve(self.package, context))
@@ -82,15 +72,10 @@ class FindPackagePrefix(Substitution):
 
 @dataclass(frozen=True)
 class ExecutableInPackage(Substitution):
-    """The path of a program that was installed with a package.
+    """The path of a program that was installed with a package."""
 
-    Attributes:
-        executable: The program's name.
-        package: The package's name.
-    """
-
-    executable: Text
-    package: Text
+    executable: Text = field(metadata=required("The program's name."))
+    package: Text = field(metadata=required("The package's name."))
 
     def perform(self, context: LaunchContext) -> str:
         package, executable = resolve(self.package, context), resolve(self.executable, context)
@@ -99,13 +84,11 @@ class ExecutableInPackage(Substitution):
 
 @dataclass(frozen=True)
 class FileContent(Substitution):
-    """The content of a text file.
+    """The content of a text file."""
 
-    Attributes:
-        path: The file; a relative path starts at the folder of the launch file.
-    """
-
-    path: Text
+    path: Text = field(
+        metadata=required("The file; a relative path starts at the folder of the launch file.")
+    )
 
     def perform(self, context: LaunchContext) -> str:
         return context.library.text(str(PurePath(context.folder, resolve(self.path, context))))
@@ -121,15 +104,10 @@ class LaunchLogDir(Substitution):
 
 @dataclass(frozen=True)
 class Parameter(Substitution):
-    """The value of a parameter that `SetParameter` has set for all nodes.
+    """The value of a parameter that `SetParameter` has set for all nodes."""
 
-    Attributes:
-        name: The parameter.
-        default: Its value if it is not set; None: that is an error.
-    """
-
-    name: Text
-    default: Text | None = None
+    name: Text = field(metadata=required("The parameter."))
+    default: Text | None = option(None, "Its value if it is not set; None: that is an error.")
 
     def perform(self, context: LaunchContext) -> str:
         name = resolve(self.name, context)
@@ -145,13 +123,11 @@ class Parameter(Substitution):
 
 @dataclass(frozen=True)
 class AnonName(Substitution):
-    """A unique name that begins with another, for a node that is started more than once.
+    """A unique name that begins with another, for a node that is started more than once."""
 
-    Attributes:
-        name: The beginning. The same beginning gives the same name everywhere in a launch.
-    """
-
-    name: Text
+    name: Text = field(
+        metadata=required("The beginning. The same beginning gives the same name everywhere in a launch.")
+    )
 
     def perform(self, context: LaunchContext) -> str:
         name = resolve(self.name, context)

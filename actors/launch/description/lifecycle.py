@@ -39,15 +39,11 @@ class LifecycleNode(Node, element="lifecycle_node"):
 
 @dataclass(frozen=True)
 class matches_action(Entity):  # noqa: N801 - the name in ROS 2
-    """Chooses the process that an action has started.
-
-    Attributes:
-        action: The action.
-    """
+    """Chooses the process that an action has started."""
 
     kind: ClassVar[str] = "matcher"
 
-    action: ProcessAction
+    action: ProcessAction = field(metadata=required("The action."))
 
     def __call__(self, action: ProcessAction) -> bool:
         """Return whether an action is this one.
@@ -63,15 +59,13 @@ class matches_action(Entity):  # noqa: N801 - the name in ROS 2
 
 @dataclass(frozen=True)
 class matches_node_name(Entity):  # noqa: N801 - the name in ROS 2
-    """Chooses the lifecycle node of a name.
-
-    Attributes:
-        node_name: The node's full name, or one relative to the current namespace.
-    """
+    """Chooses the lifecycle node of a name."""
 
     kind: ClassVar[str] = "matcher"
 
-    node_name: Text
+    node_name: Text = field(
+        metadata=required("The node's full name, or one relative to the current namespace.")
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,18 +74,22 @@ class ChangeState(Entity):
 
     The launch requests it of those nodes that it has started, of each after the transitions that were
     requested before. A transition that fails is logged.
-
-    Attributes:
-        lifecycle_node_matcher: Chooses the nodes: `matches_action(node)`, `matches_node_name("/talker")`, or
-            a function that is called with a `LifecycleNode` action and returns whether it is meant.
-        transition_id: A constant of `lifecycle_msgs.msg.Transition`, such as `TRANSITION_CONFIGURE`, or a
-            label such as "configure". The label "shutdown" is possible in each state but finalized.
     """
 
     kind: ClassVar[str] = "event"
 
-    lifecycle_node_matcher: Matcher
-    transition_id: int | Text
+    lifecycle_node_matcher: Matcher = field(
+        metadata=required(
+            'Chooses the nodes: `matches_action(node)`, `matches_node_name("/talker")`, or a function'
+            " that is called with a `LifecycleNode` action and returns whether it is meant."
+        )
+    )
+    transition_id: int | Text = field(
+        metadata=required(
+            "A constant of `lifecycle_msgs.msg.Transition`, such as `TRANSITION_CONFIGURE`, or a"
+            ' label such as "configure". The label "shutdown" is possible in each state but finalized.'
+        )
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from actors.launch.description.conditions import parse_condition, to_bool
+from actors.launch.description.options import option, required
 from actors.launch.description.substitutions import Substitution, resolve
 
 if TYPE_CHECKING:
@@ -45,13 +46,9 @@ class TruthSubstitution(Substitution):
 
 @dataclass(frozen=True)
 class BooleanSubstitution(TruthSubstitution):
-    """A truth value, written as "true" or "false".
+    """A truth value, written as "true" or "false"."""
 
-    Attributes:
-        value: The value.
-    """
-
-    value: Truth
+    value: Truth = field(metadata=required("The value."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return to_bool(self.value, context)
@@ -59,13 +56,9 @@ class BooleanSubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class NotSubstitution(TruthSubstitution):
-    """The opposite of a value.
+    """The opposite of a value."""
 
-    Attributes:
-        value: The value: a `bool`, or a word such as "true", "yes", "0".
-    """
-
-    value: Truth
+    value: Truth = field(metadata=required('The value: a `bool`, or a word such as "true", "yes", "0".'))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return not to_bool(self.value, context)
@@ -73,15 +66,10 @@ class NotSubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class AndSubstitution(TruthSubstitution):
-    """Whether both values are true. The second is evaluated only if the first is true.
+    """Whether both values are true. The second is evaluated only if the first is true."""
 
-    Attributes:
-        left: The first value: a `bool`, or a word such as "true", "yes", "0".
-        right: The second value.
-    """
-
-    left: Truth
-    right: Truth
+    left: Truth = field(metadata=required('The first value: a `bool`, or a word such as "true", "yes", "0".'))
+    right: Truth = field(metadata=required("The second value."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return to_bool(self.left, context) and to_bool(self.right, context)
@@ -89,15 +77,10 @@ class AndSubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class OrSubstitution(TruthSubstitution):
-    """Whether one of two values is true. The second is evaluated only if the first is false.
+    """Whether one of two values is true. The second is evaluated only if the first is false."""
 
-    Attributes:
-        left: The first value: a `bool`, or a word such as "true", "yes", "0".
-        right: The second value.
-    """
-
-    left: Truth
-    right: Truth
+    left: Truth = field(metadata=required('The first value: a `bool`, or a word such as "true", "yes", "0".'))
+    right: Truth = field(metadata=required("The second value."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         return to_bool(self.left, context) or to_bool(self.right, context)
@@ -139,15 +122,10 @@ class AnySubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class EqualsSubstitution(TruthSubstitution):
-    """Whether two values are equal: as truth values, as numbers, or else as strings.
+    """Whether two values are equal: as truth values, as numbers, or else as strings."""
 
-    Attributes:
-        left: A string, number or bool.
-        right: Another one.
-    """
-
-    left: Value
-    right: Value
+    left: Value = field(metadata=required("A string, number or bool."))
+    right: Value = field(metadata=required("Another one."))
 
     def evaluate(self, context: LaunchContext) -> bool:
         left, right = _text(self.left, context), _text(self.right, context)
@@ -162,12 +140,7 @@ class EqualsSubstitution(TruthSubstitution):
 
 @dataclass(frozen=True)
 class NotEqualsSubstitution(EqualsSubstitution):
-    """Whether two values differ.
-
-    Attributes:
-        left: A string, number or bool.
-        right: Another one.
-    """
+    """Whether two values differ."""
 
     def evaluate(self, context: LaunchContext) -> bool:
         return not super().evaluate(context)
@@ -175,17 +148,11 @@ class NotEqualsSubstitution(EqualsSubstitution):
 
 @dataclass(frozen=True)
 class IfElseSubstitution(Substitution):
-    """One of two values. The other one is not evaluated.
+    """One of two values. The other one is not evaluated."""
 
-    Attributes:
-        condition: Chooses the value.
-        if_value: The value if it is true.
-        else_value: The value if it is false.
-    """
-
-    condition: Truth
-    if_value: Text = ""
-    else_value: Text = ""
+    condition: Truth = field(metadata=required("Chooses the value."))
+    if_value: Text = option("", "The value if it is true.")
+    else_value: Text = option("", "The value if it is false.")
 
     def perform(self, context: LaunchContext) -> str:
         return resolve(self.if_value if to_bool(self.condition, context) else self.else_value, context)

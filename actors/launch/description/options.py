@@ -1,4 +1,4 @@
-"""Options: the table of what can be given to actions and event handlers, once for everything that needs it.
+"""Options: the table of what can be given to the entities of a description, once for all that needs it.
 
 A row is a field of the class that has the option. Name and type are the field's own, so that type checkers
 and editors know them; `option()` has the default and the rest, and `required()` the rest of one without a
@@ -7,8 +7,8 @@ default:
     name: str = field(metadata=required("The name of the argument."))
     respawn_delay: float | Text = option(0.0, "Seconds before …", unit="s")
 
-From the rows follow the attributes in docstrings, the checks of arguments, the keys of launch documents with
-their JSON schema, and the fields of process specifications.
+From the rows follow the attributes in docstrings, the checks of arguments, and for actions and event handlers
+the keys of launch documents with their JSON schema, and the fields of process specifications.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _WIDTH: Final = 110
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """An option of an action or event handler.
+    """An option of an action, event handler, condition or substitution.
 
     Attributes:
         about: One sentence for users, also of launch documents.

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import ast
 import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.launch.description.options import required
 from actors.launch.description.substitutions import Substitution, resolve
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
@@ -42,12 +43,13 @@ class PythonExpression(Substitution):
     It may consist of numbers, strings, True, False, None, lists, tuples, dictionaries, indexes and slices, of
     `and`, `or`, `not`, `if … else`, comparisons, `in`, `+ - * / // % **`, and of the `FUNCTIONS` and
     the `METHODS` of strings below.
-
-    Attributes:
-        expression: The expression. A string in it needs quotes: ["'", LaunchConfiguration("robot"), "'"].
     """
 
-    expression: Text
+    expression: Text = field(
+        metadata=required(
+            'The expression. A string in it needs quotes: ["\'", LaunchConfiguration("robot"), "\'"].'
+        )
+    )
 
     def perform(self, context: LaunchContext) -> str:
         expression = resolve(self.expression, context)

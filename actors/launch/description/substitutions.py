@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias, cast
 
+from actors.launch.description.options import option, required
 from actors.launch.description.validation import MAX_DEPTH, MAX_SHOWN, Entity, excerpt
 from actors.launch.errors import LaunchError
 from proto.untrusted_text import escape
@@ -178,13 +179,9 @@ Text: TypeAlias = "str | PurePath | Substitution | Sequence[Text]"
 
 @dataclass(frozen=True)
 class TextSubstitution(Substitution):
-    """A constant string.
+    """A constant string."""
 
-    Attributes:
-        text: The string.
-    """
-
-    text: str
+    text: str = field(metadata=required("The string."))
 
     def perform(self, context: LaunchContext) -> str:
         del context
@@ -193,15 +190,12 @@ class TextSubstitution(Substitution):
 
 @dataclass(frozen=True)
 class LaunchConfiguration(Substitution):
-    """The value of an argument.
+    """The value of an argument."""
 
-    Attributes:
-        variable_name: The argument.
-        default: Its value if it is neither declared nor given; None: that is an error.
-    """
-
-    variable_name: Text
-    default: Text | None = None
+    variable_name: Text = field(metadata=required("The argument."))
+    default: Text | None = option(
+        None, "Its value if it is neither declared nor given; None: that is an error."
+    )
 
     def perform(self, context: LaunchContext) -> str:
         name = resolve(self.variable_name, context)
@@ -216,15 +210,10 @@ class LaunchConfiguration(Substitution):
 
 @dataclass(frozen=True)
 class EnvironmentVariable(Substitution):
-    """The value of an environment variable, as the programs here get it.
+    """The value of an environment variable, as the programs here get it."""
 
-    Attributes:
-        name: The variable.
-        default_value: Its value if it is not set; None: that is an error.
-    """
-
-    name: Text
-    default_value: Text | None = None
+    name: Text = field(metadata=required("The variable."))
+    default_value: Text | None = option(None, "Its value if it is not set; None: that is an error.")
 
     def perform(self, context: LaunchContext) -> str:
         name = resolve(self.name, context)
@@ -242,15 +231,10 @@ class NoEventError(LaunchError):
 
 @dataclass(frozen=True)
 class LocalSubstitution(Substitution):
-    """An attribute of the event that is being handled, such as `LocalSubstitution("event.reason")`.
+    """An attribute of the event that is being handled, such as `LocalSubstitution("event.reason")`."""
 
-    Attributes:
-        expression: "event", and names of attributes after dots.
-        description: A human-readable description, not used.
-    """
-
-    expression: str
-    description: str = ""
+    expression: str = field(metadata=required('"event", and names of attributes after dots.'))
+    description: str = option("", "A human-readable description, not used.")
 
     def perform(self, context: LaunchContext) -> str:
         """Return its value.
@@ -277,13 +261,9 @@ class LocalSubstitution(Substitution):
 
 @dataclass(frozen=True)
 class PathJoinSubstitution(Substitution):
-    """A path made of parts.
+    """A path made of parts."""
 
-    Attributes:
-        substitutions: The parts.
-    """
-
-    substitutions: Sequence[Text]
+    substitutions: Sequence[Text] = field(metadata=required("The parts."))
 
     def perform(self, context: LaunchContext) -> str:
         return str(PurePath(*(resolve(part, context) for part in self.substitutions)))

@@ -12,7 +12,7 @@ A `$` without a parenthesis, and quotes outside of a substitution, have no speci
 from __future__ import annotations
 
 import re
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -38,6 +38,7 @@ from actors.launch.description.logic import (
     NotSubstitution,
     OrSubstitution,
 )
+from actors.launch.description.options import option, required
 from actors.launch.description.python_expression import PythonExpression
 from actors.launch.description.substitutions import (
     EnvironmentVariable,
@@ -221,17 +222,17 @@ class _Reader:
 
 @dataclass(frozen=True)
 class ParameterFile(Substitution):
-    """The path of a YAML file of parameters, in which there may be substitutions such as `$(var robot)`.
+    """The path of a YAML file of parameters, in which there may be substitutions such as `$(var robot)`."""
 
-    Attributes:
-        param_file: The file; a relative path starts at the folder of the launch file.
-        allow_substs: Whether to evaluate substitutions in its text. Nodes then get a temporary file, which is
-            removed when the launch has ended.
-    """
-
-    param_file: Text
+    param_file: Text = field(
+        metadata=required("The file; a relative path starts at the folder of the launch file.")
+    )
     _: KW_ONLY
-    allow_substs: bool | Text = False
+    allow_substs: bool | Text = option(
+        False,
+        "Whether to evaluate substitutions in its text. Nodes then get a temporary file, which is"
+        " removed when the launch has ended.",
+    )
 
     def perform(self, context: LaunchContext) -> str:
         path = PurePath(context.folder, resolve(self.param_file, context))
