@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-TIMES, MESSAGES, PAGES_OF_A_MESSAGE = 20, 8, 256
+TIMES, MESSAGES, PAGES_OF_A_MESSAGE = 8, 8, 256
 FAULTS = f"""
 import resource
 from actors.ros.process_thread import process_thread
@@ -24,6 +24,7 @@ print(faults() - before)
 """
 
 
+@pytest.mark.processes
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries have no mallopt")
 @pytest.mark.parametrize("chosen", [False, True])
 def test_the_memory_of_large_messages_is_kept_for_the_next_ones(*, chosen: bool) -> None:

@@ -118,6 +118,7 @@ async def test_the_page_trusts_the_certificate_of_its_own_broker(
         assert await process.wait() == 0
 
 
+@pytest.mark.processes
 @pytest.mark.parametrize(("flags", "status"), [((), 401), (("--http-read-without-token",), 200)])
 async def test_who_may_read_the_page_of_a_guarded_broker(
     address: str, tmp_path: Path, flags: tuple[str, ...], status: int
