@@ -16,28 +16,8 @@ from dataclasses import KW_ONLY, dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from actors.launch.description import library_substitutions, logic
 from actors.launch.description.conditions import to_bool
-from actors.launch.description.library_substitutions import (
-    AnonName,
-    Command,
-    ExecutableInPackage,
-    FileContent,
-    FindExecutable,
-    FindPackagePrefix,
-    FindPackageShare,
-    LaunchLogDir,
-    Parameter,
-)
-from actors.launch.description.logic import (
-    AllSubstitution,
-    AndSubstitution,
-    AnySubstitution,
-    EqualsSubstitution,
-    IfElseSubstitution,
-    NotEqualsSubstitution,
-    NotSubstitution,
-    OrSubstitution,
-)
 from actors.launch.description.options import option, required
 from actors.launch.description.python_expression import PythonExpression
 from actors.launch.description.substitutions import (
@@ -254,28 +234,28 @@ class _Call:
 
 
 _CALLS: Final = {
-    "all": _Call("$(all VALUE …)", AllSubstitution, 0, MAX_ARGUMENTS),
-    "and": _Call("$(and LEFT RIGHT)", AndSubstitution, 2, 2),
-    "anon": _Call("$(anon NAME)", AnonName),
-    "any": _Call("$(any VALUE …)", AnySubstitution, 0, MAX_ARGUMENTS),
-    "command": _Call("$(command 'PROGRAM ARGUMENT …')", Command),
+    "all": _Call("$(all VALUE …)", logic.AllSubstitution, 0, MAX_ARGUMENTS),
+    "and": _Call("$(and LEFT RIGHT)", logic.AndSubstitution, 2, 2),
+    "anon": _Call("$(anon NAME)", library_substitutions.AnonName),
+    "any": _Call("$(any VALUE …)", logic.AnySubstitution, 0, MAX_ARGUMENTS),
+    "command": _Call("$(command 'PROGRAM ARGUMENT …')", library_substitutions.Command),
     "dirname": _Call("$(dirname)", ThisLaunchFileDir, 0, 0),
     "env": _Call("$(env NAME) or $(env NAME DEFAULT)", EnvironmentVariable, 1, 2),
-    "equals": _Call("$(equals LEFT RIGHT)", EqualsSubstitution, 2, 2),
+    "equals": _Call("$(equals LEFT RIGHT)", logic.EqualsSubstitution, 2, 2),
     "eval": _Call("$(eval 'EXPRESSION')", PythonExpression),
-    "file-content": _Call("$(file-content PATH)", FileContent),
+    "file-content": _Call("$(file-content PATH)", library_substitutions.FileContent),
     "filename": _Call("$(filename)", ThisLaunchFile, 0, 0),
-    "find-exec": _Call("$(find-exec NAME)", FindExecutable),
-    "exec-in-pkg": _Call("$(exec-in-pkg PROGRAM PACKAGE)", ExecutableInPackage, 2, 2),
-    "find-pkg-prefix": _Call("$(find-pkg-prefix PACKAGE)", FindPackagePrefix),
-    "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", FindPackageShare),
-    "launch_log_dir": _Call("$(launch_log_dir)", LaunchLogDir, 0, 0),
-    "log_dir": _Call("$(log_dir)", LaunchLogDir, 0, 0),
-    "if": _Call("$(if CONDITION THEN) or $(if CONDITION THEN ELSE)", IfElseSubstitution, 2, 3),
-    "not": _Call("$(not VALUE)", NotSubstitution),
-    "not-equals": _Call("$(not-equals LEFT RIGHT)", NotEqualsSubstitution, 2, 2),
-    "or": _Call("$(or LEFT RIGHT)", OrSubstitution, 2, 2),
-    "param": _Call("$(param NAME) or $(param NAME DEFAULT)", Parameter, 1, 2),
+    "find-exec": _Call("$(find-exec NAME)", library_substitutions.FindExecutable),
+    "exec-in-pkg": _Call("$(exec-in-pkg PROGRAM PACKAGE)", library_substitutions.ExecutableInPackage, 2, 2),
+    "find-pkg-prefix": _Call("$(find-pkg-prefix PACKAGE)", library_substitutions.FindPackagePrefix),
+    "find-pkg-share": _Call("$(find-pkg-share PACKAGE)", library_substitutions.FindPackageShare),
+    "launch_log_dir": _Call("$(launch_log_dir)", library_substitutions.LaunchLogDir, 0, 0),
+    "log_dir": _Call("$(log_dir)", library_substitutions.LaunchLogDir, 0, 0),
+    "if": _Call("$(if CONDITION THEN) or $(if CONDITION THEN ELSE)", logic.IfElseSubstitution, 2, 3),
+    "not": _Call("$(not VALUE)", logic.NotSubstitution),
+    "not-equals": _Call("$(not-equals LEFT RIGHT)", logic.NotEqualsSubstitution, 2, 2),
+    "or": _Call("$(or LEFT RIGHT)", logic.OrSubstitution, 2, 2),
+    "param": _Call("$(param NAME) or $(param NAME DEFAULT)", library_substitutions.Parameter, 1, 2),
     "path-join": _Call("$(path-join PART …)", lambda *parts: PathJoinSubstitution(parts), 1, MAX_ARGUMENTS),
     "var": _Call("$(var NAME) or $(var NAME DEFAULT)", LaunchConfiguration, 1, 2),
 }

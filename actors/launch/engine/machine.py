@@ -22,19 +22,7 @@ from actors.launch.engine.handlers import MAX_HANDLERS, FunctionResult, Handlers
 from actors.launch.engine.process_table import ProcessState, ProcessTable
 from actors.launch.engine.schedule import Schedule
 from actors.launch.engine.transition_queue import TransitionQueue
-from actors.launch.planning.events import (
-    Appeared,
-    Event,
-    Level,
-    Message,
-    ProcessExited,
-    ProcessIO,
-    ProcessRestarts,
-    ProcessStarted,
-    ProcessWaits,
-    ShuttingDown,
-    StateTransition,
-)
+from actors.launch.planning import events
 from actors.launch.planning.process_spec import MAX_PROCESSES, ProcessSpec
 from actors.launch.planning.steps import (
     AddHandler,
@@ -53,7 +41,6 @@ if TYPE_CHECKING:
     from actors.launch.engine.effects import Effect, RequestTransition
     from actors.launch.engine.handlers import Reaction
     from actors.launch.engine.process_table import ProcessEntry
-    from actors.launch.planning.events import Stream
     from actors.launch.planning.presence import Presence
     from actors.launch.planning.steps import Step
 
@@ -142,15 +129,15 @@ class Machine:
         process = self._table[label]
         process.pid = pid
         # Handlers first: a transition that they request comes after the autostart all the same.
-        self._dispatch(ProcessStarted(process.spec, pid))
+        self._dispatch(events.ProcessStarted(process.spec, pid))
         self._transitions.started(process.spec)
         return self._pop_effects()
 
-    def wrote(self, label: str, stream: Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
+    def wrote(self, label: str, stream: events.Stream, lines: Sequence[bytes], now: float) -> list[Effect]:
         """Handle lines that a process has written."""
         self._now = now
         process = self._table[label]
-        self._dispatch(ProcessIO(process.spec, process.pid, stream, tuple(lines)))
+        self._dispatch(events.ProcessIO(process.spec, process.pid, stream, tuple(lines)))
         return self._pop_effects()
 
     def ended(self, label: str, outcome: Outcome, now: float) -> list[Effect]:
@@ -165,7 +152,7 @@ class Machine:
         self._reactions.function_returned(call, result)
         return self._pop_effects()
 
-    def state_changed(self, event: StateTransition, now: float) -> list[Effect]:
+    def state_changed(self, event: events.StateTransition, now: float) -> list[Effect]:
         """Handle a step of a lifecycle node's transition."""
         self._now = now
         self._dispatch(event)
@@ -184,7 +171,7 @@ class Machine:
         self.presences = presences
         # Sorted: the order of a set would make launches differ from run to run.
         for each in sorted(new, key=str):
-            self._dispatch(Appeared(each))
+            self._dispatch(events.Appeared(each))
         for process in self._table.in_state(ProcessState.WAITING):
             if not process.missing(presences):
                 self._start_when_ready(process)
@@ -197,7 +184,7 @@ class Machine:
         # One that waits for dependencies or for its end is started with the new sources anyway.
         waits = process is not None and (process.state is ProcessState.WAITING or process.restart_pending)
         if process is not None and not waits and not self.stopping:
-            self._notify(ProcessRestarts(process.spec, process.pid, 0.0, reason))
+            self._notify(events.ProcessRestarts(process.spec, process.pid, 0.0, reason))
             process.reset_respawns()  # somebody has repaired it: its crashes until now do not count
             if process.state is ProcessState.UP:
                 process.restart_pending = True
@@ -239,10 +226,13 @@ class Machine:
         self._effects.clear()
         return effects
 
-    def _notify(self, event: Event) -> None:
+    def _notify(self, event: events.Event) -> None:
         self._effects.append(Notify(event))
 
-    def _dispatch(self, event: Event) -> None:
+    def _warn(self, text: str, about: str = "launch") -> None:
+        self._notify(events.Message(events.Level.WARN, text, about))
+
+    def _dispatch(self, event: events.Event) -> None:
         """Report an event, and react to it."""
         # Reports come first, so that the cause of a message stands above it.
         self._notify(event)
@@ -253,12 +243,12 @@ class Machine:
 
     # Reactions
 
-    def _respond(self, event: Event) -> Reaction:
+    def _respond(self, event: events.Event) -> Reaction:
         """Run the handlers of an event, in the order in which they were registered."""
         for handler in self._handlers.matching(event):
             yield from self._run_handler(handler, event)
 
-    def _run_handler(self, handler: AddHandler, event: Event) -> Reaction:
+    def _run_handler(self, handler: AddHandler, event: events.Event) -> Reaction:
         get_steps = partial(handler.steps, event)
         result = (yield CallFunction(get_steps)) if handler.calls else FunctionResult(get_steps())
         # One that has failed would fail again at the next event, and hide the first error.
@@ -275,7 +265,7 @@ class Machine:
     def _fail(self, error: str) -> Reaction:
         self.error = self.error or error
         self.failed = True
-        self._notify(Message(Level.ERROR, error))
+        self._notify(events.Message(events.Level.ERROR, error))
         yield from self._stop("the description has an error")
 
     def _run_steps(self, steps: Sequence[Step]) -> Reaction:
@@ -302,7 +292,8 @@ class Machine:
             case Start():
                 yield from self._start(step)
             case LogText():
-                self._notify(Message(Level.WARN if step.warning else Level.INFO, step.text))
+                level = events.Level.WARN if step.warning else events.Level.INFO
+                self._notify(events.Message(level, step.text))
             case End():
                 yield from self._stop(step.reason)
             case Call():
@@ -330,7 +321,7 @@ class Machine:
         for spec in matching:
             self._transitions.add(spec, step.transitions)
         if not matching:
-            self._notify(Message(Level.WARN, f"no transition is requested: {step.what} does not run"))
+            self._warn(f"no transition is requested: {step.what} does not run")
 
     def _register(self, handler: AddHandler) -> Reaction:
         if self._handlers.full:
@@ -342,10 +333,10 @@ class Machine:
             self._split = True
             for process in self._table.in_state(ProcessState.UP):
                 if not process.split:
-                    self._notify(Message(Level.WARN, UNSPLIT, process.spec.label))
+                    self._warn(UNSPLIT, process.spec.label)
         # It may be there already. No event will report that again.
         if handler.presence in self.presences:
-            yield from self._run_handler(handler, Appeared(handler.presence))
+            yield from self._run_handler(handler, events.Appeared(handler.presence))
 
     # The life of a process
 
@@ -355,7 +346,7 @@ class Machine:
             return  # of `OnShutdown`: nothing is started after it
         # The same action can be returned by a function again and again.
         if self.state(spec.label) is not ProcessState.DEAD:
-            self._notify(Message(Level.WARN, "runs already; it is not started a second time", spec.label))
+            self._warn("runs already; it is not started a second time", spec.label)
             return
         process = self._table.add(spec, step.on_exit)
         if process is None:
@@ -384,7 +375,7 @@ class Machine:
     def _remind(self, process: ProcessEntry, generation: int, now: float) -> None:
         if process.generation == generation:
             so_far_sec = now - process.since
-            self._notify(ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
+            self._notify(events.ProcessWaits(process.spec, None, process.missing(self.presences), so_far_sec))
             later = now + max(so_far_sec, REMINDER_SEC)
             self._schedule.add(later, partial(self._remind, process, generation))
 
@@ -404,12 +395,12 @@ class Machine:
         self._table.move(process, ProcessState.DEAD, self._now)
         self._transitions.ended(spec.label)
         pid, process.pid = process.pid, None
-        event = ProcessExited(spec, pid, outcome)
+        event = events.ProcessExited(spec, pid, outcome)
         self._notify(event)
         self._reactions.add(self._after_end(process, process.generation, event, lived_sec))
 
     def _after_end(
-        self, process: ProcessEntry, generation: int, event: ProcessExited, lived_sec: float
+        self, process: ProcessEntry, generation: int, event: events.ProcessExited, lived_sec: float
     ) -> Reaction:
         spec = process.spec
         # Handlers come before the respawn: if one of them ends the launch, nothing is started any more.
@@ -439,7 +430,7 @@ class Machine:
             self._start_when_ready(process)
         elif (delay := process.respawn_delay(lived_sec)) is not None:
             self._table.move(process, ProcessState.RESTARTING, self._now)
-            self._notify(ProcessRestarts(spec, None, delay, "respawn"))
+            self._notify(events.ProcessRestarts(spec, None, delay, "respawn"))
             self._schedule.add(self._now + delay, partial(self._respawn, process, process.generation))
         # With --watch, one that has died is to be repaired and saved: that starts it again.
         elif spec.required and (outcome.normal or not self._keep):
@@ -462,7 +453,7 @@ class Machine:
         The state changes at once, and not when the reaction is carried out, so that nothing is started
         between the request and that.
         """
-        event = ShuttingDown(reason)
+        event = events.ShuttingDown(reason)
         self.stopping = True
         self._stopped_at = self._now
         self._function_deadline = self._now + LAST_FUNCTION_SEC

@@ -6,16 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.engine.effects import (
-    CallFunction,
-    CancelTransition,
-    ForceStopAll,
-    Notify,
-    RequestTransition,
-    Run,
-    Stop,
-    StopAll,
-)
+from actors.launch.engine import effects
 from actors.launch.engine.handlers import call_function
 from actors.launch.engine.node_execution import NodeExecution
 from actors.launch.engine.process import LaunchedProcess
@@ -28,7 +19,6 @@ if TYPE_CHECKING:
 
     from actors.config.contexts import BrokerTarget
     from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
-    from actors.launch.engine.effects import Effect
     from actors.launch.engine.handlers import FunctionResult
     from actors.launch.engine.machine import Machine
     from actors.launch.engine.transition_client import TransitionClient
@@ -66,7 +56,7 @@ class Runner:
         self._target = target
         self._node_name = node_name
         self._stop_timeout_sec = stop_timeout_sec
-        self._driver: Driver[Effect] = Driver(machine, self._perform)
+        self._driver: Driver[effects.Effect] = Driver(machine, self._perform)
         self._call: asyncio.Future[FunctionResult] | None = None
         self._transitions: TransitionClient | None = None
         self._began = False
@@ -118,31 +108,31 @@ class Runner:
         for listener in self._listeners:
             listener(event)
 
-    def _perform(self, effect: Effect) -> None:
+    def _perform(self, effect: effects.Effect) -> None:
         match effect:
-            case Notify():
+            case effects.Notify():
                 self.notify(effect.event)
-            case Run():
+            case effects.Run():
                 self._start(effect.process, split=effect.split)
-            case Stop():
+            case effects.Stop():
                 self._driver.executions[effect.label].stop()
-            case StopAll():
+            case effects.StopAll():
                 self._driver.stop_all()
-            case ForceStopAll():
+            case effects.ForceStopAll():
                 self._driver.force_stop_all()
-            case CallFunction():
+            case effects.CallFunction():
                 # The driver's context: variables that the function sets must not leak into the launch.
                 self._call = call_in_thread(partial(call_function, effect.call), self._driver.context)
                 self._call.add_done_callback(partial(self._function_returned, effect))
-            case RequestTransition():
+            case effects.RequestTransition():
                 self._transition_client().request(effect)
-            case CancelTransition():
+            case effects.CancelTransition():
                 self._transition_client().cancel(effect.request)
 
     def _start(self, spec: ProcessSpec, *, split: bool) -> None:
         label, driver = spec.label, self._driver
 
-        def if_current(transition: Callable[[float], list[Effect]]) -> None:
+        def if_current(transition: Callable[[float], list[effects.Effect]]) -> None:
             # An execution that could not be stopped has been abandoned, and may still report.
             if driver.executions.get(label) is execution:
                 driver.happened(transition)
@@ -204,9 +194,11 @@ class Runner:
         )
         self._driver.happened(partial(self._machine.state_changed, found))
 
-    def _transition_ended(self, request: RequestTransition, failure: str | None) -> None:
+    def _transition_ended(self, request: effects.RequestTransition, failure: str | None) -> None:
         self._driver.happened(partial(self._machine.transition_ended, request, failure))
 
-    def _function_returned(self, effect: CallFunction, result: asyncio.Future[FunctionResult]) -> None:
+    def _function_returned(
+        self, effect: effects.CallFunction, result: asyncio.Future[FunctionResult]
+    ) -> None:
         if not result.cancelled():
             self._driver.happened(lambda now: self._machine.function_returned(effect, result.result(), now))

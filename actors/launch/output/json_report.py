@@ -6,23 +6,11 @@ import json
 import time
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.planning.events import (
-    Appeared,
-    Message,
-    ProcessEvent,
-    ProcessExited,
-    ProcessIO,
-    ProcessRestarts,
-    ProcessStarted,
-    ProcessWaits,
-    ShuttingDown,
-    StateTransition,
-)
+from actors.launch.planning import events
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.launch.planning.events import Event
     from actors.launch.planning.presence import Presence
 
 
@@ -38,10 +26,10 @@ class JsonReport:
         self._write = write
         self._now = now
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: events.Event) -> None:
         """Write an event; each line of a process is an object of its own."""
         stamp = self._now()
-        if isinstance(event, ProcessIO):
+        if isinstance(event, events.ProcessIO):
             self._write(_of_output(event, stamp))
             return
         name, facts = _facts(event)
@@ -57,43 +45,43 @@ class JsonReport:
         return _line("lost", self._now(), lines=lines)
 
 
-def _of_output(event: ProcessIO, stamp: float) -> bytes:
+def _of_output(event: events.ProcessIO, stamp: float) -> bytes:
     # Processes may write many lines, whose objects differ only in the line, so the rest is made once.
     begin = _line("output", stamp, **_process(event), stream=event.stream.value).removesuffix(b"}\n").decode()
     lines = (json.dumps(line.decode(errors="replace")) for line in event.lines)
     return "".join([f'{begin}, "line": {line}}}\n' for line in lines]).encode()
 
 
-def _facts(event: Event) -> tuple[str, dict[str, Any]]:
-    facts: dict[str, Any] = _process(event) if isinstance(event, ProcessEvent) else {}
+def _facts(event: events.Event) -> tuple[str, dict[str, Any]]:
+    facts: dict[str, Any] = _process(event) if isinstance(event, events.ProcessEvent) else {}
     name = ""
     match event:
-        case ProcessStarted():
+        case events.ProcessStarted():
             name, facts["node"], facts["command"] = "started", event.process.node, list(event.cmd)
-        case ProcessExited(outcome=outcome):
+        case events.ProcessExited(outcome=outcome):
             name, facts["returncode"] = "exited", event.returncode
             facts |= {"signal": outcome.signal_name, "normal": outcome.normal, "reason": outcome.reason}
-        case ProcessWaits():
+        case events.ProcessWaits():
             missing = [_presence(each) for each in event.missing]
             name, facts["missing"], facts["so_far_sec"] = "waiting", missing, event.so_far_sec
-        case ProcessRestarts():
+        case events.ProcessRestarts():
             name, facts["delay_sec"], facts["reason"] = "restarting", event.delay_sec, event.reason
-        case StateTransition():
+        case events.StateTransition():
             name, facts["transition"] = "transition", event.transition
             facts |= {"start_state": event.start_state, "goal_state": event.goal_state}
-        case Appeared():
+        case events.Appeared():
             name, facts = "appeared", _presence(event.presence)
-        case Message():
+        case events.Message():
             name = "message"
             facts = {"level": event.level.value, "text": event.text, "about": event.about}
-        case ShuttingDown():
+        case events.ShuttingDown():
             name, facts["reason"] = "stopping", event.reason
         case _:
             pass
     return name, facts
 
 
-def _process(event: ProcessEvent) -> dict[str, Any]:
+def _process(event: events.ProcessEvent) -> dict[str, Any]:
     return {"process": event.process_name, "pid": event.pid}
 
 

@@ -7,21 +7,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from actors.launch.planning.events import (
-    ProcessEvent,
-    ProcessExited,
-    ProcessRestarts,
-    ProcessStarted,
-    ProcessWaits,
-    ShuttingDown,
-)
+from actors.launch.planning import events
 from actors.launch.planning.process_spec import MAX_PROCESSES
 from actors.logging.terminal_text import RESET
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from actors.launch.planning.events import Event
 
 
 class State(Enum):
@@ -85,11 +76,11 @@ class Status:
         self._counts: Counter[State] = Counter()
         self._stopping = False
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: events.Event) -> None:
         """Count an event."""
-        if isinstance(event, ShuttingDown):
+        if isinstance(event, events.ShuttingDown):
             self._stopping = True
-        elif isinstance(event, ProcessEvent):
+        elif isinstance(event, events.ProcessEvent):
             state, before = _state_of(event), self._states.get(event.process_name)
             if state is None or state is before:
                 return
@@ -129,14 +120,14 @@ class Status:
         return StatusLine((*words, ("Ctrl-C stops", "")))
 
 
-def _state_of(event: ProcessEvent) -> State | None:
-    if isinstance(event, ProcessExited):
+def _state_of(event: events.ProcessEvent) -> State | None:
+    if isinstance(event, events.ProcessExited):
         return State.FINISHED if event.outcome.normal else State.DEAD
     return _STATES.get(type(event))
 
 
-_STATES: Final[dict[type[ProcessEvent], State]] = {
-    ProcessStarted: State.UP,
-    ProcessWaits: State.WAITING,
-    ProcessRestarts: State.RESTARTING,
+_STATES: Final[dict[type[events.ProcessEvent], State]] = {
+    events.ProcessStarted: State.UP,
+    events.ProcessWaits: State.WAITING,
+    events.ProcessRestarts: State.RESTARTING,
 }

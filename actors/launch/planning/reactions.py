@@ -7,34 +7,15 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
+from actors.launch.description import event_handlers
 from actors.launch.description.action import Action, EventHandler
-from actors.launch.description.event_handlers import (
-    OnNodeUp,
-    OnProcessExit,
-    OnProcessIO,
-    OnProcessStart,
-    OnServiceAvailable,
-    OnShutdown,
-    OnStateTransition,
-    OnTopicPublished,
-)
 from actors.launch.description.process_actions import ProcessAction
 from actors.launch.description.summaries import function_name
 from actors.launch.description.validation import excerpt
 from actors.launch.errors import LaunchError
+from actors.launch.planning import events
 from actors.launch.planning.dependencies import awaited
 from actors.launch.planning.error_location import function_error, result_error
-from actors.launch.planning.events import (
-    Appeared,
-    Event,
-    ProcessEvent,
-    ProcessExited,
-    ProcessIO,
-    ProcessStarted,
-    ShuttingDown,
-    StateTransition,
-    Stream,
-)
 from actors.launch.planning.lifecycle import state_transitions
 from actors.launch.planning.presence import Presence, PresenceKind
 from actors.launch.planning.steps import AddHandler
@@ -43,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from actors.launch.description.action import Reaction
-    from actors.launch.description.event_handlers import Target
     from actors.launch.description.substitutions import LaunchContext
     from actors.launch.planning.dependencies import KnownNodes
 
@@ -60,26 +40,26 @@ def triggers(handler: EventHandler, context: LaunchContext, nodes: KnownNodes) -
         InvalidNameError: The name that it waits for is not valid.
     """
     match handler:
-        case OnProcessStart():
-            found = [_of_process(handler.target_action, "starts", ProcessStarted, handler.on_start)]
-        case OnProcessExit():
-            found = [_of_process(handler.target_action, "exits", ProcessExited, handler.on_exit)]
-        case OnProcessIO():
+        case event_handlers.OnProcessStart():
+            found = [_of_process(handler.target_action, "starts", events.ProcessStarted, handler.on_start)]
+        case event_handlers.OnProcessExit():
+            found = [_of_process(handler.target_action, "exits", events.ProcessExited, handler.on_exit)]
+        case event_handlers.OnProcessIO():
             found = _of_output(handler)
-        case OnStateTransition():
+        case event_handlers.OnStateTransition():
             found = [_of_transition(handler, context)]
-        case OnShutdown():
+        case event_handlers.OnShutdown():
             found = [_trigger(handler.on_shutdown, "the launch ends", _is_shutdown)]
-        case OnNodeUp(node=node):
+        case event_handlers.OnNodeUp(node=node):
             up = (
                 nodes.presence(node)
                 if isinstance(node, ProcessAction)
                 else awaited(PresenceKind.NODE, node, context)
             )
             found = [_of_presence(handler.on_up, up)]
-        case OnServiceAvailable(service=name):
+        case event_handlers.OnServiceAvailable(service=name):
             found = [_of_presence(handler.on_available, awaited(PresenceKind.SERVICE, name, context))]
-        case OnTopicPublished(topic=name):
+        case event_handlers.OnTopicPublished(topic=name):
             found = [_of_presence(handler.on_published, awaited(PresenceKind.TOPIC, name, context))]
         case _ if callable(matcher := getattr(handler, "matcher", None)):
             found = [_trigger(getattr(handler, "entities", ()), "an event matches", cast("Any", matcher))]
@@ -88,7 +68,9 @@ def triggers(handler: EventHandler, context: LaunchContext, nodes: KnownNodes) -
     return [(reaction, replace(step, once=handler.handle_once)) for reaction, step in found]
 
 
-def call_reaction(function: Callable[..., Any], event: Event, context: LaunchContext) -> Sequence[Action]:
+def call_reaction(
+    function: Callable[..., Any], event: events.Event, context: LaunchContext
+) -> Sequence[Action]:
     """Call the function of a handler with the event, and the context if it has a second parameter.
 
     In ROS 2 handlers have both; many that were written for callboard need only the event.
@@ -141,19 +123,21 @@ def call_function(
     return cast("Sequence[Action]", actions)
 
 
-def _trigger(reaction: Reaction, what: str, matches: Callable[[Event], bool], **options: Any) -> Trigger:
+def _trigger(
+    reaction: Reaction, what: str, matches: Callable[[events.Event], bool], **options: Any
+) -> Trigger:
     return reaction, AddHandler(what=what, matches=matches, steps=lambda _event: [], **options)
 
 
 def _of_process(
-    target: Target,
+    target: event_handlers.Target,
     verb: str,
-    kind: type[ProcessEvent],
+    kind: type[events.ProcessEvent],
     reaction: Reaction,
     condition: Callable[[Any], bool] | None = None,
     **options: Any,
 ) -> Trigger:
-    def matches(event: Event) -> bool:
+    def matches(event: events.Event) -> bool:
         if not isinstance(event, kind) or (condition is not None and not condition(event)):
             return False
         process = event.process
@@ -167,41 +151,46 @@ def _of_process(
     return _trigger(reaction, f"{_target_name(target)} {verb}", matches, **options)
 
 
-def _of_output(handler: OnProcessIO) -> list[Trigger]:
+def _of_output(handler: event_handlers.OnProcessIO) -> list[Trigger]:
     target = handler.target_action
     # A handler for one stream needs them separate; one for both gets them in the order of their lines.
     found: list[Trigger] = []
     if handler.on_output is not None:
-        found.append(_of_process(target, "writes", ProcessIO, handler.on_output))
-    for reaction, stream in ((handler.on_stdout, Stream.STDOUT), (handler.on_stderr, Stream.STDERR)):
+        found.append(_of_process(target, "writes", events.ProcessIO, handler.on_output))
+    for reaction, stream in (
+        (handler.on_stdout, events.Stream.STDOUT),
+        (handler.on_stderr, events.Stream.STDERR),
+    ):
         if reaction is not None:
             verb, condition = f"writes to {stream.value}", partial(_is_of_stream, stream)
-            found.append(_of_process(target, verb, ProcessIO, reaction, condition, split=True))
+            found.append(_of_process(target, verb, events.ProcessIO, reaction, condition, split=True))
     return found
 
 
-def _is_of_stream(stream: Stream, event: ProcessIO) -> bool:
+def _is_of_stream(stream: events.Stream, event: events.ProcessIO) -> bool:
     return event.stream is stream
 
 
-def _of_transition(handler: OnStateTransition, context: LaunchContext) -> Trigger:
+def _of_transition(handler: event_handlers.OnStateTransition, context: LaunchContext) -> Trigger:
     condition, texts = state_transitions(handler, context)
     verb = "changes its state" + (f" ({', '.join(texts)})" if texts else "")
-    return _of_process(handler.target_lifecycle_node, verb, StateTransition, handler.entities, condition)
+    return _of_process(
+        handler.target_lifecycle_node, verb, events.StateTransition, handler.entities, condition
+    )
 
 
-def _is_shutdown(event: Event) -> bool:
-    return isinstance(event, ShuttingDown)
+def _is_shutdown(event: events.Event) -> bool:
+    return isinstance(event, events.ShuttingDown)
 
 
 def _of_presence(reaction: Reaction, awaited: Presence) -> Trigger:
-    def matches(event: Event) -> bool:
-        return isinstance(event, Appeared) and event.presence == awaited
+    def matches(event: events.Event) -> bool:
+        return isinstance(event, events.Appeared) and event.presence == awaited
 
     return _trigger(reaction, f"{awaited} is there", matches, presence=awaited)
 
 
-def _target_name(target: Target) -> str:
+def _target_name(target: event_handlers.Target) -> str:
     if target is None:
         return "a process"
     if isinstance(target, str):

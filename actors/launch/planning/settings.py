@@ -5,23 +5,7 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import TYPE_CHECKING, TypeVar
 
-from actors.launch.description.actions import (
-    AppendEnvironmentVariable,
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
-    PushNamespace,
-    ResetEnvironment,
-    ResetLaunchConfigurations,
-    SetEnvironmentVariable,
-    SetLaunchConfiguration,
-    SetParameter,
-    SetParametersFromFile,
-    SetRemap,
-    UnsetEnvironmentVariable,
-    UnsetLaunchConfiguration,
-)
+from actors.launch.description import actions
 from actors.launch.description.conditions import to_bool
 from actors.launch.description.substitutions import resolve
 from actors.launch.errors import LaunchError
@@ -47,24 +31,24 @@ def apply_setting(action: Setting, context: LaunchContext) -> None:
         InvalidNamespaceError: A namespace is not valid.
     """
     match action:
-        case PushNamespace():
+        case actions.PushNamespace():
             context.namespace = prefix_namespace(context.namespace, resolve(action.namespace, context))
             validate_namespace(normalize_namespace(context.namespace or ""))
-        case SetLaunchConfiguration():
+        case actions.SetLaunchConfiguration():
             context.launch_configurations[resolve(action.name, context)] = resolve(action.value, context)
-        case SetEnvironmentVariable():
+        case actions.SetEnvironmentVariable():
             # Of the programs only: changing os.environ would change the launch itself.
             context.environment.update(variables({resolve(action.name, context): action.value}, context))
-        case UnsetEnvironmentVariable():
+        case actions.UnsetEnvironmentVariable():
             context.environment.pop(resolve(action.name, context), None)
-        case AppendEnvironmentVariable():
+        case actions.AppendEnvironmentVariable():
             _append(action, context)
-        case SetParameter():
+        case actions.SetParameter():
             context.parameters.update(parameter_texts({action.name: action.value}, context))
-        case SetRemap():
+        case actions.SetRemap():
             # In order: the first rule that matches a name counts.
             context.remappings.append((resolve(action.src, context), resolve(action.dst, context)))
-        case SetParametersFromFile():
+        case actions.SetParametersFromFile():
             path = str(PurePath(context.folder, resolve(action.filename, context)))
             context.parameter_files.append(context.library.parameter_file(path))
         case _:
@@ -73,22 +57,22 @@ def apply_setting(action: Setting, context: LaunchContext) -> None:
 
 def _save_or_restore(action: Setting, context: LaunchContext) -> None:
     match action:
-        case PushLaunchConfigurations():
+        case actions.PushLaunchConfigurations():
             context.saved_configurations.append(context.inner())
-        case PopLaunchConfigurations():
+        case actions.PopLaunchConfigurations():
             context.restore(_last(action, context.saved_configurations))
-        case ResetLaunchConfigurations():
+        case actions.ResetLaunchConfigurations():
             # Evaluated first: the values may use the arguments that are forgotten.
             given = {name: resolve(value, context) for name, value in action.launch_configurations.items()}
             context.restore(context.initial())
             context.launch_configurations.update(given)
-        case UnsetLaunchConfiguration():
+        case actions.UnsetLaunchConfiguration():
             context.launch_configurations.pop(resolve(action.name, context), None)
-        case PushEnvironment():
+        case actions.PushEnvironment():
             context.saved_environments.append(dict(context.environment))
-        case PopEnvironment():
+        case actions.PopEnvironment():
             context.environment = _last(action, context.saved_environments)
-        case ResetEnvironment():
+        case actions.ResetEnvironment():
             context.environment = dict(context.first_environment)
         case _:
             raise LaunchError(f"{type(action).__name__} is not an action that can be carried out")
@@ -115,7 +99,7 @@ def variables(given: Mapping[str, Text], context: LaunchContext) -> dict[str, st
     return found
 
 
-def _append(action: AppendEnvironmentVariable, context: LaunchContext) -> None:
+def _append(action: actions.AppendEnvironmentVariable, context: LaunchContext) -> None:
     name = resolve(action.name, context)
     parts = [context.environment.get(name), resolve(action.value, context)]
     if to_bool(action.prepend, context):
