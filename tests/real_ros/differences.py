@@ -346,11 +346,6 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "message value",
-        ("Float32: numpy float64, assigned", "Float32: numpy float64, constructed"),
-        "A number in a `float32` field keeps its digits; elements of `float32` arrays are rounded.",
-    ),
-    Difference(
-        "message value",
         ("String: Decimal, assigned", "String: Decimal, constructed"),
         "A Decimal, UUID or date in a string field is sent as text. rclpy raises a TypeError.",
     ),

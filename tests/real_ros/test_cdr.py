@@ -23,6 +23,19 @@ from tests.real_ros.test_types import ONLY_HERE, common
 if TYPE_CHECKING:
     from tests.real_ros.sides import Side
 
+EXCHANGED = (
+    *(
+        "sensor_msgs/msg/Image",
+        "sensor_msgs/msg/Imu",
+        "sensor_msgs/msg/JointState",
+        "sensor_msgs/msg/CameraInfo",
+    ),
+    *(
+        "std_msgs/msg/ByteMultiArray",
+        "action_msgs/msg/GoalStatusArray",
+        "diagnostic_msgs/msg/DiagnosticArray",
+    ),
+)
 MESSAGES = 5
 """Messages of each type."""
 
@@ -58,3 +71,16 @@ def test_what_ros_reads_by_accident_is_refused(name: str, data: str, real: Side)
     with pytest.raises(InvalidMessageError):
         cdr.decode(class_of(name), bytes.fromhex(data))
     agree("cdr", f"{name}: {data}", real=answer, callboard="refused")
+
+
+@pytest.mark.parametrize("name", [*EXCHANGED, *(name for name in TYPES["test_msgs"] if "/msg/" in name)])
+def test_programs_exchange_bytes_with_ros(name: str, real: Side, face: Side) -> None:
+    """What either side's `serialize_message` writes, the other side's `deserialize_message` reads."""
+    cls = class_of(name)
+    sent = [cdr.encode(random_message(cls, Random(number))).hex() for number in range(MESSAGES)]
+    of_real = real.call("serialization.exchanged", name, sent)
+    of_face = face.call("serialization.exchanged", name, [data for _, data in of_real])
+    again = real.call("serialization.exchanged", name, [data for _, data in of_face])
+    values = [value for value, _ in of_real]
+    assert [value for value, _ in again] == values
+    agree("serialization", name, real=values, callboard=[value for value, _ in of_face])

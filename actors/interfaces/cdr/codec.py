@@ -31,7 +31,6 @@ T = TypeVar("T", bound=Message)
 
 BIG_ENDIAN: Final = b"\0\0"
 LITTLE_ENDIAN: Final = b"\0\1"
-_MAX_FLOAT32: Final = (2 - 2**-23) * 2.0**127
 
 _ENCODING_ERRORS: Final = (
     ValueError, TypeError, AttributeError, LookupError, OverflowError, struct.error, RecursionError,
@@ -73,25 +72,25 @@ class CdrCodec(Generic[T]):
         """Return a message as CDR, little-endian, with its header.
 
         Args:
-            message: An instance of `msg_type`. A finite number beyond float32's range becomes infinite, as in
-                ROS 2.
+            message: An instance of `msg_type`.
 
         Raises:
             TypeError: `message` is not a `msg_type`.
-            InvalidMessageError: A field's value does not fit its type, or a `string` has a NUL in it, where
-                ROS 2 would cut it off.
+            InvalidMessageError: A field's value does not fit its type. Neither does a `string` with a NUL in it,
+                which ends it for ROS 2, nor a `float32` that ROS 2 would make infinite.
         """
+        encode = self._encode
         if isinstance(message, self.msg_type):
             try:
-                return self._encode(message)
+                return encode(message)
             except _ENCODING_ERRORS:
                 pass
         # The message as msgpack is checked more thoroughly: it raises the error that says what is wrong, or
         # gives a message with plain values.
         plain = self._msgpack.decode(self._msgpack.encode(message))
-        _adapt(plain, type_name(self.msg_type))
+        _check(plain, type_name(self.msg_type))
         try:
-            return self._encode(plain)
+            return encode(plain)
         except _ENCODING_ERRORS as error:
             raise InvalidMessageError(f"{type_name(self.msg_type)}: {error}") from error
 
@@ -157,20 +156,23 @@ class CdrCodec(Generic[T]):
         )
 
 
-def _adapt(message: Message, path: str) -> None:
-    """Make floats beyond float32's range infinite; raise InvalidMessageError for a string with a NUL."""
+def _check(message: Message, path: str) -> None:
+    """Raise InvalidMessageError for values that msgpack has and CDR has not."""
     for field in fields_of(cast("Any", type(message))):
         kind, name = field.type, field.name
         value: Any = getattr(message, name)
         if kind.message is not None:
             items: list[Any] = value if kind.is_array else [value]
             for index, item in enumerate(items):
-                _adapt(item, f"{path}.{name}[{index}]" if kind.is_array else f"{path}.{name}")
+                _check(item, f"{path}.{name}[{index}]" if kind.is_array else f"{path}.{name}")
         elif kind.base == "string":
             if any("\0" in each for each in (value if kind.is_array else (value,))):
                 raise InvalidMessageError(f"{path}.{name}: Expected a string without NUL, got {value!r:.80}")
-        elif kind.base == "float32" and not kind.is_array and abs(value) > _MAX_FLOAT32:
-            setattr(message, name, math.copysign(math.inf, value))
+        elif kind.base == "float32" and not kind.is_array and math.isfinite(value):
+            try:
+                struct.pack("<f", value)
+            except OverflowError:
+                raise InvalidMessageError(f"{path}.{name}: Expected float32, got {value!r}") from None
 
 
 @cache

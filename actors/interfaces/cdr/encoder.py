@@ -41,7 +41,7 @@ class _Encoder(Source):
 
     def __init__(self) -> None:
         names: dict[str, Any] = {
-            "B": values.BOOLS,
+            "no_bool": values.no_bool,
             "NUL": b"\0",
             "array_of": values.numbers,
             "bytes_of": values.binary,
@@ -123,6 +123,9 @@ class _Encoder(Source):
             self._field(field.type, f"{message}.{field.name}")
 
     def _nested(self, cls: MessageType, message: str) -> None:
+        # Another class with such fields would be written as one of this class. Which may be, decides the
+        # msgpack codec.
+        self.line(f"if type({message}) is not {self.constant(cls)}: raise TypeError")
         function = self.enter(cls)
         if not function:
             self._message(cls, message)
@@ -139,7 +142,7 @@ class _Encoder(Source):
                 nested = self._assigned(value)
                 self._nested(kind.message, nested)
             elif kind.base in PRIMITIVES:
-                self._run.append((PRIMITIVES[kind.base], f"B[{value}]" if kind.base == "bool" else value))
+                self._run.append((PRIMITIVES[kind.base], _scalar(PRIMITIVES[kind.base], value)))
             else:
                 self._text(kind, value)
         elif kind.message is not None:
@@ -232,15 +235,13 @@ class _Encoder(Source):
     def _messages(self, kind: FieldType, cls: MessageType, value: str) -> None:
         count = self._counted(kind, value)
         items = None if kind.is_fixed else flat_items(cls)
-        if items is not None and repeatable([item for item, _, _ in items]):
+        is_flat = items is not None and all(len(path) == 1 for _, path, _ in items)
+        if items is not None and is_flat and repeatable([item for item, _, _ in items]):
+            self.line(f"if {count} and set(map(type, {value})) != {{{self.constant(cls)}}}: raise TypeError")
             self._flush(count if items[0][0].align == 8 else "")
             self._put_parts()
             each = self.constant(_packer([item for item, _, _ in items]), ("pack", *items))
-            paths = [f"m.{'.'.join(path)}" for _, path, _ in items]
-            scalars = [
-                f"B[{path}]" if item.format == "?" else path
-                for path, (item, _, _) in zip(paths, items, strict=True)
-            ]
+            scalars = [_scalar(item, f"m.{name}") for item, (name,), _ in items]
             self.line(f"out += [{each}({', '.join(scalars)}) for m in {value}]")
             self._pass(f"{sum(item.size for item, _, _ in items)}*{count}", items[0][0].align)
             return
@@ -255,6 +256,11 @@ class _Encoder(Source):
         self.use_variable()
         self.indent(-1)
         self.places = ANYWHERE
+
+
+def _scalar(item: Item, value: str) -> str:
+    """Return the expression of a scalar for `struct`, which takes any object for a bool."""
+    return value if item.format != "?" else f"t if type(t := {value}) is bool else no_bool()"
 
 
 def _packer(items: list[Item]) -> Any:

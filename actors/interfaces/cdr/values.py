@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from typing_extensions import Buffer
 
-BOOLS: Final = {False: 0, True: 1}
-"""What a bool is packed as; NumPy's are found, too."""
 _HOST: Final = f"utf-16-{sys.byteorder[0]}e"
 
 
@@ -192,12 +190,20 @@ def numbers(cls: type[NumericArray], value: Any) -> Any:
 def binary(value: Any) -> Any:
     """Return the value of a field of bytes as a buffer; raise as `numbers`."""
     found = pack(value)
-    if isinstance(found, tuple):
+    if found is None and isinstance(value, list | tuple):
+        return bytes_of(value)
+    if not isinstance(found, memoryview):
         raise TypeError("expected bytes")
-    return bytes_of(value) if found is None else found
+    return found
 
 
 def bools(values: Sequence[bool]) -> bytes:
-    """Return bools as bytes; raise KeyError for other values."""
-    _require_list(values)
-    return bytes(map(BOOLS.__getitem__, values))
+    """Return bools as bytes; raise TypeError for other values."""
+    if not isinstance(values, list | tuple) or not {bool}.issuperset(map(type, values)):
+        raise TypeError("expected a list of bools")
+    return bytes(values)
+
+
+def no_bool() -> bool:
+    """Raise TypeError: a field of the type `bool` has another value."""
+    raise TypeError("expected a bool")

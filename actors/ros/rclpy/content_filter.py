@@ -20,10 +20,8 @@ import re
 from array import array
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, NoReturn, cast
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
-from actors.interfaces.codec import codec_for
-from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.fields import fields_of
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOptions
@@ -31,7 +29,6 @@ from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOp
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from actors.interfaces.message import Message
     from actors.interfaces.naming import MessageType
 
     Values = Sequence[Any]
@@ -95,36 +92,17 @@ _TESTS: Final[dict[str, Callable[[Any, Any], bool]]] = {
 class ContentFilter:
     """The content filter of a subscription, whose arguments are as for `compile_filter`.
 
-    Args:
-        raw: Whether the messages are payloads.
-
     Attributes:
         options: What it was made of.
         passes: Whether a message passes.
     """
 
-    def __init__(
-        self, expression: str, parameters: Sequence[str], message_class: MessageType, *, raw: bool
-    ) -> None:
+    def __init__(self, expression: str, parameters: Sequence[str], message_class: MessageType) -> None:
         given: tuple[Any, ...] = (parameters, expression, *parameters)  # of an unchecked program
         if isinstance(given[0], str) or not all(isinstance(each, str) for each in given[1:]):
             raise TypeError("A content filter is a string, its expression, and a list of strings")
         self.options = ContentFilterOptions(expression, list(parameters))
         self.passes = compile_filter(expression, parameters, message_class)
-        if raw:
-            self.passes = _of_payloads(self.passes, message_class)
-
-
-def _of_payloads(passes: Callable[[Any], bool], message_class: MessageType) -> Callable[[bytes], bool]:
-    codec = codec_for(cast("type[Message]", message_class))
-
-    def payload_passes(payload: bytes) -> bool:
-        try:
-            return passes(codec.decode(payload))
-        except InvalidMessageError:
-            return False
-
-    return payload_passes
 
 
 def compile_filter(

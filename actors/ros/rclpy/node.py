@@ -355,7 +355,7 @@ class Node(NodeParameters, NodeGraph):
             callback_group: When the callback may run; None for the node's default group.
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: Which policies parameters may override.
-            raw: Give messages as bytes.
+            raw: Give messages as bytes, in CDR.
             content_filter_options: Which messages to receive, by their content; None for all.
 
         Returns:
@@ -365,14 +365,14 @@ class Node(NodeParameters, NodeGraph):
             RCLError: The content filter is wrong.
         """
         _require_message(msg_type)
-        content_filter = _content_filter(content_filter_options, msg_type, raw=raw)
+        content_filter = _content_filter(content_filter_options, msg_type)
         profile = _overridden(self, profile_of(qos_profile), qos_overriding_options, topic, "subscription")
         callbacks, handlers = _queue_events(self, event_callbacks, callback_group)
         claim = self._context.topic_types.claim(self._callboard.native.resolve_topic_name(topic), msg_type)
 
         def create() -> Any:
             native = self._callboard.native.create_subscription(
-                msg_type, topic, qos_profile=profile.native(), raw=raw, event_callbacks=callbacks
+                msg_type, topic, qos_profile=profile.native(), event_callbacks=callbacks
             )
             if content_filter is not None:
                 select(native, content_filter.passes)  # now: no message has arrived
@@ -571,14 +571,12 @@ def _require_message(msg_type: object) -> None:
         raise TypeError(f"{msg_type!r} is no message class: import one such as std_msgs.msg.String")
 
 
-def _content_filter(
-    options: ContentFilterOptions | None, msg_type: type[Message], *, raw: bool
-) -> ContentFilter | None:
+def _content_filter(options: ContentFilterOptions | None, msg_type: type[Message]) -> ContentFilter | None:
     if options is None:
         return None
     from actors.ros.rclpy.content_filter import ContentFilter  # noqa: PLC0415 - few programs filter
 
-    return ContentFilter(options.filter_expression, options.expression_parameters, msg_type, raw=raw)
+    return ContentFilter(options.filter_expression, options.expression_parameters, msg_type)
 
 
 def _overridden(

@@ -9,7 +9,7 @@ from actors.errors import PublisherFull, WaitTimeout
 from actors.interfaces.message import Message
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
-from actors.ros.rclpy.serialization import payload_of
+from actors.ros.rclpy.serialization import decode_message
 from actors.ros.values import convert_assignments
 from actors.threads.errors import ThreadStopped
 from actors.ros.rclpy.imported_names import imported_names
@@ -73,12 +73,13 @@ class Publisher(Destroyable, Generic[MsgT]):
             msg: The message, or one that is serialized already.
 
         Raises:
+            InvalidMessageError: A field's value does not fit its type, or the bytes are no message.
             TypeError: It is not of the publisher's class.
             InvalidHandle: The publisher has been destroyed.
             ExternalShutdownException: The context has ended while it waited.
         """
         if isinstance(msg, bytes):
-            msg = payload_of(msg, self.msg_type)
+            msg = decode_message(msg, self.msg_type)
         if self._publisher.crowded:
             with suppress(WaitTimeout):
                 self._wait_for_space(CROWDED_SEC)

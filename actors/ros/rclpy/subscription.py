@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 
 from actors.endpoints.subscription.selection import select
 from actors.errors import NodeDestroyed
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.message import Message
+from actors.logging.logger import get_logger
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.entity import Entity, destroy_with, weakly
-from actors.ros.rclpy.serialization import bytes_of
+from actors.ros.rclpy.serialization import serialize_message
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
     from actors.threads.node_thread import NodeThread
 
 MsgT = TypeVar("MsgT", bound=Message)
+
+_DROPPED_LOG_SEC: Final = 5.0
+"""Time between lines about dropped messages of a raw subscription."""
 
 __getattr__ = imported_names(__name__, "CallbackGroup MsgType QoSProfile SubscriptionEventCallbacks")
 
@@ -83,9 +88,7 @@ class Subscription(Entity, Generic[MsgT]):
         self.content_filter = content_filter
         self.callback = callback
         prepare(native.msg_type)
-        self._converted: Callable[[Any], Any] = rosidl_values
-        if raw:
-            self._converted = partial(bytes_of, message_type=self.msg_type)
+        self._converted: Callable[[Any], Any] = self._bytes_of if raw else rosidl_values
         self._thread = thread
         self._native = native
         destroy_with(self, thread, native.destroy)
@@ -142,7 +145,7 @@ class Subscription(Entity, Generic[MsgT]):
         with self.handle:
             if not filter_expression and self.content_filter is None:
                 raise RCLError(f"The subscription of {self.topic} has no content filter to end")
-            wanted = ContentFilter(filter_expression, expression_parameters, self.msg_type, raw=self.raw)
+            wanted = ContentFilter(filter_expression, expression_parameters, self.msg_type)
             self.content_filter = wanted if filter_expression else None
             wants = wanted.passes if filter_expression else None
             self._thread.call(lambda: select(self._native, wants))
@@ -174,9 +177,22 @@ class Subscription(Entity, Generic[MsgT]):
             return None
         # Here and not in the loop: conversions cost the thread that wants the message.
         message = self._converted(taken[0])
+        if message is None:
+            return None
         if self._callback_type is Subscription.CallbackType.MessageOnly:
             return partial(self._callback, message)
         return partial(self._callback, message, _info(taken[1]))
+
+    def _bytes_of(self, message: Message) -> bytes | None:
+        """Return a message as bytes; None for one that cannot be written as such."""
+        try:
+            return serialize_message(message)
+        except InvalidMessageError as error:
+            # callboard's own strings may have a NUL in them.
+            get_logger(self.node_logger_name).warning(
+                f"A message of {self.topic} is dropped: {error}", throttle_duration_sec=_DROPPED_LOG_SEC
+            )
+            return None
 
     def destroy(self) -> None:
         """Take the subscription out of service."""

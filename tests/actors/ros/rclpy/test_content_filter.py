@@ -5,13 +5,12 @@ from __future__ import annotations
 import pytest
 
 from actors.interfaces.geometry_msgs.msg import Point, Point32, Polygon
-from actors.interfaces.std_msgs.msg import Byte, Int32, String
+from actors.interfaces.std_msgs.msg import Int32, String
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.content_filter import (
     MAX_DEPTH,
     MAX_LENGTH,
     MAX_PARAMETERS,
-    ContentFilter,
     compile_filter,
 )
 
@@ -93,9 +92,3 @@ def test_a_filter_at_its_limits_is_used() -> None:
     """As many conditions as fit take no frames of Python's stack each."""
     expression = "data=0 OR " * (MAX_LENGTH // 10 - 1) + "data=1"
     assert compile_filter(expression, [], Int32)(Int32(data=1))
-
-
-def test_payloads() -> None:
-    """A filter of a raw subscription reads the bytes; those that are no message do not pass."""
-    content_filter = ContentFilter("data = 200", [], Byte, raw=True)
-    assert not content_filter.passes(b"\xc1")

@@ -30,6 +30,7 @@ from actors.ros.rclpy.executors import ExternalShutdownException, SingleThreaded
 from actors.ros.rclpy.node import Node, NodeNameNonExistentError
 from actors.ros.rclpy.parameter import Parameter
 from actors.ros.rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from actors.ros.rclpy.subscription_content_filter_options import ContentFilterOptions
 from actors.ros.rclpy.task import Future
 from actors.ros.rclpy.timer import TimerInfo
 from actors.threads import NodeThread
@@ -87,6 +88,35 @@ def test_messages_wait_as_the_depth_allows(node: Node, executor: SingleThreadedE
     executor.spin_until_future_complete(done, DEADLINE_SEC)
     assert seen == [("97", 97), ("98", 98), ("99", 99)]
     assert (publisher.topic_name, subscription.topic_name) == ("/ns/t", "/ns/t")
+
+
+def test_raw_messages_are_cdr(
+    node: Node, executor: SingleThreadedExecutor, caplog: pytest.LogCaptureFixture
+) -> None:
+    """In both directions, and filtered by content. What cannot be CDR is dropped, with a line in the log."""
+    seen, done = list[bytes](), Future[None](executor=executor)
+
+    def heard(data: bytes) -> None:
+        seen.append(data)
+        if b"end" in data:
+            done.set_result(None)
+
+    options = ContentFilterOptions("data <> 'filtered'", [])
+    node.create_subscription(String, "t", heard, 10, raw=True, content_filter_options=options)
+    publisher = node.create_publisher(String, "t", 10)
+    assert node.wait_for_node("/ns/node", DEADLINE_SEC)
+    assert publisher.get_subscription_count() == 1
+    end = b"\0\1\0\0\4\0\0\0end\0"
+    for message in (String(data="a"), String(data="filtered"), String(data="b\0c"), end):
+        publisher.publish(message)
+    executor.spin_until_future_complete(done, DEADLINE_SEC)
+    assert seen == [b"\0\1\0\0\2\0\0\0a\0", end]
+    assert (
+        "A message of /ns/t is dropped: std_msgs/msg/String.data: Expected a string without NUL"
+        in caplog.text
+    )
+    with pytest.raises(InvalidMessageError, match="too few"):
+        publisher.publish(end[:-1])
 
 
 def test_incompatible_endpoints_do_not_match(node: Node) -> None:
