@@ -52,7 +52,10 @@ class RealPackageError(ImportError):
 def module_names() -> dict[str, str]:
     """Return the top-level names that callboard has, with the names of its packages for them."""
     interfaces = importlib.import_module(INTERFACES)
-    packages = {each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg}
+    # `cdr` is none of them: a program may have a module of that name.
+    packages = {
+        each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg and "_" in each.name
+    }
     return {**{name: f"{INTERFACES}.{name}" for name in packages}, **LIBRARIES}
 
 

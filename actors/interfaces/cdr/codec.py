@@ -76,8 +76,8 @@ class CdrCodec(Generic[T]):
 
         Raises:
             TypeError: `message` is not a `msg_type`.
-            InvalidMessageError: A field's value does not fit its type. Neither does a `string` with a NUL in it,
-                which ends it for ROS 2, nor a `float32` that ROS 2 would make infinite.
+            InvalidMessageError: A field's value does not fit its type. Nor does a `string` with a NUL in it,
+                which ends it for ROS 2, or a `float32` that ROS 2 would make infinite.
         """
         encode = self._encode
         if isinstance(message, self.msg_type):

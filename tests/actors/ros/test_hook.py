@@ -36,6 +36,12 @@ def test_each_name_that_callboard_has_is_found(name: str) -> None:
     assert isinstance(sys.meta_path[0], finder.RosFinder)
 
 
+def test_names_that_are_not_those_of_ros_are_left_to_programs() -> None:
+    """Such as a package beside the interface packages."""
+    assert "std_msgs" in finder.module_names()
+    assert "cdr" not in finder.module_names()
+
+
 def test_it_waits_for_no_other_libraries() -> None:
     """Each library that the file names is one that callboard has."""
     (names,) = re.findall(r"name in (\{[^}]*\})", (FOLDER / "callboard_ros.pth").read_text())
