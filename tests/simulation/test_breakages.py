@@ -9,6 +9,7 @@ import pytest
 from tests.simulation.killing_seeds import BREAKAGES, read_table
 
 
+@pytest.mark.timeout(900)  # all seeds, where the table's does not find it any more
 @pytest.mark.filterwarnings("default:.*killing_seeds:UserWarning")
 @pytest.mark.parametrize("promise", BREAKAGES)
 def test_a_broken_promise_is_found(promise: str) -> None:
