@@ -24,24 +24,7 @@ from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransiti
 from actors.launch.description.options import options_of
 from actors.launch.description.process_actions import ExecuteProcess, Node
 from actors.launch.description.validation import ELEMENT_CLASSES
-from actors.launch.documents.kinds import (
-    FLAG,
-    NUMBER,
-    PLAIN,
-    PLAIN_NAME,
-    SWITCH,
-    TEXT,
-    BoundedNumber,
-    Choices,
-    Kind,
-    Named,
-    OneOf,
-    Pairs,
-    Schema,
-    Texts,
-    read_each,
-    read_mapping,
-)
+from actors.launch.documents import kinds
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
 from actors.tools.suggestions import did_you_mean
 from proto.untrusted_text import escape
@@ -54,60 +37,60 @@ if TYPE_CHECKING:
     from actors.launch.documents.errors import Location
 
 
-class Elements(Kind):
+class Elements(kinds.Kind):
     """A list of elements, each a mapping of one name to its value."""
 
     def read(self, value: object, location: Location) -> tuple[Action, ...]:
-        return read_each(value, location, _read_element)
+        return kinds.read_each(value, location, _read_element)
 
-    def schema(self) -> Schema:
+    def schema(self) -> kinds.Schema:
         return {"$ref": "#/definitions/elements"}
 
 
-class OnExit(Kind):
+class OnExit(kinds.Kind):
     """A list of elements, or the word shutdown."""
 
     def read(self, value: object, location: Location) -> Action | tuple[Action, ...]:
         return Shutdown() if value == "shutdown" else _ELEMENTS.read(value, location)
 
-    def schema(self) -> Schema:
+    def schema(self) -> kinds.Schema:
         return {"anyOf": [{"enum": ["shutdown"]}, _ELEMENTS.schema()]}
 
 
 _ELEMENTS: Final = Elements()
-_NAMED: Final = Named("name", "value")
+_NAMED: Final = kinds.Named("name", "value")
 
-_KINDS: Final[dict[str, Kind]] = {
-    "str": PLAIN_NAME,
-    "bool": SWITCH,
-    "Text": TEXT,
-    "Text | None": TEXT,
-    "Text | Node": TEXT,
-    "bool | Text": FLAG,
-    "float | Text": NUMBER,
-    "float | Text | None": NUMBER,
-    "Sequence[Text]": Texts(split=True),
-    "Sequence[str] | None": Choices(),
-    "Sequence[int | Text]": Texts(least=1),
-    "Node | Text | Sequence[Node | Text]": Texts(),
+_KINDS: Final[dict[str, kinds.Kind]] = {
+    "str": kinds.PLAIN_NAME,
+    "bool": kinds.SWITCH,
+    "Text": kinds.TEXT,
+    "Text | None": kinds.TEXT,
+    "Text | Node": kinds.TEXT,
+    "bool | Text": kinds.FLAG,
+    "float | Text": kinds.NUMBER,
+    "float | Text | None": kinds.NUMBER,
+    "Sequence[Text]": kinds.Texts(split=True),
+    "Sequence[str] | None": kinds.Choices(),
+    "Sequence[int | Text]": kinds.Texts(least=1),
+    "Node | Text | Sequence[Node | Text]": kinds.Texts(),
     "Mapping[str, Text]": _NAMED,
     "Mapping[str, Text] | Iterable[tuple[str, Text]]": _NAMED,
-    "Iterable[tuple[Text, Text]]": Pairs("from", "to"),
+    "Iterable[tuple[Text, Text]]": kinds.Pairs("from", "to"),
     "Sequence[Parameters]": ParametersKind(),
     "ParameterEntry": ParameterKind(),
     # Only the Python class or the label of a process; the others cannot be written in a document.
-    "Factory | str | None": PLAIN_NAME,
-    "Target": PLAIN_NAME,
-    "LifecycleNode | str | None": PLAIN_NAME,
+    "Factory | str | None": kinds.PLAIN_NAME,
+    "Target": kinds.PLAIN_NAME,
+    "LifecycleNode | str | None": kinds.PLAIN_NAME,
     "Sequence[Action]": _ELEMENTS,
     "Reaction": _ELEMENTS,
     "Reaction | None": _ELEMENTS,
 }
 """The kind of value of each annotation."""
-_EXCEPTIONS: Final[dict[tuple[type, str], Kind]] = {
-    (DeclareLaunchArgument, "description"): PLAIN,
-    (ExecuteProcess, "cmd"): Texts(split=True, least=1),
-    (LifecycleTransition, "lifecycle_node_names"): Texts(least=1),
+_EXCEPTIONS: Final[dict[tuple[type, str], kinds.Kind]] = {
+    (DeclareLaunchArgument, "description"): kinds.PLAIN,
+    (ExecuteProcess, "cmd"): kinds.Texts(split=True, least=1),
+    (LifecycleTransition, "lifecycle_node_names"): kinds.Texts(least=1),
     **{(each, "on_exit"): OnExit() for each in (Node, LifecycleNode, ExecuteProcess)},
 }
 """Options whose values are written differently in documents."""
@@ -126,15 +109,15 @@ class Key:
     """
 
     names: tuple[str, ...]
-    kind: Kind
+    kind: kinds.Kind
     about: str
     target: str
     required: bool = False
 
 
 _CONDITIONS: Final = (
-    Key(("if",), FLAG, "Only if this is true.", "condition"),
-    Key(("unless",), FLAG, "Only if this is false.", "condition"),
+    Key(("if",), kinds.FLAG, "Only if this is true.", "condition"),
+    Key(("unless",), kinds.FLAG, "Only if this is false.", "condition"),
 )
 _CONDITION_NAMES: Final = tuple(name for key in _CONDITIONS for name in key.names)
 _PROGRAMS: Final = (("package", "executable"), ("executable",), ("script",), ("node",))
@@ -191,7 +174,7 @@ class Element:
             only = next(key for key in self.keys if self.listed in key.names)
             return self._action({only.target: only.kind.read(cast("object", value), location)}, location)
         # An element without keys is written without a value, such as `- reset_env:`.
-        body = read_mapping({} if value is None else value, location)
+        body = kinds.read_mapping({} if value is None else value, location)
         # Aliases are found like names; which one was given is kept for errors.
         by_name = {name: key for key in self.keys for name in key.names}
         values: dict[str, Any] = dict(more)
@@ -232,13 +215,13 @@ class Element:
             texts = [" and ".join(first[each] for each in targets) for targets in self.alternatives]
             raise location.error(f"expected one of these: {'; '.join(texts)}")
 
-    def schema(self) -> Schema:
+    def schema(self) -> kinds.Schema:
         """Return its JSON schema."""
         # Aliases are keys of their own: JSON schema has no other way to name them.
         properties = {
             name: {**key.kind.schema(), "description": key.about} for key in self.keys for name in key.names
         }
-        mapping: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+        mapping: kinds.Schema = {"type": "object", "properties": properties, "additionalProperties": False}
         rules = list(self._rules())
         if rules:
             mapping["allOf"] = rules
@@ -252,7 +235,7 @@ class Element:
         schema = mapping if len(forms) == 1 else {"anyOf": forms}
         return {"description": self.about, **schema}
 
-    def _rules(self) -> Iterator[Schema]:
+    def _rules(self) -> Iterator[kinds.Schema]:
         """Yield the rules beyond single keys: what must be given, and what excludes each other."""
         names: dict[str, list[str]] = {}
         for key in self.keys:
@@ -266,7 +249,7 @@ class Element:
                 yield from ({"not": {"required": [name, other]}} for other in each[at + 1 :])
         if self.alternatives:
             every = {target for targets in self.alternatives for target in targets}
-            forms: list[Schema] = []
+            forms: list[kinds.Schema] = []
             for targets in self.alternatives:
                 absent = [{"not": _given(names[each])} for each in sorted(every.difference(targets))]
                 forms.append({"allOf": [*(_given(names[each]) for each in targets), *absent]})
@@ -277,13 +260,13 @@ def _key(cls: type, option: Option) -> Key:
     kind = _EXCEPTIONS.get((cls, option.name))  # by class: `cmd` of one is not `cmd` of another
     # Both are checked when the file is read, unless the value has substitutions.
     if kind is None and option.choices:
-        kind = OneOf(option.choices)
+        kind = kinds.OneOf(option.choices)
     elif kind is None and option.least:
-        kind = BoundedNumber(option.least, whole=option.type.startswith("int"))
+        kind = kinds.BoundedNumber(option.least, whole=option.type.startswith("int"))
     return Key(option.keys, kind or _KINDS[option.type], option.about, option.name, option.required)
 
 
-def _given(names: list[str]) -> Schema:
+def _given(names: list[str]) -> kinds.Schema:
     """Return the schema of a mapping that has one of these keys."""
     return {"required": names} if len(names) == 1 else {"anyOf": [{"required": [name]} for name in names]}
 
@@ -301,7 +284,7 @@ UNSUPPORTED: Final = {"node_container": COMPONENTS, "load_composable_node": COMP
 
 
 def _read_element(value: object, location: Location) -> Action:
-    found = read_mapping(value, location)  # one key: the name of the element
+    found = kinds.read_mapping(value, location)  # one key: the name of the element
     # The usual cause is a body that is not indented, so that its keys stand beside the element.
     if len(found) != 1:
         listed = (
@@ -320,6 +303,8 @@ def _read_element(value: object, location: Location) -> Action:
 
 def _read_unsupported(name: str, body: object, location: Location) -> Action:
     """Return an action that is an error if its conditions hold. Other keys are not checked."""
-    conditions = {key: each for key, each in read_mapping(body, location).items() if key in _CONDITION_NAMES}
+    conditions = {
+        key: each for key, each in kinds.read_mapping(body, location).items() if key in _CONDITION_NAMES
+    }
     element = Element((name,), UnsupportedAction)
     return element.read(conditions, location, action_type=name, remedy=UNSUPPORTED[name])

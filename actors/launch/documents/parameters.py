@@ -14,20 +14,7 @@ from actors.interfaces.yaml_reader import PlainText
 from actors.interfaces.yaml_scalars import launch_scalar
 from actors.launch.description.process_actions import ParameterValue
 from actors.launch.description.templates import ParameterFile
-from actors.launch.documents.kinds import (
-    FLAG,
-    NAMES,
-    SCALAR,
-    Kind,
-    Schema,
-    read_each,
-    read_fields,
-    read_list,
-    read_mapping,
-    read_name,
-    read_text,
-    record_schema,
-)
+from actors.launch.documents import kinds
 from actors.launch.documents.parsing import WrittenFloat, WrittenInt
 
 if TYPE_CHECKING:
@@ -43,7 +30,7 @@ _TYPES: Final[dict[str, Any]] = {
 }
 
 
-class ParameterKind(Kind):
+class ParameterKind(kinds.Kind):
     """One parameter's value."""
 
     def read(self, value: object, location: Location) -> Any:
@@ -51,63 +38,63 @@ class ParameterKind(Kind):
             _single(value, location) if not isinstance(value, list) else _list(cast("Any", value), location)
         )
 
-    def schema(self) -> Schema:
-        return {"anyOf": [SCALAR, {"type": "array", "items": SCALAR}]}
+    def schema(self) -> kinds.Schema:
+        return {"anyOf": [kinds.SCALAR, {"type": "array", "items": kinds.SCALAR}]}
 
 
-class ParametersKind(Kind):
+class ParametersKind(kinds.Kind):
     """Parameters by name, the path of a file of them, or a list of such mappings and paths."""
 
     def read(self, value: object, location: Location) -> tuple[Any, ...]:
         if not isinstance(value, list):
             return (self._entry(value, location),)
-        return read_each(cast("object", value), location, self._entry)
+        return kinds.read_each(cast("object", value), location, self._entry)
 
     def _entry(self, value: object, location: Location) -> Any:
         return (
             _by_name(cast("object", value), location)
             if isinstance(value, dict)
-            else read_text(value, location)
+            else kinds.read_text(value, location)
         )
 
-    def schema(self) -> Schema:
+    def schema(self) -> kinds.Schema:
         entry = {"anyOf": [{"$ref": "#/definitions/text"}, {"$ref": "#/definitions/parameters"}]}
         return {"anyOf": [*entry["anyOf"], {"type": "array", "items": entry}]}
 
 
-class RosParametersKind(Kind):
+class RosParametersKind(kinds.Kind):
     """ROS 2's list: of `{name, value}`, also with `type`, `{name, param: [more of them]}`, `{from: path}`."""
 
     def read(self, value: object, location: Location) -> tuple[Any, ...]:
-        return read_each(value, location, self._entry)
+        return kinds.read_each(value, location, self._entry)
 
     def _entry(self, value: object, location: Location) -> Any:
-        if "from" in read_mapping(value, location):
+        if "from" in kinds.read_mapping(value, location):
             return self._file(value, location)
         return dict(self._named("", value, location))
 
     def _file(self, value: object, location: Location) -> Any:
-        optional = [name for name in ("allow_substs",) if name in read_mapping(value, location)]
-        found = read_fields(value, location, ("from", *optional))
-        path = read_text(found["from"], location.inner("from"))
+        optional = [name for name in ("allow_substs",) if name in kinds.read_mapping(value, location)]
+        found = kinds.read_fields(value, location, ("from", *optional))
+        path = kinds.read_text(found["from"], location.inner("from"))
         if not optional:
             return path
         return ParameterFile(
-            path, allow_substs=FLAG.read(found["allow_substs"], location.inner("allow_substs"))
+            path, allow_substs=kinds.FLAG.read(found["allow_substs"], location.inner("allow_substs"))
         )
 
     def _named(self, prefix: str, value: object, location: Location) -> Iterator[tuple[str, Any]]:
-        given = read_mapping(value, location)
+        given = kinds.read_mapping(value, location)
         what = "param" if "param" in given else "value"
         typed = ("type",) if what == "value" and "type" in given else ()
-        found = read_fields(value, location, ("name", what, *typed))
-        name = prefix + read_name(found["name"], location.inner("name"))
+        found = kinds.read_fields(value, location, ("name", what, *typed))
+        name = prefix + kinds.read_name(found["name"], location.inner("name"))
         below = location.inner(what)
         if typed:
             kind = _type(found["type"], location.inner("type"))
             given_value = found[what]
             # A string is what is written, also `1.10` or `010`.
-            read = read_text if kind in {str, list[str]} else _single
+            read = kinds.read_text if kind in {str, list[str]} else _single
             if isinstance(given_value, list):
                 typed_value: Any = _list(cast("Any", given_value), below, read)
                 kind = _LISTS.get(kind, kind)
@@ -118,27 +105,27 @@ class RosParametersKind(Kind):
         if what == "value":
             yield name, ParameterKind().read(found[what], below)
             return
-        for at, each in enumerate(read_list(found[what], below)):
+        for at, each in enumerate(kinds.read_list(found[what], below)):
             yield from self._named(f"{name}.", each, below.inner(at))
 
-    def schema(self) -> Schema:
-        file = record_schema({"from": {"$ref": "#/definitions/text"}}, allow_substs=FLAG.schema())
+    def schema(self) -> kinds.Schema:
+        file = kinds.record_schema({"from": {"$ref": "#/definitions/text"}}, allow_substs=kinds.FLAG.schema())
         return {"type": "array", "items": {"anyOf": [{"$ref": "#/definitions/parameter"}, file]}}
 
 
-def definitions() -> dict[str, Schema]:
+def definitions() -> dict[str, kinds.Schema]:
     """Return the schemas that the ones here refer to."""
     name = {"$ref": "#/definitions/name"}
     value = ParameterKind().schema()
     below = {"type": "array", "items": {"$ref": "#/definitions/parameter"}}
-    alone = record_schema({"name": name, "value": value})
-    typed = record_schema({"name": name, "value": value, "type": {"enum": list(_TYPES)}})
-    group = record_schema({"name": name, "param": below})
+    alone = kinds.record_schema({"name": name, "value": value})
+    typed = kinds.record_schema({"name": name, "value": value, "type": {"enum": list(_TYPES)}})
+    group = kinds.record_schema({"name": name, "param": below})
     return {
         "parameter": {"anyOf": [alone, typed, group]},
         "parameters": {
             "type": "object",
-            "propertyNames": NAMES,
+            "propertyNames": kinds.NAMES,
             "additionalProperties": {"anyOf": [*value["anyOf"], {"$ref": "#/definitions/parameters"}]},
         },
     }
@@ -146,10 +133,10 @@ def definitions() -> dict[str, Schema]:
 
 def _by_name(value: object, location: Location) -> dict[str, Any]:
     return {
-        read_name(name, location.inner(name)): _by_name(cast("object", each), location.inner(name))
+        kinds.read_name(name, location.inner(name)): _by_name(cast("object", each), location.inner(name))
         if isinstance(each, dict)
         else ParameterKind().read(each, location.inner(name))
-        for name, each in read_mapping(value, location).items()
+        for name, each in kinds.read_mapping(value, location).items()
     }
 
 
@@ -166,11 +153,11 @@ def _single(value: object, location: Location) -> Any:
         return int(value) if isinstance(value, WrittenInt) else float(value)
     if isinstance(value, bool | int | float):
         return value
-    text = read_text(value, location)
+    text = kinds.read_text(value, location)
     return launch_scalar(text) if isinstance(value, PlainText) and isinstance(text, str) else text
 
 
 def _list(values: object, location: Location, read: Callable[[object, Location], Any] = _single) -> list[Any]:
     """Return a list of values. Each substitution is a list of its own: otherwise all would be one string."""
-    found = read_each(values, location, read)
+    found = kinds.read_each(values, location, read)
     return [each if isinstance(each, bool | int | float | str | tuple) else (each,) for each in found]
