@@ -27,21 +27,10 @@ class TruthSubstitution(Substitution):
     """A substitution whose value is "true" or "false"."""
 
     def perform(self, context: LaunchContext) -> str:
-        return str(self.evaluate(context)).lower()
+        return str(self._is_true(context)).lower()
 
     @abstractmethod
-    def evaluate(self, context: LaunchContext) -> bool:
-        """Evaluate it.
-
-        Args:
-            context: Where it is evaluated.
-
-        Returns:
-            Whether it holds.
-
-        Raises:
-            LaunchError: It has no value there.
-        """
+    def _is_true(self, context: LaunchContext) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -50,7 +39,7 @@ class BooleanSubstitution(TruthSubstitution):
 
     value: Truth = field(metadata=required("The value."))
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return to_bool(self.value, context)
 
 
@@ -60,7 +49,7 @@ class NotSubstitution(TruthSubstitution):
 
     value: Truth = field(metadata=required('The value: a `bool`, or a word such as "true", "yes", "0".'))
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return not to_bool(self.value, context)
 
 
@@ -71,7 +60,7 @@ class AndSubstitution(TruthSubstitution):
     left: Truth = field(metadata=required('The first value: a `bool`, or a word such as "true", "yes", "0".'))
     right: Truth = field(metadata=required("The second value."))
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return to_bool(self.left, context) and to_bool(self.right, context)
 
 
@@ -82,7 +71,7 @@ class OrSubstitution(TruthSubstitution):
     left: Truth = field(metadata=required('The first value: a `bool`, or a word such as "true", "yes", "0".'))
     right: Truth = field(metadata=required("The second value."))
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return to_bool(self.left, context) or to_bool(self.right, context)
 
 
@@ -99,7 +88,7 @@ class AllSubstitution(TruthSubstitution):
     def __init__(self, *values: Truth) -> None:
         object.__setattr__(self, "values", values)
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return all(to_bool(each, context) for each in self.values)
 
 
@@ -116,7 +105,7 @@ class AnySubstitution(TruthSubstitution):
     def __init__(self, *values: Truth) -> None:
         object.__setattr__(self, "values", values)
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         return any(to_bool(each, context) for each in self.values)
 
 
@@ -127,7 +116,7 @@ class EqualsSubstitution(TruthSubstitution):
     left: Value = field(metadata=required("A string, number or bool."))
     right: Value = field(metadata=required("Another one."))
 
-    def evaluate(self, context: LaunchContext) -> bool:
+    def _is_true(self, context: LaunchContext) -> bool:
         left, right = _text(self.left, context), _text(self.right, context)
         words = {parse_condition(left), parse_condition(right)}
         if None not in words:
@@ -142,8 +131,8 @@ class EqualsSubstitution(TruthSubstitution):
 class NotEqualsSubstitution(EqualsSubstitution):
     """Whether two values differ."""
 
-    def evaluate(self, context: LaunchContext) -> bool:
-        return not super().evaluate(context)
+    def _is_true(self, context: LaunchContext) -> bool:
+        return not super()._is_true(context)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-def apply_setting(action: Setting, context: LaunchContext) -> None:
+def apply_setting(action: Setting, context: LaunchContext) -> None:  # noqa: C901, PLR0912 - a table
     """Change a context as a setting says.
 
     Raises:
@@ -51,12 +51,6 @@ def apply_setting(action: Setting, context: LaunchContext) -> None:
         case actions.SetParametersFromFile():
             path = str(PurePath(context.folder, resolve(action.filename, context)))
             context.parameter_files.append(context.library.parameter_file(path))
-        case _:
-            _save_or_restore(action, context)
-
-
-def _save_or_restore(action: Setting, context: LaunchContext) -> None:
-    match action:
         case actions.PushLaunchConfigurations():
             context.saved_configurations.append(context.inner())
         case actions.PopLaunchConfigurations():
