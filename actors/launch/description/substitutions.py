@@ -27,25 +27,25 @@ if TYPE_CHECKING:
 
 
 MAX_TEXT: Final = 2 << 20
-"""Characters of a text after its substitutions: twice what a command may write. A few lines of a launch file
-whose values double each time would otherwise fill all memory."""
+"""Characters of a string after its substitutions: twice what a command may write. A few lines of a launch
+file whose values double each time would otherwise fill all memory."""
 
 MAX_TEXTS: Final = 256 << 20
-"""Characters of all texts together, in what a launch does at its beginning, or at one event."""
+"""Characters of all strings together, in what a launch does at its beginning, or at one event."""
 
 MAX_COMMAND: Final = 128 << 10
-"""The most characters of a text that is split into words. No system starts a program with a longer argument,
-and splitting takes time that grows with the square of a word's length."""
+"""The most characters of a string that is split into words. No system starts a program with a longer
+argument, and splitting takes time that grows with the square of a word's length."""
 
 
 class TextCount:
-    """Counts the characters of the texts of one launch, or of one event."""
+    """Counts the characters of the strings of one launch, or of one event."""
 
     def __init__(self) -> None:
         self._characters = 0
 
     def add(self, characters: int) -> None:
-        """Count a text.
+        """Count a string.
 
         Raises:
             LaunchError: They are too many.

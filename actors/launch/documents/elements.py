@@ -285,7 +285,7 @@ UNSUPPORTED: Final = {"node_container": COMPONENTS, "load_composable_node": COMP
 
 def _read_element(value: object, location: Location) -> Action:
     found = kinds.read_mapping(value, location)  # one key: the name of the element
-    # The usual cause is a body that is not indented, so that its keys stand beside the element.
+    # The usual cause is a body that is not indented, so that its keys are beside the element.
     if len(found) != 1:
         listed = (
             f": {', '.join(map(escape, found))}; what is in an element is indented further" if found else ""

@@ -155,7 +155,7 @@ class _Builder:
                 raise _error(f"the key '{escape(name)}' is there twice", key, location)
             else:
                 made[name] = self._value(each, location.inner(name))
-        return {**merged, **made}  # keys of the mapping itself win over merged ones, wherever they stand
+        return {**merged, **made}  # keys of the mapping itself win over merged ones, wherever they are
 
     def _merged(self, node: Any, location: Location) -> dict[str, object]:
         """Return what `<<` takes in: a mapping, or several, of which earlier ones count."""

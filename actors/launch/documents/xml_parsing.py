@@ -149,7 +149,7 @@ def _switch(text: str) -> bool | str:
 
 
 def _parameter(text: str, location: Location, line: int) -> object:
-    """Return the value of a text without substitutions; with them it is read when they have values."""
+    """Return the value of a string without substitutions; with them it is read when they have values."""
     if "$(" in text:
         return text  # its value is read as YAML when it is known
     try:

@@ -77,8 +77,8 @@ class Machine:
         self._table = ProcessTable()
         self._handlers = Handlers()
         self._schedule = Schedule()
-        # Labels whose last run has failed. The next run takes its label out, so a crash that a respawn
-        # has made good does not fail the launch.
+        # Labels whose last run has failed. The next run removes its label, so a crash does not
+        # fail the launch if a run after it succeeds.
         self._failed_runs: set[str] = set()
         # The time of the event that is being handled, so that helpers need no argument for it.
         self._now = 0.0
@@ -185,7 +185,7 @@ class Machine:
         waits = process is not None and (process.state is ProcessState.WAITING or process.restart_pending)
         if process is not None and not waits and not self.stopping:
             self._notify(events.ProcessRestarts(process.spec, process.pid, 0.0, reason))
-            process.reset_respawns()  # somebody has repaired it: its crashes until now do not count
+            process.reset_respawns()  # it has been repaired: its crashes until now do not count
             if process.state is ProcessState.UP:
                 process.restart_pending = True
                 self._effects.append(Stop(label))
@@ -234,7 +234,7 @@ class Machine:
 
     def _dispatch(self, event: events.Event) -> None:
         """Report an event, and react to it."""
-        # Reports come first, so that the cause of a message stands above it.
+        # Reports come first, so that the cause of a message is above it.
         self._notify(event)
         # Most events, such as each line of output, have no handler; they need no place in the queue.
         if not self._handlers.matching(event):

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from actors.launch.planning.process_spec import ProcessSpec
 
 FAILURE = 1
-"""The exit code of a program that calls `sys.exit` with a text, as Python has it."""
+"""The exit code of a program that calls `sys.exit` with a string, as in Python."""
 
 
 class NodeExecution(TaskExecution):

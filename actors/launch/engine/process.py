@@ -68,7 +68,7 @@ class LaunchedProcess(ProcessExecution):
             return problem
         async with AsyncExitStack() as stack:
             stack.callback(self._close_pipes)
-            # Before the start: a process that writes at once finds somebody who reads.
+            # Before the start: what a process writes at once is read.
             readers = [await self._open(stream, stack) for stream in self._streams]
             outcome = await super()._run()
             self._close_pipes()  # they are open if it was stopped before it was started

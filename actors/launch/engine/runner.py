@@ -76,7 +76,7 @@ class Runner:
         self._began = True
         self._driver.begin(partial(self._machine.begin, steps))
         cancelled = await self._driver.wait(partial(self.stop, "interrupted"))
-        # The thread of the function cannot be stopped. It is told that nobody waits for the result.
+        # The thread of the function cannot be stopped; in it, `abandoned()` is true now.
         if self._call is not None:
             self._call.cancel()
         if self._transitions is not None:

@@ -76,10 +76,10 @@ def _scalar(text: str) -> object:
 def _list(values: Sequence[Any], context: LaunchContext) -> Any:
     if any(isinstance(each, Substitution) for each in values) and all(
         isinstance(each, Substitution | str) for each in values
-    ):  # pieces of one text
+    ):  # pieces of one string
         return value_from_text(resolve(cast("Text", values), context))
     items = [
-        # In a list, pieces of a text are in a list of their own.
+        # In a list, the pieces of one string are in a list of their own.
         value_from_text(resolve(cast("Text", each), context))
         if isinstance(each, list | tuple)
         else parameter_value(each, context)

@@ -47,7 +47,7 @@ _KINDS = {
 
 def presence_of(entry: GraphEntry) -> Presence | None:
     """Return the presence of a graph entry; None for subscriptions and clients."""
-    # A topic that only has subscriptions has nobody who would send anything, so nobody waits for it.
+    # A topic that only has subscriptions has no publisher, so waiting for it would be of no use.
     kind = _KINDS.get(EntryKind(entry.kind))
     if kind is None:
         return None
