@@ -96,19 +96,17 @@ class _Decoder(Source):
         """Whether a read at the place has just succeeded: no more bytes are needed up to there."""
 
     def write(self, cls: MessageType) -> Callable[[bytes], Any]:
-        self.begin("def decode(buf):", 0)
+        self.begin("def decode(buf):", cls, 0)
         self.line(f"spare = {SPARE_BYTES}")
         self._run = [(HEADER, "h")]
-        self.enter(cls)
         made = self._message(cls)
         self._flush()
         if not self._is_checked:
             self.line(f"if {self.where()} > len(buf): raise Short")
         self.line(f"return {made}")
-        self.leave()
         while self.pending:
             nested = self.pending.pop()
-            self.begin(f"def {self.function_name(nested)}(buf, p, spare):", None)
+            self.begin(f"def {self.function_name(nested)}(buf, p, spare):", nested, None)
             made = self._message(nested)
             self._flush()
             self.use_variable()

@@ -58,9 +58,8 @@ class _Encoder(Source):
         self._has_out = False
 
     def write(self, cls: MessageType) -> Callable[[Any], bytes]:
-        self.begin("def encode(m):", 0)
+        self.begin("def encode(m):", cls, 0)
         self._run = [(HEADER, _REPRESENTATION)]
-        self.enter(cls)
         self._message(cls, "m")
         self._flush()
         if self._has_out:
@@ -70,10 +69,9 @@ class _Encoder(Source):
             self.line(f"return {self._parts[0]}")
         else:
             self.line(f'return b"".join(({", ".join(self._parts)}))')
-        self.leave()
         while self.pending:
             nested = self.pending.pop()
-            self.begin(f"def {self.function_name(nested)}(m, out, p):", None)
+            self.begin(f"def {self.function_name(nested)}(m, out, p):", nested, None)
             self._parts, self._has_out = [], True
             self._message(nested, "m")
             self._put_parts()

@@ -66,12 +66,13 @@ class Source:
         """Begin a block, or end one with -1."""
         self._depth += levels
 
-    def begin(self, head: str, place: int | None) -> None:
-        """Begin a function with its first line and the place at its start; None if that is in `p`."""
+    def begin(self, head: str, cls: MessageType, place: int | None) -> None:
+        """Begin the function of a class with its first line and the place there; None if that is in `p`."""
         self._depth = 0
         self.line(head)
         self._depth = 1
         self._inlined = 0
+        self._open = [cls]
         self._moves = []
         self.at = place
         self.places = ANYWHERE if place is None else frozenset({place & 7})
@@ -106,8 +107,7 @@ class Source:
         self._open.pop()
 
     def function_name(self, cls: MessageType) -> str:
-        """Return the name of the function of a class in `pending`, and begin its code."""
-        self._open = [cls]
+        """Return the name of the function of a class in `pending`."""
         return self._functions[cls]
 
     def where(self) -> str:

@@ -364,7 +364,8 @@ def test_large_types_and_deep_ones_are_functions_of_their_own() -> None:
     wide = message_class(
         Message, "t_msgs/msg/Wide", {f"field_{index}": (CameraInfo, CameraInfo) for index in range(60)}
     )
-    for cls in (inner, wide):
+    many = message_class(Message, "t_msgs/msg/Many", {f"field_{index}": (str, "") for index in range(1000)})
+    for cls in (inner, wide, many):
         message = random_message(cls, Random(1))
         data = cdr.encode(message)
         assert data == _Plain("<").whole(message)
