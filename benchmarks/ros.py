@@ -3,9 +3,9 @@
     python benchmarks/ros.py                   all rows, about five minutes
     python benchmarks/ros.py spin_once 64      the rows whose names have these words
 
-Each role of a program is a process of its own, and so is callboard's broker. Rounds of both sides alternate;
 Each role of a program is a process of its own, as is callboard's broker. Rounds of both sides alternate;
-processes together. Without ROS 2 callboard is measured alone.
+each figure is the median, and `cpu_us` the CPU time of a message or call in all processes together. Without
+ROS 2 callboard is measured alone.
 """
 # ruff: noqa: E402 - the path comes before the imports that need it
 

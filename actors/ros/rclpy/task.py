@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import inspect
 import sys
 import threading
 import warnings
 import weakref
+from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
 
@@ -15,8 +17,20 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_awaited: Final = threading.local()
-"""`future`: what the coroutine that this thread has just run awaits; None if it is no `Future`."""
+
+class _Awaited(threading.local):
+    """What tasks of executors know of the coroutine that this thread runs, or has just run.
+
+    Attributes:
+        future: What it awaits; None if it is no `Future`.
+        in_executor: Whether an executor runs it now.
+    """
+
+    future: Future[Any] | None = None
+    in_executor = False
+
+
+_awaited: Final = _Awaited()
 
 
 class TaskQueue(Protocol):
@@ -84,12 +98,28 @@ class Future(Generic[T]):
             print("The following exception was never retrieved: " + str(self._exception), file=sys.stderr)  # noqa: T201 - rclpy's text; logging may be gone
 
     def __await__(self) -> Generator[None, None, T | None]:
+        if not (self._done or _awaited.in_executor) and (loop := _loop_of_task()) is not None:
+            yield from self._wait_in(loop).__await__()
         while not self._done:
             # The executor learns of the future this way and not by the yielded value: a coroutine may also
             # await objects of other libraries, which yield anything.
             _awaited.future = self
             yield
         return self.result()
+
+    async def _wait_in(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Wait in a task of asyncio."""
+        done = asyncio.Event()
+
+        def wake() -> None:
+            with suppress(RuntimeError):  # the loop is closed, and so is the task
+                loop.call_soon_threadsafe(done.set)
+
+        self.when_done(wake)
+        try:
+            await done.wait()
+        finally:
+            self.forget(wake)
 
     def set_executor(self, executor: FutureExecutor | None) -> None:
         """Set the executor that runs the callbacks; None: they run where the future is completed."""
@@ -189,6 +219,15 @@ class Future(Generic[T]):
                 self._waiting.remove(wake)
 
 
+def _loop_of_task() -> asyncio.AbstractEventLoop | None:
+    """Return the loop of the task of asyncio that runs; None if none does."""
+    try:
+        loop = asyncio.get_running_loop()
+    except RuntimeError:
+        return None
+    return None if asyncio.current_task(loop) is None else loop
+
+
 class Task(Future[T]):
     """A function or a coroutine that an executor runs to its end.
 
@@ -272,7 +311,8 @@ class Task(Future[T]):
 
     def _resume(self, coroutine: Coroutine[Any, Any, Any]) -> bool:
         """Run the coroutine until it waits; return whether it does."""
-        _awaited.future = None
+        _awaited.future, outer = None, _awaited.in_executor
+        _awaited.in_executor = True
         try:
             coroutine.send(None)
         except StopIteration as end:
@@ -284,6 +324,8 @@ class Task(Future[T]):
             raise
         else:
             return True
+        finally:
+            _awaited.in_executor = outer
         return False
 
     def _interrupted(self, error: BaseException) -> None:

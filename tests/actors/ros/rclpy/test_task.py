@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 from actors.ros.rclpy.task import Future, Task
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
 
 
 def test_a_future_is_completed_once_for_all_who_wait() -> None:
@@ -120,3 +125,66 @@ def test_a_cancelled_task_closes_its_coroutine() -> None:
     for task in tasks:
         task()
     assert seen == ["waits", "itself"]
+
+
+class Counted:
+    """Awaits a future, and counts how often it is suspended."""
+
+    def __init__(self, future: Future[int]) -> None:
+        self.future, self.suspended = future, 0
+
+    def __await__(self) -> Generator[Any, None, int | None]:
+        waiting = self.future.__await__()
+        while True:
+            try:
+                yielded = next(waiting)
+            except StopIteration as end:
+                return cast("int | None", end.value)
+            self.suspended += 1
+            yield yielded
+
+
+async def test_a_task_of_asyncio_waits_for_a_future() -> None:
+    """It does not run again before another thread completes the future."""
+    waits = Counted(Future[int]())
+
+    async def wait() -> int | None:
+        return await waits
+
+    waiting = asyncio.create_task(wait())
+    for _ in range(5):
+        await asyncio.sleep(0)
+    await asyncio.to_thread(waits.future.set_result, 8)
+    assert await waiting == 8
+    assert waits.suspended == 1
+
+
+async def test_a_task_of_asyncio_that_waits_for_a_future_can_be_cancelled() -> None:
+    """The future stays as it is."""
+    future = Future[int]()
+
+    async def wait() -> int | None:
+        return await future
+
+    waiting = asyncio.create_task(wait())
+    await asyncio.sleep(0)
+    waiting.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await waiting
+    future.set_result(8)
+    assert future.result() == 8
+
+
+async def test_an_executor_resumes_coroutines_in_a_task_of_asyncio() -> None:
+    """A program may spin in a coroutine: what the executor runs does not wait for the loop."""
+    future = Future[int]()
+
+    async def wait() -> int | None:
+        return await future
+
+    task = Task[int](wait)
+    task()
+    assert not task.done()
+    future.set_result(8)
+    task()
+    assert task.result() == 8
