@@ -169,8 +169,8 @@ class PublisherEndpoint(Endpoint):
             self.flush_turn()
             self._stamp_ns = stamp_ns
         self._check_space()
-        self.collect_encoded(data)
         self.space = 0  # so that the next message without a stamp asks for space, which ends this batch
+        self.collect_encoded(data)
 
     def collect_large(self, buffer: Buffer, start: int = MAX_HEAD_BYTES) -> None:
         """Send a large message, or one that follows a large one.

@@ -10,9 +10,10 @@ import pytest
 
 import actors
 from actors.interfaces.codec import codec_for
+from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.std_msgs.msg import Int64, UInt8MultiArray
 from proto.queues.outbox import Outbox
-from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, latched, matched, until
+from tests.actors.meeting import DEADLINE_SEC, KEEP_ALL, MIB, latched, matched, until
 from tests.seams.limits import set_limits
 from tests.seams.nodes import link_of
 
@@ -191,6 +192,24 @@ async def test_keep_all_is_full_at_its_limit(meeting: Meeting, monkeypatch: pyte
     stamps = [info.source_timestamp for _, info in pairs]
     assert (stamps[:3], stamps[4]) == ([0, 1, 2], 4)
     assert stamps[3] > DAY_NS
+
+
+async def test_a_message_that_is_too_large_leaves_no_timestamp_behind(meeting: Meeting) -> None:
+    """It is refused, and the next message has the time of sending."""
+    await meeting.restart_broker(max_message_bytes=MIB)
+    node = await meeting.node("node", shared_memory=False)
+    publisher = node.create_publisher(UInt8MultiArray, "blob", 100)
+    got: list[int] = []
+    node.create_subscription(
+        UInt8MultiArray, "blob", lambda message, info: got.append(info.source_timestamp), 100
+    )
+    await matched(publisher)
+    large = codec_for(UInt8MultiArray).encode(UInt8MultiArray(data=bytes(2 * MIB)))
+    with pytest.raises(InvalidMessageError, match="over the limit of"):
+        publisher.publish_encoded(large, source_timestamp_ns=5)
+    publisher.publish(UInt8MultiArray(data=b"x"))
+    await until(lambda: bool(got))
+    assert got[0] > DAY_NS
 
 
 async def test_other_values_are_refused(meeting: Meeting) -> None:
