@@ -9,6 +9,7 @@ import os
 import socket
 import sys
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from proto.aio.channel import Channel
@@ -39,10 +40,14 @@ class ThreadChannel(Channel):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Called by asyncio."""
         sock = transport.get_extra_info("socket")
-        if sys.platform == "linux" and sock is not None and sock.family == socket.AF_UNIX:
-            # A descriptor of its own. The transport closes the other one at any time, and then its number may
-            # be another file's.
-            self._socket = socket.socket(fileno=os.dup(sock.fileno()))
+        # Not with asyncio's own transports: since Python 3.12 they take a frame out of their buffer before
+        # they put the unsent rest back, and a thread would find the buffer empty in between.
+        if sys.platform == "linux" and not self._joins and sock is not None and sock.family == socket.AF_UNIX:
+            with suppress(OSError):  # too many open files: then the loop writes everything
+                # A descriptor of its own. The transport closes the other one at any time, and then its number
+                # may be another file's.
+                self._socket = socket.socket(fileno=os.dup(sock.fileno()))
+                self._socket.settimeout(0)  # whatever `socket.setdefaulttimeout` says
         super().connection_made(transport)
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -71,6 +76,10 @@ class ThreadChannel(Channel):
             self._flush_due = False
             self.flush_soon()
 
+    def takes(self, size: int) -> bool:
+        """Return whether `write_now` may write frames of this many bytes here; in any thread."""
+        return self._socket is not None and size <= MAX_BYTES
+
     def write_now(self, raw: bytes) -> bool:
         """Write a frame at once; in any thread.
 
@@ -82,7 +91,7 @@ class ThreadChannel(Channel):
             no connection on which threads may write. Then the loop has to send it.
         """
         sock, transport = self._socket, self._transport
-        if sock is None or transport is None or len(raw) > MAX_BYTES:
+        if sock is None or transport is None or not self.takes(len(raw)):
             return False
         with self._lock:
             # What the transport has not written yet may be the rest of a frame.

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from actors.ros import message_classes, values
 
 if TYPE_CHECKING:
+    from actors.ros.rclpy.client import Client
     from actors.ros.rclpy.lifecycle import LifecycleNode
 
 
@@ -19,3 +20,8 @@ def forget_numpy() -> None:
     """Forget whether NumPy is there, and what was computed for it."""
     for cached in (message_classes.numpy_module, values._has_conversions, values._conversions):
         cached.cache_clear()
+
+
+def counted_calls(client: Client[Any, Any, Any]) -> int:
+    """Return how many calls the diagnostics of a client count."""
+    return client._endpoint.diagnostics().calls

@@ -174,7 +174,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         """
         link, pending = self.context.link, self.pending
         channel, loop = link.channel, link.loop
-        if not isinstance(channel, ThreadChannel) or loop is None:
+        if not isinstance(channel, ThreadChannel) or loop is None or not channel.takes(len(body)):
             return None
         if not self.peers or self.destroyed or self._refused or self.service_events is not None:
             return None
@@ -335,7 +335,8 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.context.link.require_thread()
         channel = self.context.link.channel
         if channel is not None:
-            for call in self.pending:  # the rest of a large request need not be sent
+            # The rest of a large request need not be sent. A copy: `call_now` may add a call meanwhile.
+            for call in tuple(self.pending):
                 channel.outbox.drop_call((self.id, call))
         # Not cancelled: in a task that nobody cancelled, CancelledError would look like a cancellation, and a
         # TaskGroup would swallow it.

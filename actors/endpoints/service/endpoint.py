@@ -207,6 +207,8 @@ class ServiceEndpoint(DeclaredService):
             return False
         if not callback.awaits(future) or len(self.running) > 1 or self.waiting.entries:
             return False
+        if not channel.takes(len(body)):
+            return False
         if self.service_events is not None or self.reply_attributes is not None:
             return False
         if not channel.write_now(self.replies.encoded(call, body)):

@@ -3,26 +3,42 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+import os
 import socket
 import sys
 import threading
-from typing import TYPE_CHECKING
+from contextlib import asynccontextmanager
+from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from actors.session.thread_channel import MAX_BYTES, ThreadChannel
+from proto.aio.process import new_event_loop
 from proto.wire.codec import encode
 from proto.wire.frames import Pong
 from proto.wire.session import Role
 from tests.proto.aio.bench import Recorder
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncGenerator
+    from collections.abc import AsyncIterator, Callable, Coroutine
 
 DEADLINE_SEC = 20.0
 FRAME = encode(Pong(1))
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the loop writes all frames")
+
+
+def in_a_loop_of_threads(test: Callable[[], Coroutine[Any, Any, None]]) -> Callable[[], None]:
+    """Run a test in a loop as threads of nodes have it."""
+
+    @wraps(test)
+    def run() -> None:
+        with asyncio.Runner(loop_factory=new_event_loop) as runner:
+            runner.run(test())
+
+    return run
 
 
 async def connected(sock: socket.socket) -> ThreadChannel:
@@ -34,9 +50,9 @@ async def connected(sock: socket.socket) -> ThreadChannel:
     return channel
 
 
-@pytest.fixture
-async def pair() -> AsyncGenerator[tuple[ThreadChannel, socket.socket]]:
-    """A channel, and the other end of its connection."""
+@asynccontextmanager
+async def pair() -> AsyncIterator[tuple[ThreadChannel, socket.socket]]:
+    """Connect a channel; give it, and the other end of its connection."""
     own, other = socket.socketpair()
     with other:
         other.settimeout(DEADLINE_SEC)
@@ -55,74 +71,139 @@ def written_in_thread(channel: ThreadChannel, raw: bytes) -> bool:
     return written[0]
 
 
-async def test_a_thread_writes_while_the_loop_is_blocked(pair: tuple[ThreadChannel, socket.socket]) -> None:
+@in_a_loop_of_threads
+async def test_a_thread_writes_while_the_loop_is_blocked() -> None:
     """The frame leaves at once, and counts as a sign of life."""
-    channel, other = pair
-    assert written_in_thread(channel, FRAME)
-    assert other.recv(100) == FRAME
-    assert channel.bytes_sent == len(FRAME)
+    async with pair() as (channel, other):
+        assert written_in_thread(channel, FRAME)
+        assert other.recv(100) == FRAME
+        assert channel.bytes_sent == len(FRAME)
 
 
-async def test_the_loop_writes_large_frames(pair: tuple[ThreadChannel, socket.socket]) -> None:
+@in_a_loop_of_threads
+async def test_the_loop_writes_large_frames() -> None:
     """Linux might write a part of them."""
-    channel, _ = pair
-    assert written_in_thread(channel, bytes(MAX_BYTES))
-    assert not written_in_thread(channel, bytes(MAX_BYTES + 1))
+    async with pair() as (channel, _):
+        assert written_in_thread(channel, bytes(MAX_BYTES))
+        assert not written_in_thread(channel, bytes(MAX_BYTES + 1))
 
 
-async def test_no_frame_gets_into_the_middle_of_another(pair: tuple[ThreadChannel, socket.socket]) -> None:
+@in_a_loop_of_threads
+async def test_a_full_connection_is_left_to_the_loop_at_once() -> None:
+    """Also in a program whose sockets wait by default: meanwhile the loop could not write."""
+    default = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(100 * DEADLINE_SEC)
+    try:
+        own, reader = socket.socketpair()
+        channel = await connected(own)
+    finally:
+        socket.setdefaulttimeout(default)
+    full = threading.Event()
+
+    def fill() -> None:
+        while channel.write_now(bytes(MAX_BYTES)):
+            pass
+        full.set()
+
+    threading.Thread(target=fill, daemon=True).start()
+    try:
+        assert await asyncio.to_thread(full.wait, DEADLINE_SEC)
+    finally:
+        reader.close()  # ends a wait
+        channel.abort()
+        await asyncio.sleep(0)
+
+
+@in_a_loop_of_threads
+async def test_without_a_free_descriptor_the_loop_writes() -> None:
+    """The connection is made all the same."""
+    own, other = socket.socketpair()
+
+    def fail(descriptor: int) -> int:
+        raise OSError(errno.EMFILE, "Too many open files", descriptor)
+
+    with other, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "dup", fail)
+        channel = await connected(own)
+        assert channel.connected
+        assert not channel.takes(1)
+        assert not written_in_thread(channel, FRAME)
+        channel.abort()
+        await asyncio.sleep(0)
+
+
+def test_the_loop_writes_with_transports_of_asyncio() -> None:
+    """Since Python 3.12 their buffers are empty for a moment while a part of a frame is unsent."""
+    own, other = socket.socketpair()
+
+    async def write() -> bool:
+        channel = await connected(own)
+        written = written_in_thread(channel, FRAME)
+        channel.abort()
+        await asyncio.sleep(0)
+        return written
+
+    with other, asyncio.Runner(loop_factory=asyncio.new_event_loop) as runner:
+        assert not runner.run(write())
+
+
+@in_a_loop_of_threads
+async def test_no_frame_gets_into_the_middle_of_another() -> None:
     """While the transport has a part of a frame, or the peer does not read, a thread writes nothing."""
-    channel, other = pair
-    channel.outbox.put_control(bytes(1_000_000))
-    channel.flush()
-    assert not written_in_thread(channel, FRAME)
-    rest = 1_000_000
-    while rest:
-        rest -= len(await asyncio.to_thread(other.recv, rest))
-    while not written_in_thread(channel, FRAME):  # the transport learns of it in a later turn
-        await asyncio.sleep(0)
-    assert other.recv(100) == FRAME
-
-
-async def test_both_write_at_the_same_time(pair: tuple[ThreadChannel, socket.socket]) -> None:
-    """Whole frames arrive, whoever writes them."""
-    channel, other = pair
-    large = encode(Pong(2)) * 10_000
-    sent = list[bool]()
-    writer = threading.Thread(target=lambda: sent.extend(channel.write_now(FRAME) for _ in range(200)))
-
-    def read() -> bytes:
-        received = bytearray()
-        while data := other.recv(1_000_000):
-            received += data
-        return bytes(received)
-
-    reading = asyncio.create_task(asyncio.to_thread(read))
-    writer.start()
-    for _ in range(20):
-        channel.outbox.put_control(large)
+    async with pair() as (channel, other):
+        channel.outbox.put_control(bytes(1_000_000))
         channel.flush()
-        await asyncio.sleep(0)
-    await asyncio.to_thread(writer.join)
-    while channel.outbox.urgent_bytes:
-        await asyncio.sleep(0)
-    channel.close()
-    received = await reading
-    assert received.count(FRAME) == sum(sent)
-    assert len(received) == sum(sent) * len(FRAME) + 20 * len(large)
-    assert not received.replace(FRAME, b"").replace(encode(Pong(2)), b"")
+        assert not written_in_thread(channel, FRAME)
+        rest = 1_000_000
+        while rest:
+            rest -= len(await asyncio.to_thread(other.recv, rest))
+        while not written_in_thread(channel, FRAME):  # the transport learns of it in a later turn
+            await asyncio.sleep(0)
+        assert other.recv(100) == FRAME
 
 
-async def test_the_end_of_a_connection(pair: tuple[ThreadChannel, socket.socket]) -> None:
+@in_a_loop_of_threads
+async def test_both_write_at_the_same_time() -> None:
+    """Whole frames arrive, whoever writes them."""
+    async with pair() as (channel, other):
+        large = encode(Pong(2)) * 10_000
+        sent = list[bool]()
+        writer = threading.Thread(target=lambda: sent.extend(channel.write_now(FRAME) for _ in range(200)))
+
+        def read() -> bytes:
+            received = bytearray()
+            while data := other.recv(1_000_000):
+                received += data
+            return bytes(received)
+
+        reading = asyncio.create_task(asyncio.to_thread(read))
+        writer.start()
+        for _ in range(20):
+            channel.outbox.put_control(large)
+            channel.flush()
+            await asyncio.sleep(0)
+        await asyncio.to_thread(writer.join)
+        while channel.outbox.urgent_bytes:
+            await asyncio.sleep(0)
+        channel.close()
+        received = await reading
+        assert received.count(FRAME) == sum(sent)
+        assert len(received) == sum(sent) * len(FRAME) + 20 * len(large)
+        assert not received.replace(FRAME, b"").replace(encode(Pong(2)), b"")
+
+
+@in_a_loop_of_threads
+async def test_the_end_of_a_connection() -> None:
     """The peer learns of it, as the channel keeps no descriptor; threads write nothing more."""
-    channel, other = pair
-    assert len(channel.descriptors()) == 2
-    channel.close()
-    assert not written_in_thread(channel, FRAME)
-    assert await asyncio.to_thread(other.recv, 1) == b""
-    assert channel.descriptors() == ()
+    async with pair() as (channel, other):
+        assert len(channel.descriptors()) == 2
+        channel.close()
+        assert not written_in_thread(channel, FRAME)
+        assert await asyncio.to_thread(other.recv, 1) == b""
+        assert channel.descriptors() == ()
 
 
+@in_a_loop_of_threads
 async def test_the_loop_writes_to_other_machines() -> None:
     """TCP writes parts of frames, and there a change of threads matters less."""
     with socket.create_server(("127.0.0.1", 0)) as server:

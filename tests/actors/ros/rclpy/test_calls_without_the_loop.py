@@ -19,6 +19,7 @@ from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
 from actors.threads import NodeThread
 from tests.actors.ros.rclpy.test_queued_calls import DEADLINE_SEC, spun
+from tests.seams.ros import counted_calls
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -164,6 +165,7 @@ def test_a_large_request_and_its_response(
     value = ParameterValue(string_value="x" * 100_000)
     spun(executor, client.call_async(SetParameters.Request(parameters=[Parameter(name="a", value=value)])))
     assert seen == [100_000]
+    assert counted_calls(client) == 1
 
 
 def test_a_call_fails_with_its_server(
