@@ -2,7 +2,7 @@
 
     CallboardError (proto.errors)
     ├── InvalidMessageError (ValueError)   a value does not fit its field, or bytes are not such a message
-    │   └── MessageBudgetError             bytes that leave out fields would take too much memory
+    │   └── MessageBudgetError             a message would take too much memory for its bytes
     ├── InterfaceSyntaxError (ValueError)  a .msg, .srv or .action file breaks a rule; says file and line
     └── UnknownInterfaceError (LookupError) no message, service or action of that name can be imported
 
@@ -19,9 +19,10 @@ class InvalidMessageError(CallboardError, ValueError):
 
 
 class MessageBudgetError(InvalidMessageError):
-    """A received message leaves out fields, and with their defaults would take far more than its bytes.
+    """A received message would take far more memory than its bytes.
 
-    Nothing of it was built. The sender should write every field of a large message.
+    It leaves out fields, whose defaults take it: the sender should write every field of a large message. Or
+    it is in CDR and has very many small elements. It was refused before that memory was taken.
     """
 
 
