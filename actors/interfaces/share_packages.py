@@ -56,7 +56,7 @@ class TypeLoader:
         spec = _spec(self._type_name)
         if spec is None:
             raise ImportError(f"There is no {self._type_name} in {_places()}", name=fullname)
-        _check(spec, [])
+        _check(spec, [], {})
         return render_module(spec, lambda name: shared_module(*name.split("/")), spec.package)
 
     def create_module(self, spec: ModuleSpec) -> None:
@@ -129,12 +129,14 @@ def _parsed(file: Path, package: str) -> InterfaceSpec:
     return parse_file(file, package)
 
 
-def _check(spec: InterfaceSpec, outer: list[str]) -> None:
+def _check(spec: InterfaceSpec, outer: list[str], checked: dict[str, int]) -> None:
     """Raise InterfaceSyntaxError if a type contains itself, is nested too deeply, or needs what is missing.
 
     Args:
         spec: The type.
         outer: The types that contain it, outermost first.
+        checked: The deepest level at which each type has been checked. A type can be contained in many ways,
+            whose number grows exponentially with the levels.
     """
     path = [*outer, spec.type_name]
     for name in sorted(spec.dependencies):
@@ -142,6 +144,9 @@ def _check(spec: InterfaceSpec, outer: list[str]) -> None:
             raise _error(spec, f"Messages contain one another: {' -> '.join([*path, name])}")
         if len(path) >= MAX_NESTED:
             raise _error(spec, f"{path[0]} is nested more than {MAX_NESTED} levels deep")
+        if checked.get(name, 0) >= len(path):
+            continue
+        checked[name] = len(path)
         if _made(name) is not None:
             continue
         inner = _spec(name)
@@ -153,7 +158,7 @@ def _check(spec: InterfaceSpec, outer: list[str]) -> None:
             raise _error(
                 spec, f"{missing}: install the package {package}, or add its prefix to AMENT_PREFIX_PATH"
             )
-        _check(inner, path)
+        _check(inner, path, checked)
 
 
 def _error(spec: InterfaceSpec, reason: str) -> InterfaceSyntaxError:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from actors.interfaces.message import Message, type_hash, type_name
 from actors.interfaces.registry import find_interface, installed_interface, interface_source
 from actors.interfaces.share_packages import add_share_folders
 from actors.interfaces.std_msgs.msg import Header, String
+from tests.calls import calls_of
 from tests.interfaces.shares import no_shares
 
 if TYPE_CHECKING:
@@ -241,6 +243,22 @@ def test_deep_nesting_is_refused(own: Own) -> None:
     with pytest.raises(UnknownInterfaceError, match=own("share_deep/msg/L0 is nested more than 64 levels")):
         own.find("share_deep/msg/L0")
     assert type_name(own.find("share_deep/msg/L1")) == own("share_deep/msg/L1")
+
+
+def test_a_type_that_is_contained_in_many_ways_is_checked_once(own: Own) -> None:
+    """Each level doubles the ways, and not the work."""
+    levels = [
+        {
+            f"share_{size}__msg__{side}{at}": f"A{at + 1} a\nB{at + 1} b\n"
+            for at in range(size)
+            for side in "AB"
+        }
+        | {f"share_{size}__msg__{side}{size}": "int32 x\n" for side in "AB"}
+        for size in (4, 8)
+    ]
+    add_share_folders([own.write("", **levels[0], **levels[1])])
+    few, many = (calls_of(partial(own.find, f"share_{size}/msg/A0")) for size in (4, 8))
+    assert many < 8 * few  # without this, 16 times as many
 
 
 def test_a_file_that_cannot_be_read_is_named(own: Own) -> None:
