@@ -20,10 +20,11 @@ from tests.actors.launch.fake_library import scope
     [("true", True), ("1", True), (" TRUE\n", True), ("false", False), ("0", False), ("False ", False)],
 )
 def test_words_mean_yes_or_no(word: str, *, yes: bool) -> None:
-    """In any case, with space around; `unless` is the opposite."""
+    """In any case, with space around; `unless` is the opposite. `evaluate` has had another name."""
     here = scope(launch_configurations={"c": word})
     assert IfCondition(LaunchConfiguration("c")).evaluate(here) is yes
     assert UnlessCondition([LaunchConfiguration("c")]).evaluate(here) is not yes
+    assert IfCondition(LaunchConfiguration("c")).holds(here) is yes
 
 
 @pytest.mark.parametrize("word", ["", "typo", "yes", "2"])

@@ -91,9 +91,10 @@ def test_a_response_leaves_in_the_thread_that_spins(
 ) -> None:
     """A client gets it while the loop of the server is blocked."""
     thread, node = peer
-    blocking = blocked_loop(context)
+    blocking, began = blocked_loop(context), threading.Event()
 
     def serve(request: Any, response: Any) -> Any:
+        began.set()
         blocking.__enter__()
         response.message = "here"
         return response
@@ -103,7 +104,8 @@ def test_a_response_leaves_in_the_thread_that_spins(
     assert thread.call(client.wait_for_service)
     reply = thread.submit(lambda: client.call(Trigger.Request()))
     try:
-        executor.spin_once(DEADLINE_SEC)
+        while not began.is_set():
+            executor.spin_once(DEADLINE_SEC)
         assert reply.result(DEADLINE_SEC).message == "here"
     finally:
         blocking.__exit__(None, None, None)
