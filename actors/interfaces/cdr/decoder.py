@@ -92,6 +92,7 @@ class _Decoder(Source):
         self._is_careful = is_careful
         self._is_swapped = (order == ">") != BIG_ENDIAN
         self._run: list[tuple[Item, str]] = []
+        self._has_view = False
         self._is_checked = False
         """Whether a read at the place has just succeeded: no more bytes are needed up to there."""
 
@@ -103,15 +104,23 @@ class _Decoder(Source):
         self._flush()
         if not self._is_checked:
             self.line(f"if {self.where()} > len(buf): raise Short")
-        self.line(f"return {made}")
+        self._end(f"return {made}")
         while self.pending:
             nested = self.pending.pop()
             self.begin(f"def {self.function_name(nested)}(buf, p, spare):", nested, None)
             made = self._message(nested)
             self._flush()
             self.use_variable()
-            self.line(f"return {made}, p, spare")
+            self._end(f"return {made}, p, spare")
         return cast("Callable[[bytes], Any]", self.compiled("decode"))
+
+    def _end(self, line: str) -> None:
+        """End a function."""
+        self.line(line)
+        if self._has_view:
+            # One for all slices: each view of the bytes takes 130 bytes more than a slice of one.
+            self.lines.insert(self.first_line, "    view = memoryview(buf)")
+        self._has_view = False
 
     def _flush(self) -> None:
         """Read the values that have been collected."""
@@ -163,9 +172,18 @@ class _Decoder(Source):
             return self._messages(kind, kind.message, name)
         if kind.base not in PRIMITIVES:
             return self._texts(kind, name)
-        if kind.is_fixed:
+        return self._fixed(kind, wire) if kind.is_fixed else self._sequence(kind, wire, name)
+
+    def _fixed(self, kind: FieldType, wire: Any) -> str:
+        if kind.base not in BINARY or _plain(wire) is not memoryview:
             return self._elements(kind, wire, self._value(array_item(kind)))
-        return self._sequence(kind, wire, name)
+        self._flush()
+        start, end = self._pass(str(kind.low), 1)
+        self._has_view = True
+        found = self.variable()
+        self.line(f"{found} = view[{start}:{end}]")
+        self.line(f"p = {end}")
+        return found
 
     def _length(self, kind: FieldType, name: str) -> str:
         """Read the length of a sequence, and check it."""
@@ -267,7 +285,7 @@ class _Decoder(Source):
         found = self.variable()
         content = f"buf[{start}:{end}]"
         if kind.base in BINARY and _plain(wire) is memoryview:
-            made = f"memoryview(buf)[{start}:{end}]"
+            made, self._has_view = f"view[{start}:{end}]", True
         elif kind.base in ARRAY_BY_ELEMENT and not self._is_swapped and not is_list(wire):
             large = f"large({self.constant(ARRAY_BY_ELEMENT[kind.base])}, buf, {start}, {end})"
             made = f"{large} if {count} > {_MANY} else {self._elements(kind, wire, content)}"

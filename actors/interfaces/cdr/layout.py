@@ -25,8 +25,7 @@ ANYWHERE: Final = frozenset(range(8))
 
 _FLOAT_BYTES: Final = 24
 _INT_BYTES: Final = 32
-_VIEW_BYTES: Final = 272
-"""Of a sequence of bytes: a view, and for an array of fixed size the bytes, too."""
+_VIEW_BYTES: Final = 208
 LIST_SLOT_BYTES: Final = 9
 """Of an element of a list, with the space for more that a growing list has."""
 _TEXT_EXCESS: Final = -32
