@@ -44,8 +44,8 @@ def takes(callback: Callable[..., Any], choices: tuple[int, ...], what: str) -> 
     # Optional parameters need no argument: `def f(msg, seen=[])` gets one.
     fitting = [number for number in choices if least <= number <= most]
     if not fitting:
-        numbers = " or ".join(map(str, choices))
-        raise RuntimeError(f"A {what} callback takes {numbers} arguments; {name_of(callback)} does not")
+        numbers = f"{' or '.join(map(str, choices))} argument{'s' * (choices != (1,))}"
+        raise RuntimeError(f"A {what} callback takes {numbers}; {name_of(callback)} does not")
     wanted = [number for number in fitting if number == least]
     return wanted[0] if wanted else max(fitting)
 

@@ -249,7 +249,7 @@ async def test_the_type_is_declared_and_compared(ends: Ends) -> None:
 
 async def test_a_handler_takes_one_argument(ends: Ends) -> None:
     """There is no response that it could fill in; the type is needed as for typed ones."""
-    with pytest.raises(RuntimeError, match="takes 1 arguments"):
+    with pytest.raises(RuntimeError, match="takes 1 argument;"):
         ends.server.create_service(AddTwoInts, "add", lambda request, response: b"", raw=True)  # type: ignore[call-overload]
     with pytest.raises(TypeError, match="no service type"):
         ends.server.create_service(AddTwoInts.Request, "add", add, raw=True)  # type: ignore[call-overload]
