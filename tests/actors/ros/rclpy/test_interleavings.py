@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.errors import NodeDestroyed
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64
 from actors.ros.rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
@@ -190,6 +191,54 @@ def test_nothing_is_lost_or_out_of_order(context: Context, seed: int) -> None:
     assert [talk.seen for talk in talks] == [list(range(count)) for count in counts]
     assert sorted(tasks) == list(range(100))
     assert 20 <= len(calls) <= 21
+
+
+def call(node: Node, chance: random.Random) -> None:
+    """Call `add`, once or several times at once; give calls up, and destroy clients, now and then."""
+    client = node.create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    for number in range(30):
+        count = chance.choice((1, 1, 1, 3))
+        calls = [client.call_async(AddTwoInts.Request(a=number, b=each)) for each in range(count)]
+        if chance.random() < 0.2:
+            client.remove_pending_request(calls.pop())
+        for each, future in enumerate(calls):
+            done = threading.Event()
+            future.when_done(done.set)
+            assert done.wait(DEADLINE_SEC)
+            response = future.result()
+            assert response is not None
+            assert response.sum == number + each
+        if chance.random() < 0.1:
+            assert node.destroy_client(client)
+            client = node.create_client(AddTwoInts, "add")
+            assert client.wait_for_service(DEADLINE_SEC)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:4])
+def test_each_call_gets_its_own_reply(context: Context, seed: int) -> None:
+    """Threads call, and write to the connection, while executors of any kind do, and the loop."""
+    chance = random.Random(seed)
+    served = list[int]()
+
+    def serve(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        served.append(request.a)
+        response.sum = request.a + request.b
+        return response
+
+    server, caller = Node("server", context=context), Node("caller", context=context)
+    group = chance.choice((MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup))()
+    server.create_service(AddTwoInts, "add", serve, callback_group=group)
+    executors = [executor_of(chance, context) for _ in range(2)]
+    for node, executor in zip((server, caller), executors, strict=True):
+        executor.add_node(node)
+    threads = [spin(executor) for executor in executors]
+    run_all(*(partial(call, caller, random.Random(chance.random())) for _ in range(3)))
+    context.shutdown()
+    for thread in threads:
+        thread.join(DEADLINE_SEC)
+        assert not thread.is_alive()
+    assert served
 
 
 @pytest.mark.parametrize("seed", SEEDS)
