@@ -124,7 +124,8 @@ def _log_handlers() -> Iterator[None]:
 def _process() -> Iterator[None]:
     """Undo what a command that runs in the tests' process changes for its rest: the log's level, finders."""
     log, finders = logging.getLogger(ROOT_NAME), sys.meta_path
-    level, before = log.level, finders[:]
+    level, before, trace = log.level, finders[:], sys.gettrace()
     yield
     log.setLevel(level)
     finders[:] = before
+    assert sys.gettrace() is trace  # otherwise the coverage of all later tests is lost

@@ -40,11 +40,12 @@ def steps_of(check: Callable[[bytes], None], data: bytes) -> set[Step]:
 
         return trace
 
+    before = sys.gettrace()
     sys.settrace(enter)
     try:
         check(data)
     finally:
-        sys.settrace(None)
+        sys.settrace(before)
     return steps
 
 
