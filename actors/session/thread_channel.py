@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     import asyncio
 
 MAX_BYTES: Final = 4096
-"""The largest frame that another thread writes. Linux writes that much to a unix socket as a whole or not at
-all; the rest of a frame would have to wait for the loop, and everything else for it."""
+"""The largest frame that another thread writes. Linux usually writes that much to a unix socket as a whole or
+not at all; the rest of a frame has to wait for the loop, and everything else for it."""
 
 LOCK_SEC: Final = 0.1
 """How long the loop waits for a thread that writes. Not forever: it may be in a signal handler that waits for
@@ -29,12 +29,14 @@ the loop."""
 class ThreadChannel(Channel):
     """A channel with `write_now`, for nodes whose program runs in other threads. Arguments are Channel's."""
 
-    __slots__ = ("_lock", "_socket")
+    __slots__ = ("_lock", "_rest", "_socket")
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._lock = threading.RLock()  # the handler of a signal that interrupts `write_now` may call it
         """Held while frames are written."""
+        self._rest = b""
+        """Of a frame that a thread has written in part: sandboxes such as gVisor do, and small buffers."""
         self._socket: socket.socket | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -69,6 +71,9 @@ class ThreadChannel(Channel):
         """Write queued frames, unless another thread writes for long: then soon."""
         if self._lock.acquire(timeout=LOCK_SEC):
             try:
+                if self._rest and self._transport is not None:
+                    rest, self._rest = self._rest, b""
+                    self._transport.write(rest)
                 super().flush()
             finally:
                 self._lock.release()
@@ -95,11 +100,14 @@ class ThreadChannel(Channel):
             return False
         with self._lock:
             # What the transport has not written yet may be the rest of a frame.
-            if not self.connected or self.busy or transport.get_write_buffer_size():
+            if not self.connected or self.busy or self._rest or transport.get_write_buffer_size():
                 return False
             try:
-                sock.send(raw)
+                self._rest = raw[sock.send(raw) :]
             except OSError:  # the connection is full, or ends
                 return False
             self.bytes_sent += len(raw)
+            if self._rest:
+                with suppress(RuntimeError):  # the loop is closed
+                    self._loop.call_soon_threadsafe(self.flush)
             return True

@@ -22,7 +22,7 @@ from proto.wire.session import Role
 from tests.proto.aio.bench import Recorder
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine
+    from collections.abc import AsyncGenerator, Callable, Coroutine
 
 DEADLINE_SEC = 20.0
 FRAME = encode(Pong(1))
@@ -51,7 +51,7 @@ async def connected(sock: socket.socket) -> ThreadChannel:
 
 
 @asynccontextmanager
-async def pair() -> AsyncIterator[tuple[ThreadChannel, socket.socket]]:
+async def pair() -> AsyncGenerator[tuple[ThreadChannel, socket.socket]]:
     """Connect a channel; give it, and the other end of its connection."""
     own, other = socket.socketpair()
     with other:
@@ -160,6 +160,31 @@ async def test_no_frame_gets_into_the_middle_of_another() -> None:
         while not written_in_thread(channel, FRAME):  # the transport learns of it in a later turn
             await asyncio.sleep(0)
         assert other.recv(100) == FRAME
+
+
+@in_a_loop_of_threads
+async def test_the_loop_writes_the_rest_of_a_frame() -> None:
+    """A socket with little space takes a part; nothing gets into the middle."""
+    frames = [bytes([number]) * MAX_BYTES for number in range(20)]
+    own, other = socket.socketpair()
+    own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)
+    other.setblocking(False)
+    received = bytearray()
+
+    async def read(size: int) -> None:
+        async with asyncio.timeout(DEADLINE_SEC):
+            received.extend(await asyncio.get_running_loop().sock_recv(other, size))
+
+    with other:
+        channel = await connected(own)
+        for frame in frames:
+            while not written_in_thread(channel, frame):
+                await read(1000)
+        while len(received) < len(frames) * MAX_BYTES:
+            await read(MAX_BYTES)
+        assert received == b"".join(frames)
+        channel.abort()
+        await asyncio.sleep(0)
 
 
 @in_a_loop_of_threads
