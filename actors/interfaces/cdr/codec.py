@@ -16,7 +16,7 @@ from actors.interfaces.cdr.decoder import SPARE_BYTES, decoder
 from actors.interfaces.cdr.encoder import encoder
 from actors.interfaces.cdr.layout import HEADER_BYTES
 from actors.interfaces.cdr.source import check_names
-from actors.interfaces.cdr.values import UnusualError
+from actors.interfaces.cdr.values import LengthError, UnusualError
 from actors.interfaces.decode_budget import FACTOR
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.fields import fields_of
@@ -108,44 +108,46 @@ class CdrCodec(Generic[T]):
                 allowed, or it has another representation than plain CDR.
             MessageBudgetError: It would take far more memory than its bytes: it has very many elements that
                 consist of a few bytes each.
+            TypeError: `data` is no bytes.
         """
         if type(data) is not bytes:
-            data = bytes(data)
+            data = bytes(memoryview(data))
         try:
-            try:
-                return self._decode(data)
-            except (UnusualError, UnicodeDecodeError, MessageBudgetError):
-                return self._decode_other(data)
+            return self._decode(data)
+        except (UnusualError, UnicodeDecodeError, MessageBudgetError):
+            pass
+        except _DECODING_ERRORS as error:
+            raise self._explained(data, error) from error
+        # Not in the `except` block, whose error holds what has been made so far.
+        return self._decode_other(data)
+
+    def _decode_other(self, data: bytes) -> T:
+        try:
+            if data[:2] == LITTLE_ENDIAN:
+                return self._decode_carefully(data)
+            if data[:2] == BIG_ENDIAN:
+                return self._decode_big_endian(data)
         except MessageBudgetError:
             name = type_name(self.msg_type)
             raise MessageBudgetError(
                 f"{name}: its {len(data):,} bytes would take more than {FACTOR} times as much memory and"
                 f" {SPARE_BYTES >> 20} MiB; it has too many small elements"
             ) from None
-        except InvalidMessageError:
-            raise
         except _DECODING_ERRORS as error:
             raise self._explained(data, error) from error
+        raise self._other_representation(data)
 
-    def _decode_other(self, data: bytes) -> T:
-        representation = data[:2]
-        if representation == LITTLE_ENDIAN:
-            return self._decode_carefully(data)
-        if representation == BIG_ENDIAN:
-            return self._decode_big_endian(data)
-        raise InvalidMessageError(
+    def _other_representation(self, data: bytes) -> InvalidMessageError:
+        return InvalidMessageError(
             f"{type_name(self.msg_type)}: Expected plain CDR, whose first bytes are 00 01 or 00 00, got"
-            f" {representation.hex(' ')}"
+            f" {data[:2].hex(' ')}"
         )
 
     def _explained(self, data: bytes, error: Exception) -> InvalidMessageError:
         name = type_name(self.msg_type)
         if len(data) >= HEADER_BYTES and data[:2] not in {LITTLE_ENDIAN, BIG_ENDIAN}:
-            try:
-                self._decode_other(data)
-            except InvalidMessageError as found:
-                return found
-        if type(error) is ValueError and str(error):
+            return self._other_representation(data)
+        if isinstance(error, LengthError):
             return InvalidMessageError(f"{name}.{error}")
         if isinstance(error, RecursionError):
             return InvalidMessageError(f"{name}: the message is nested too deeply")

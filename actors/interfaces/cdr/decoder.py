@@ -80,6 +80,7 @@ class _Decoder(Source):
         names: dict[str, Any] = {
             "Short": values.TooShortError,
             "Unusual": values.UnusualError,
+            "Length": values.LengthError,
             "Budget": MessageBudgetError,
             "text": values.text,
             "weight": values.text_bytes,
@@ -194,7 +195,7 @@ class _Decoder(Source):
         )
         if limits:
             text = f"{name}: Expected {kind}, got %d elements"
-            self.line(f"if {' or '.join(limits)}: raise ValueError({text!r} % {count})")
+            self.line(f"if {' or '.join(limits)}: raise Length({text!r} % {count})")
         return count
 
     def _require(self, size: str) -> None:
@@ -240,7 +241,7 @@ class _Decoder(Source):
         )
         if kind.string_bound:
             text = f"{name}: Expected {kind}, got %d characters"
-            self.line(f"if len({found}) > {kind.string_bound}: raise ValueError({text!r} % len({found}))")
+            self.line(f"if len({found}) > {kind.string_bound}: raise Length({text!r} % len({found}))")
         return found
 
     def _texts(self, kind: FieldType, name: str) -> str:
@@ -261,9 +262,7 @@ class _Decoder(Source):
         self._charge(f"{LIST_BYTES} + {LIST_SLOT_BYTES}*{count} + sum(map(weight, {found}))", f"p - {start}")
         if kind.string_bound:
             text = f"{name}: Expected {kind}, got a longer string"
-            self.line(
-                f"if max(map(len, {found}), default=0) > {kind.string_bound}: raise ValueError({text!r})"
-            )
+            self.line(f"if max(map(len, {found}), default=0) > {kind.string_bound}: raise Length({text!r})")
         return found
 
     def _sequence(self, kind: FieldType, wire: Any, name: str) -> str:

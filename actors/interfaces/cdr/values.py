@@ -33,6 +33,10 @@ class UnusualError(ValueError):
     """A message has another representation, or a string that ends in the middle or has no end."""
 
 
+class LengthError(ValueError):
+    """A field has more or fewer elements than its type allows; the text begins with its name."""
+
+
 def text(data: bytes) -> str:
     """Return a string as rclpy does: up to the first NUL, and with a mark for each byte that is not UTF-8."""
     return str(data.partition(b"\0")[0], "utf-8", "replace")

@@ -141,6 +141,16 @@ def test_memory_is_in_proportion_to_the_bytes(name: str, codec: CdrCodec[Many]) 
         assert peak_bytes_once(read) < FACTOR * len(data) + 1.1 * SPARE
 
 
+@pytest.mark.parametrize("name", ["texts", "deep", "plain"])
+def test_a_message_that_is_read_again_is_in_memory_once(name: str, codec: CdrCodec[Many]) -> None:
+    """Its last string is the first unusual one: all of it has been made when that is found."""
+    usual = {"texts": b"", "deep": bytes(4), "plain": b""}[name] + b"\3\0\0\0\xc4\x80\0\0"
+    count = 80_000 // len(usual)
+    whole = many(name, count, usual * count)
+    data = many(name, count, usual * (count - 1) + usual.replace(b"\xc4", b"\xff"))
+    assert peak_bytes_once(lambda: codec.decode(data)) < 1.2 * peak_bytes_once(lambda: codec.decode(whole))
+
+
 @pytest.mark.parametrize("name", ["empties", "smalls", "fixed", "blobs", "pairs", "numbers"])
 def test_too_many_small_elements_are_refused_before_they_are_made(name: str, codec: CdrCodec[Many]) -> None:
     """Each takes more than 16 times its bytes."""

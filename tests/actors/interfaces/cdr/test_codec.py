@@ -302,6 +302,9 @@ def test_values_that_do_not_fit_are_refused(message: Message, text: str) -> None
     ("cls", "data", "text"),
     [
         (Mixed, cdr.encode(Mixed())[:30], r"Mixed: 30 bytes are too few"),
+        # Cut within an element, whose array says something else.
+        (Float64MultiArray, cdr.encode(Float64MultiArray(data=cast("Any", [1.0, 2.0])))[:-3], "are too few"),
+        (find_interface("test_msgs/msg/WStrings"), b"\0\1\0\0\1\0\0\0\0\0", "WStrings: 10 bytes are too few"),
         (Part, b"\0\1\0\0\7\0\0\0longer\0\0", r"Part\.name: Expected string<=5, got 6 characters"),
         (
             find_interface("test_msgs/msg/WStrings"),
@@ -343,6 +346,13 @@ def test_another_class_is_a_type_error() -> None:
         cdr.codec_for(String).encode(cast("Any", Int8()))
     with pytest.raises(TypeError, match="Expected a message class"):
         cdr.codec_for(cast("Any", find_interface("std_srvs/srv/SetBool")))
+
+
+@pytest.mark.parametrize("data", [5, [0, 1, 0, 0, 1], "text", None], ids=repr)
+def test_what_is_no_bytes_is_a_type_error(data: Any) -> None:
+    """Nor is a number so many zeros."""
+    with pytest.raises(TypeError):
+        cdr.decode(Bool, data)
 
 
 def test_codecs_are_made_once() -> None:
