@@ -88,10 +88,10 @@ class Program:
         self._seen = 0
         return await self.wait_for_line(text)
 
-    async def wait_for_exit(self) -> int:
+    async def wait_for_exit(self, limit_sec: float = DEADLINE_SEC) -> int:
         """Wait for the end; return the exit code (negative: number of the signal that killed it)."""
         try:
-            async with asyncio.timeout(DEADLINE_SEC):
+            async with asyncio.timeout(limit_sec):
                 await asyncio.shield(self._reader)  # `kill` waits for it, too
                 return await self.process.wait()
         except TimeoutError:

@@ -22,7 +22,8 @@ SHORT = ("--seconds", "0.1", "--repetitions", "1", "--json")
 async def test_streams_and_calls_are_measured(system: System) -> None:
     """Every case of W1 and W3 has figures, nothing fails, and no process is left."""
     program = await system.python("-m", "actors", "bench", "W1", "W3", *SHORT)
-    assert await program.wait_for_exit() == 0, program.output
+    # Seven trials, and each starts three programs.
+    assert await program.wait_for_exit(2.5 * DEADLINE_SEC) == 0, program.output
     document = json.loads(program.output)
     assert document["failures"] == []
     measured = {f"{each['workload']} {each['case']}": each["figures"] for each in document["samples"]}
