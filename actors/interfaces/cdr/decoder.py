@@ -105,23 +105,18 @@ class _Decoder(Source):
         self._flush()
         if not self._is_checked:
             self.line(f"if {self.where()} > len(buf): raise Short")
-        self._end(f"return {made}")
+        self.line(f"return {made}")
+        if self._has_view:
+            # One for all slices: each view of the bytes takes 130 bytes more than a slice of one.
+            self.lines.insert(1, "    view = memoryview(buf)")
         while self.pending:
             nested = self.pending.pop()
-            self.begin(f"def {self.function_name(nested)}(buf, p, spare):", nested, None)
+            self.begin(f"def {self.function_name(nested)}(buf, view, p, spare):", nested, None)
             made = self._message(nested)
             self._flush()
             self.use_variable()
-            self._end(f"return {made}, p, spare")
+            self.line(f"return {made}, p, spare")
         return cast("Callable[[bytes], Any]", self.compiled("decode"))
-
-    def _end(self, line: str) -> None:
-        """End a function."""
-        self.line(line)
-        if self._has_view:
-            # One for all slices: each view of the bytes takes 130 bytes more than a slice of one.
-            self.lines.insert(self.first_line, "    view = memoryview(buf)")
-        self._has_view = False
 
     def _flush(self) -> None:
         """Read the values that have been collected."""
@@ -159,7 +154,8 @@ class _Decoder(Source):
         self._flush()
         self.use_variable()
         made = self.variable()
-        self.line(f"{made}, p, spare = {function}(buf, p, spare)")
+        self.line(f"{made}, p, spare = {function}(buf, view, p, spare)")
+        self._has_view = True
         self.places = ANYWHERE
         self._is_checked = False
         return made

@@ -41,7 +41,6 @@ class Source:
         at: The place, if it is the same in all messages; None if it is in the variable `p`.
         places: The places where it can be, modulo 8.
         pending: Classes that need functions of their own.
-        first_line: The number of the line after the first one of the function in work.
     """
 
     def __init__(self, order: str, names: dict[str, Any]) -> None:
@@ -51,7 +50,6 @@ class Source:
         self.at: int | None = None
         self.places = ANYWHERE
         self.pending: list[MessageType] = []
-        self.first_line = 0
         self._moves: list[str] = []
         self._depth = 0
         self._count = 0
@@ -72,7 +70,6 @@ class Source:
         """Begin the function of a class with its first line and the place there; None if that is in `p`."""
         self._depth = 0
         self.line(head)
-        self.first_line = len(self.lines)
         self._depth = 1
         self._inlined = 0
         self._open = [cls]
