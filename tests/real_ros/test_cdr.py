@@ -65,12 +65,12 @@ def test_ros_reads_and_writes_the_bytes_of_the_vectors(real: Side) -> None:
 
 
 @pytest.mark.parametrize(("name", "data"), MISREAD)
-def test_what_ros_reads_by_accident_is_refused(name: str, data: str, real: Side) -> None:
-    """Listed as different: ROS 2 gives a message that nobody has sent."""
+def test_what_only_ros_reads_is_refused(name: str, data: str, real: Side) -> None:
+    """Listed as different: ROS 2 gives a message that nobody has sent, or that its type does not allow."""
     (answer,) = real.call("serialization.read", name, [data])
     with pytest.raises(InvalidMessageError):
         cdr.decode(class_of(name), bytes.fromhex(data))
-    agree("cdr", f"{name}: {data}", real=answer, callboard="refused")
+    agree("cdr", f"{name}: {data[:40]}", real=answer, callboard="refused")
 
 
 @pytest.mark.parametrize("name", [*EXCHANGED, *(name for name in TYPES["test_msgs"] if "/msg/" in name)])
