@@ -206,7 +206,7 @@ def encoded_message(data: Buffer) -> bytes | memoryview:
 
 
 class EncodedCodec:
-    """Stands for the codec of messages that are encoded already, and stay so."""
+    """Takes the place of a `Codec` where messages are passed on as bytes."""
 
     @staticmethod
     def encode(data: Buffer) -> bytes:

@@ -52,7 +52,7 @@ class RealPackageError(ImportError):
 def module_names() -> dict[str, str]:
     """Return the top-level names that callboard has, with the names of its packages for them."""
     interfaces = importlib.import_module(INTERFACES)
-    # `cdr` is none of them: a program may have a module of that name.
+    # Only those with an underscore, as interface packages have: a program may have a module named `cdr`.
     packages = {
         each.name for each in pkgutil.iter_modules(interfaces.__path__) if each.ispkg and "_" in each.name
     }

@@ -1,6 +1,6 @@
-"""A connection on which other threads than the loop's write, too: a call or a reply that nothing waits with.
+"""A connection on which other threads than the loop's write, too: a single call, or the reply to it.
 
-Leaving them to the loop takes a change of threads each, which is most of the time of a call.
+If the loop sent them, each would wait for a change of threads, which is most of the time of a call.
 """
 
 from __future__ import annotations

@@ -269,7 +269,7 @@ class Publisher(Handle[PublisherEndpoint], Generic[T]):
 
 
 def _checked_stamp(stamp_ns: int) -> int:
-    """Return a timestamp; raise TypeError or ValueError if it is none."""
+    """Return a timestamp as an int; raise TypeError or ValueError if it is not valid."""
     number = index(stamp_ns)
     if not 0 <= number <= MAX_STAMP_NS:
         raise ValueError(f"source_timestamp_ns must be from 0 to 2**63 - 1, not {number}")
