@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import hypothesis
 import pytest
 
-import actors.logging.logger  # noqa: F401 - it sets the log's level, which `_process` remembers
 from actors.config import environment
+from actors.logging.logger import get_logger  # the import sets the log's level, which `_process` remembers
 from actors.logging.severity import ROOT_NAME
 from tests import real_ros
 
@@ -122,7 +122,11 @@ def _log_handlers() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def _process() -> Iterator[None]:
-    """Undo what a command that runs in the tests' process changes for its rest: the log's level, finders."""
+    """Undo what a command that runs in the tests' process changes for its rest: the log's level, finders.
+
+    Loggers, too, are new: a line that is throttled would be left out after a test that has logged it as well.
+    """
+    get_logger.cache_clear()
     log, finders = logging.getLogger(ROOT_NAME), sys.meta_path
     level, before, trace = log.level, finders[:], sys.gettrace()
     yield
