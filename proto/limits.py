@@ -84,6 +84,13 @@ MAX_ERROR_TEXT: Final = 500
 MAX_TYPE_NAME: Final = 255
 """Characters of a type name."""
 
+MAX_LABELS: Final = 16
+MAX_LABEL_NAME: Final = 64
+MAX_LABEL_BYTES: Final = 256
+MAX_LABELS_BYTES: Final = 1024
+"""Labels of one node: how many, characters of a name, bytes of a value (and of `apart`), and bytes of all
+names and values. One GRAPH frame has the labels of many nodes."""
+
 MAX_DEFINITION_BYTES: Final = 64 * 1024
 """A type's definition; a type with a longer one is declared without it."""
 

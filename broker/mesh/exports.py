@@ -183,7 +183,7 @@ def declaration_of(endpoint: Endpoint) -> Frame:
     """Return the frame that declares an endpoint to other brokers, with numbers and the public gid."""
     number = endpoint.number
     if isinstance(endpoint, NodeRecord):
-        return frames.Node(number, endpoint.name, endpoint.shared)
+        return frames.Node(number, endpoint.name, endpoint.shared, endpoint.labels, endpoint.kept_apart)
     assert endpoint.node is not None
     node, name = endpoint.node.number, endpoint.name
     type_name, type_hash = endpoint.type_name, endpoint.type_hash

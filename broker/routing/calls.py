@@ -117,7 +117,8 @@ class Calls:
             # Counted before the next entry chooses, so that the entries of one frame are spread over the
             # servers.
             call = self._open(client, entry.call, server)
-            pool.update(server)
+            if server.pool is not None:
+                server.pool.update(server)
             routed.setdefault(server, []).append(RequestEntry(call, *entry[1:]))
         self.refused += len(refused)
         if refused:

@@ -31,6 +31,7 @@ from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.codes import EntryKind
 from proto.wire.identity import public_gid
+from proto.wire.labels import check_label_text, check_labels
 from proto.wire.mesh_keys import broker_of_key
 from proto.wire.names import (
     full_node_name,
@@ -82,6 +83,19 @@ def check_right(peer: Peer, action: Action, name: str) -> None:
 def _accepted(number: int, key: int) -> bytes:
     """Return an encoded ACCEPTED: clients number their endpoints from 1, so that it is often the same."""
     return encode(frames.Accepted(number, key))
+
+
+def _check_labels(frame: frames.Node) -> None:
+    """Check the labels of a node, and its `apart`.
+
+    Raises:
+        Refusal: One is not allowed.
+    """
+    try:
+        check_labels(frame.labels)
+        check_label_text("apart", frame.apart)
+    except ValueError as error:
+        raise Refusal(ErrorCode.MALFORMED, str(error)) from None
 
 
 def _request_from_nobody(_peer: int, _type_hash: str) -> bool:
@@ -229,6 +243,7 @@ class Declarations:
         validate_node_name(name)
         if frame.name != full_node_name(namespace, name):
             raise Refusal(ErrorCode.INVALID_NAME, f"'{full_node_name(namespace, name)}' is the full name")
+        _check_labels(frame)
         check_right(peer, Action.NODE, frame.name)  # before it is known whether somebody has the name
         if not is_checked_elsewhere(peer):
             self._names.claim(peer, frame.name, shared=frame.shared)
@@ -240,6 +255,8 @@ class Declarations:
             node=None,
             name=frame.name,
             shared=frame.shared,
+            labels=frame.labels or NO_QOS,
+            kept_apart=frame.apart,
         )
         self._names.add(record)
         return record

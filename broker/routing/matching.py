@@ -1,8 +1,10 @@
-"""The limit of matches: an endpoint that would exceed it is refused before it is matched."""
+"""Which endpoints may match, and how many: an endpoint beyond the limit is refused before it is matched."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeVar
+
+from broker.routing import mirrored
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -10,6 +12,12 @@ if TYPE_CHECKING:
     from broker.routing.records import Endpoint, Peer
 
 EndpointT = TypeVar("EndpointT", bound="Endpoint")
+
+
+def may_match(one: Endpoint, other: Endpoint) -> bool:
+    """Return whether two endpoints may match, whatever their names, types and QoS are."""
+    apart = one.apart
+    return not (mirrored.cannot_match(one, other) or (apart and apart == other.apart))
 
 
 def exceeds(peer: Peer, others: Collection[EndpointT], fits: Callable[[EndpointT], bool], most: int) -> bool:

@@ -87,7 +87,7 @@ def is_checked_elsewhere(peer: Peer) -> bool:
     return peer.mesh
 
 
-def is_apart(one: Endpoint, other: Endpoint) -> bool:
+def cannot_match(one: Endpoint, other: Endpoint) -> bool:
     """Return whether two endpoints cannot match because of the brokers that they belong to.
 
     Endpoints of two other brokers are matched there, and no other broker may know a private one.

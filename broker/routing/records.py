@@ -12,6 +12,7 @@ from proto.limits import MAX_U32
 from proto.wire.codes import EntryKind
 from proto.wire.fragments import ByteTotal
 from proto.wire.frames import GraphEntry, Matched, Options
+from proto.wire.labels import NODE_KEY, labels_to_qos
 from proto.wire.mesh_keys import broker_of_key
 from proto.wire.qos import KEEP_ALL
 
@@ -189,6 +190,11 @@ class Endpoint:
         """The full name of its node."""
         return self.node.name if self.node is not None else self.name
 
+    @property
+    def apart(self) -> str:
+        """Endpoints of nodes with the same text do not match, unless it is empty."""
+        return "" if self.node is None else self.node.kept_apart
+
     def set_peers(self, peers: int) -> None:
         """Set the number of counterparts."""
         peer = self.peer
@@ -206,9 +212,10 @@ class Endpoint:
 
     def entry(self) -> GraphEntry:
         """Return its entry in the graph."""
-        return GraphEntry(
-            self.key, self.kind, self.node_name, self.name, self.type_name, self.type_hash, self.qos
-        )
+        qos = self.qos
+        if self.node is not None and self.node.labels:
+            qos = {**qos, NODE_KEY: self.node.key}
+        return GraphEntry(self.key, self.kind, self.node_name, self.name, self.type_name, self.type_hash, qos)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)
@@ -217,11 +224,17 @@ class NodeRecord(Endpoint):
 
     shared: bool = False
     """Whether other nodes may have the same name."""
+    labels: Options = field(default_factory=lambda: NO_QOS)
+    kept_apart: str = ""
+    """If it is not empty, endpoints of nodes with the same text do not match."""
     endpoints: dict[int, Endpoint] = field(default_factory=_new_dict)
 
     def entry(self) -> GraphEntry:
         """Return its entry in the graph."""
-        return GraphEntry(self.key, self.kind, self.name, "", "", "", SHARED if self.shared else NO_QOS)
+        qos = SHARED if self.shared else NO_QOS
+        if self.labels:
+            qos = {**qos, **labels_to_qos(self.labels)}
+        return GraphEntry(self.key, self.kind, self.name, "", "", "", qos)
 
 
 @dataclass(slots=True, eq=False, kw_only=True)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from broker.routing.matching import exceeds
-from broker.routing.mirrored import is_apart
+from broker.routing.matching import exceeds, may_match
 from broker.routing.pool import Pool
 from broker.routing.records import ClientRecord, ServiceGroup, ServiceRecord
 
@@ -37,11 +36,6 @@ class OneServer:
         """Return the server."""
         return self._server
 
-    def update(self, server: ServiceRecord) -> None:
-        """Note that the server has got a call."""
-        if server.pool is not None:
-            server.pool.update(server)
-
 
 class Services:
     """All services of one graph.
@@ -62,8 +56,14 @@ class Services:
         if group is None:
             return None
         of_type = client.type_name, client.type_hash
-        own = group.pools.get((*of_type, False))
-        return own or (None if client.private else group.pools.get((*of_type, True)))
+        apart = client.apart
+        for mirrored in (False,) if client.private else (False, True):
+            pool = group.pools.get((*of_type, mirrored))
+            if pool is not None and apart:
+                pool = pool.without(apart)
+            if pool:
+                return pool
+        return None
 
     def only(self, client: ClientRecord, server_key: int) -> OneServer | None:
         """Return one server for a client's calls; None if it is not there any more."""
@@ -103,7 +103,7 @@ class Services:
             if _fits(client, server):
                 self._notices.set_count(client, client.peers + 1)
                 self._notices.set_count(server, server.peers + 1)
-            elif not is_apart(client, server):
+            elif may_match(client, server):
                 self._notices.report_types(client, "client", server, "server")
         self._notices.end()
 
@@ -158,7 +158,7 @@ def _leave_pool(group: ServiceGroup, server: ServiceRecord) -> None:
 
 
 def _fits(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:
-    return _same_type(one, other) and not is_apart(one, other)
+    return _same_type(one, other) and may_match(one, other)
 
 
 def _same_type(one: ClientRecord | ServiceRecord, other: ClientRecord | ServiceRecord) -> bool:

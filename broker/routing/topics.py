@@ -9,7 +9,7 @@ from broker.routing import mirrored
 from broker.routing.deliveries import Send
 from broker.routing.flow_control import HOLD, CreditLimits
 from broker.routing.latched import unlatch
-from broker.routing.matching import exceeds
+from broker.routing.matching import exceeds, may_match
 from broker.routing.records import PublisherRecord, SubscriptionRecord, TopicRecord
 from broker.routing.routes import leaving_reason
 from proto.wire import frames
@@ -197,7 +197,7 @@ class Topics:
             del self.by_name[endpoint.name]
 
     def _match(self, publisher: PublisherRecord, subscription: SubscriptionRecord) -> None:
-        if mirrored.is_apart(publisher, subscription):
+        if not may_match(publisher, subscription):
             return
         if not _same_type(publisher, subscription):
             self._notices.report_types(publisher, "publisher", subscription, "subscription")
@@ -382,8 +382,8 @@ def _is_strict(publisher: PublisherRecord, subscription: SubscriptionRecord) -> 
 
 def _fits(publisher: PublisherRecord, subscription: SubscriptionRecord) -> bool:
     """Return whether a publisher and a subscription match."""
-    if mirrored.is_apart(publisher, subscription):
+    if not (may_match(publisher, subscription) and _same_type(publisher, subscription)):
         return False
-    return _same_type(publisher, subscription) and not (
+    return not (
         _is_strict(publisher, subscription) and incompatible_policy(publisher.wants, subscription.wants)
     )

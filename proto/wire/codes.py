@@ -84,6 +84,8 @@ class Capability(StrEnum):
     """It keeps to `strict` in qos maps: incompatible endpoints do not match if one of them is strict."""
     SHARED_NAMES = "shared_names"
     """It accepts several nodes of one name if each declares that it shares the name."""
+    APART = "apart"
+    """It keeps the endpoints of nodes with the same text in `apart` from each other, and shows labels."""
     SHARED_MEMORY = "shared_memory"
     """It is on the client's host, and takes and sends large messages by reference (§6.10)."""
 

@@ -44,7 +44,8 @@ class ReplyEntry(NamedTuple):
 class GraphEntry(NamedTuple):
     """One node or endpoint in the graph.
 
-    `key` is chosen by its broker and never reused while that runs. `qos` of a node: `shared`, if it is.
+    `key` is chosen by its broker and never reused while that runs. `qos` of a node: `shared`, if it is, and
+    its labels (`labels.py`).
     """
 
     key: int
@@ -103,12 +104,15 @@ class Pong(NamedTuple):
 class Node(NamedTuple):
     """Declares a node under its full name.
 
-    `shared`: other nodes that declare the same may have the name, too (§5.2.2).
+    `shared`: other nodes that declare the same may have the name, too (§5.2.2). `labels`: texts by name, for
+    people and tools (§5.2.4). `apart`: endpoints of nodes with the same text do not match (§5.4.5).
     """
 
     id: int
     name: str
     shared: bool = False
+    labels: Options = {}  # noqa: RUF012
+    apart: str = ""
 
 
 class Publisher(NamedTuple):
@@ -477,7 +481,7 @@ SPECS: Mapping[int, Spec] = {
     Op.GOODBYE: Spec(Goodbye, ("str",)),
     Op.PING: Spec(Ping, ("u64",)),
     Op.PONG: Spec(Pong, ("u64",)),
-    Op.NODE: Spec(Node, ("u32", "str", "bool")),
+    Op.NODE: Spec(Node, ("u32", "str", "bool", "map", "str")),
     Op.PUBLISHER: Spec(
         Publisher, ("u32", "u32", "str", "str", "str", "map", "bin16", "u64", "definition?", "u64")
     ),
