@@ -10,6 +10,7 @@ import pytest
 
 from tests.actors.meeting import Meeting, stop_budget_clock
 from tests.actors.site_packages import Site
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -17,11 +18,12 @@ if TYPE_CHECKING:
 
 
 @pytest.fixture
-async def meeting() -> AsyncIterator[Meeting]:
+async def meeting(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Meeting]:
     """A broker on a free port and nodes, all in the test's loop; no task of theirs outlives them.
 
     The budget of callbacks measures no time unless the test gives it a clock.
     """
+    be_patient(monkeypatch)
     before = asyncio.all_tasks()
     stop_budget_clock()
     async with AsyncExitStack() as stack:

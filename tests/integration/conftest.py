@@ -15,6 +15,7 @@ import pytest
 import broker
 from tests.fork_server.client import FORKED
 from tests.ports import hold_port
+from tests.seams.limits import be_patient
 from tests.waiting import until
 
 if TYPE_CHECKING:
@@ -194,6 +195,12 @@ def free_port() -> int:
     _HELD.append(holder)
     port: int = holder.getsockname()[1]
     return port
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes of this process wait long for a broker."""
+    be_patient(monkeypatch)
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.actions import client_goal, feedback_order, server_endpoint
 from actors.cli import broker_target, completion, hidden_node
+from actors.endpoints import service_introspection
 from actors.endpoints.client import endpoint as client_endpoint
 from actors.endpoints.client import refused_calls
 from actors.endpoints.publisher import queue_limits
@@ -16,12 +17,13 @@ from actors.endpoints.service import endpoint as service_endpoint
 from actors.endpoints.subscription import credit
 from actors.graph import inspector
 from actors.launch.engine import watching
-from actors.processes import child_events
-from actors.session import connector
+from actors.processes import child_events, local_broker
+from actors.session import connector, first_attempt
 from actors.testing import fault_proxy
 from actors.threads import loop_thread
 from broker.mesh.engine import member
 from broker.serving import inspections, presence_log, probe
+from tests.waiting import DEADLINE_SEC
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -44,6 +46,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "goals": (server_endpoint, "MAX_GOALS"),
     "feedback_depth": (client_goal, "FEEDBACK_DEPTH"),
     "feedback_wait_sec": (feedback_order, "MAX_WAIT_SEC"),
+    "first_answer_sec": (first_attempt, "FIRST_ANSWER_SEC"),
     "first_retry_sec": (connector, "FIRST_RETRY_SEC"),
     "reconnect_sec": (connector, "LAST_RETRY_SEC"),
     "thread_calls": (loop_thread, "MAX_CALLS"),
@@ -57,6 +60,8 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "completion_parameters_sec": (completion, "PARAMETERS_TIMEOUT_SEC"),
     "watching_end_sec": (watching, "END_TIMEOUT_SEC"),
     "watching_quiet_ms": (watching, "QUIET_MS"),
+    "lost_event_warning_sec": (service_introspection, "_WARN_EVERY_SEC"),
+    "answer_sec": (local_broker, "ANSWER_TIMEOUT_SEC"),
     "log_lines_per_sec": (presence_log, "MAX_LINES_PER_SEC"),
     "probe_sec": (probe, "PROBE_TIMEOUT_SEC"),
     "mesh_heartbeat_sec": (member, "HEARTBEAT_SEC"),
@@ -68,3 +73,17 @@ def set_limits(monkeypatch: pytest.MonkeyPatch, **values: Any) -> None:
     """Set limits by the names in `_HOMES`, for one test."""
     for name, value in values.items():
         monkeypatch.setattr(*_HOMES[name], value)
+
+
+def be_patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nodes and commands of this process wait for a broker while the machine pauses, for one test.
+
+    Not for virtual time, which does not pause.
+    """
+    set_limits(
+        monkeypatch,
+        first_answer_sec=DEADLINE_SEC,
+        connect_sec=DEADLINE_SEC,
+        connect_node_sec=DEADLINE_SEC,
+        answer_sec=DEADLINE_SEC,
+    )

@@ -13,8 +13,8 @@ import actors
 from actors.cli.main import main
 from actors.endpoints.endpoint import endpoint_of
 from broker import Broker, BrokerOptions
-from tests.actors.meeting import BARE, DEADLINE_SEC
-from tests.seams.limits import set_limits
+from tests.actors.meeting import BARE
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
@@ -80,6 +80,6 @@ def _callboard_variables_are_put_back() -> Iterator[None]:
 @pytest.fixture
 async def desk(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Desk]:
     """A broker in the test's loop, and commands that wait long for it on a busy machine."""
-    set_limits(monkeypatch, connect_sec=DEADLINE_SEC, connect_node_sec=DEADLINE_SEC)
+    be_patient(monkeypatch)
     async with Broker(BrokerOptions(port=0)) as running:
         yield Desk(running.url, capsys)

@@ -36,9 +36,8 @@ def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
 class Watch:
     """A server, a client of it, and somebody who reads the events of both."""
 
-    def __init__(self, meeting: Meeting, prefix: str = "") -> None:
+    def __init__(self, meeting: Meeting) -> None:
         self.meeting = meeting
-        self.prefix = prefix
         self.events: list[Any] = []
         self.server: actors.Node
         self.caller: actors.Node
@@ -47,8 +46,8 @@ class Watch:
 
     async def open(self, callback: Any, srv_type: Any = AddTwoInts, **options: Any) -> None:
         meeting = self.meeting
-        self.server = await meeting.node(f"{self.prefix}server")
-        self.caller = await meeting.node(f"{self.prefix}caller")
+        self.server = await meeting.node("server")
+        self.caller = await meeting.node("caller")
         watcher = await meeting.node("watcher")
         self.service = self.server.create_service(srv_type, "add", callback, **options)
         self.client = self.caller.create_client(srv_type, "add")
@@ -185,11 +184,12 @@ async def test_a_call_that_never_leaves_is_not_reported(meeting: Meeting) -> Non
 
 
 async def test_an_event_that_does_not_fit_is_lost_and_the_call_goes_on(
-    meeting: Meeting, caplog: pytest.LogCaptureFixture
+    meeting: Meeting, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A request that just fits the broker does not fit an event: counted, said once, harmless."""
+    set_limits(monkeypatch, lost_event_warning_sec=1000)
     await meeting.restart_broker(max_message_bytes=MIB)
-    watch = Watch(meeting, "too_large_")  # loggers of its own: the warning is throttled for each
+    watch = Watch(meeting)
     await watch.open(lambda request: Blow.Response(data=bytes(request.size)), Blow)
     await watch.tell(State.CONTENTS, State.CONTENTS)
     await watch.client.call(Blow.Request(data=bytes(MIB - 300)))

@@ -28,7 +28,7 @@ from proto.errors import ErrorCode, InvalidUrlError, ProtocolError
 from proto.wire import frames
 from proto.wire.codec import encode
 from tests.actors.meeting import DEADLINE_SEC, until
-from tests.seams.limits import set_limits
+from tests.seams.limits import be_patient, set_limits
 from tests.seams.nodes import limit_questions, note_greetings
 
 if TYPE_CHECKING:
@@ -40,8 +40,9 @@ if TYPE_CHECKING:
 
 
 @pytest.fixture
-async def broker() -> AsyncIterator[Broker]:
+async def broker(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Broker]:
     """A broker in the test's loop; inspectors block, so they look from a thread."""
+    be_patient(monkeypatch)
     async with Broker(BrokerOptions(port=0)) as running:
         yield running
 
@@ -50,7 +51,7 @@ async def look(url: str, question: Callable[[Inspector], T], **options: float) -
     """Ask one question in a thread."""
 
     def ask() -> T:
-        with Inspector(url, **options) as inspector:  # type: ignore[arg-type]  # domain is an int
+        with Inspector(url, **{"timeout_sec": DEADLINE_SEC, **options}) as inspector:  # type: ignore[arg-type]  # domain is an int
             return question(inspector)
 
     return await asyncio.to_thread(ask)

@@ -9,6 +9,7 @@ import pytest
 from actors.ros.rclpy.context import Context
 from actors.threads import NodeThread
 from broker import Broker, BrokerOptions
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +24,7 @@ def _plain_message_classes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Context]:
     """A context that runs, with a broker of its own."""
+    be_patient(monkeypatch)
     with NodeThread("broker") as thread:
         monkeypatch.setenv("CALLBOARD_URL", thread.enter(Broker(BrokerOptions(port=0))).url)
         with running_context() as context:

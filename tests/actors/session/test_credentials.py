@@ -13,6 +13,7 @@ from broker import Broker, BrokerOptions
 from broker.access.credentials import hash_token
 from tests.actors.meeting import BARE, DEADLINE_SEC
 from tests.ports import held_port
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -34,6 +35,7 @@ def rules(token: str) -> str:
 @pytest.fixture
 async def broker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Broker]:
     """A broker with one user, where nodes look for one; its port stays the test's."""
+    be_patient(monkeypatch)
     file = tmp_path / "access.toml"
     file.write_text(rules(TOKEN))
     with held_port() as port:
@@ -61,8 +63,9 @@ async def test_a_token_of_the_program_wins(broker: Broker, monkeypatch: pytest.M
     assert broker.stats().unauthorized_connections == 1
 
 
-async def test_without_rules_nobody_is_a_user() -> None:
+async def test_without_rules_nobody_is_a_user(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever is presented."""
+    be_patient(monkeypatch)
     async with (
         Broker(BrokerOptions(port=0)) as without,
         Node("n", url=without.url, token=TOKEN, **BARE) as node,
@@ -86,7 +89,7 @@ async def test_a_node_without_a_valid_token_ends(
     file.write_text(token)
     monkeypatch.setenv(variable, str(file) if variable == "CALLBOARD_TOKEN_FILE" else token)
     with pytest.raises(NotAuthorized, match=hint) as caught:
-        async with asyncio.timeout(10), Node("n"):
+        async with asyncio.timeout(DEADLINE_SEC), Node("n"):
             pass
     assert OTHER not in str(caught.value)
 
@@ -118,7 +121,7 @@ async def test_an_inspector_presents_the_token(broker: Broker, monkeypatch: pyte
     """Without one it is refused with the same typed error as a node."""
 
     def count() -> int:
-        with Inspector(broker.url) as inspector:
+        with Inspector(broker.url, timeout_sec=DEADLINE_SEC) as inspector:
             return len(inspector.graph().nodes())
 
     with pytest.raises(NotAuthorized):

@@ -11,6 +11,7 @@ import actors
 from actors.threads import NodeThread
 from broker import Broker, BrokerOptions
 from tests.actors.meeting import BARE
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,8 +31,9 @@ class Host:
 
 
 @pytest.fixture
-def host() -> Iterator[Host]:
+def host(monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
     """A broker in a thread; no thread outlives the test."""
+    be_patient(monkeypatch)
     before = set(threading.enumerate())
     with NodeThread("host") as thread:
         yield Host(thread)

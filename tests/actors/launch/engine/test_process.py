@@ -31,6 +31,14 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="needs process groups")
 
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A killed process may end late, because the machine pauses."""
+    monkeypatch.setattr(execution, "LAST_STEP_SEC", 1000)
+    monkeypatch.setattr(process_execution, "LAST_STEP_SEC", 1000)
+
+
 DEAF = "trap '' INT TERM; echo deaf; while :; do sleep 1000; done"
 
 

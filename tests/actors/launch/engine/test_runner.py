@@ -97,7 +97,8 @@ async def test_a_listener_may_stop_the_launch() -> None:
 
     def stop(event: Event) -> None:
         if isinstance(event, ProcessStarted):
-            runner.stop("enough")
+            # Otherwise the second call would be a wish to kill, if the machine paused between the two.
+            runner.stop("enough", escalate=False)
 
     told: list[Event] = []
     runner = of(stop, told.append)
