@@ -11,6 +11,7 @@ from proto.errors import ErrorCode, ProtocolError
 from proto.untrusted_text import peer_name
 from proto.wire.codes import EntryKind
 from proto.wire.frames import GraphEntry
+from proto.wire.labels import NODE_KEY, labels_of
 from proto.wire.names import split_node_name
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from actors.time.types import Duration
     from proto.wire import frames
+    from proto.wire.frames import Scalar
 
 NamesAndTypes = list[tuple[str, list[str]]]
 
@@ -53,6 +55,8 @@ class EndpointInfo:
     """Whether it matches none with which its QoS is incompatible."""
     broker: int = 0
     """The number of its broker in the mesh, a key of `BrokerReport.brokers`; 0 without a mesh."""
+    node_labels: Mapping[str, str] = field(default_factory=dict[str, str])
+    """The labels of its node."""
 
     def __str__(self) -> str:
         """Return 14 lines, as rclpy does; one more for a strict endpoint."""
@@ -196,7 +200,7 @@ class GraphSnapshot:
         Returns:
             One record for each, in the order of their declaration.
         """
-        found = [_endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
+        found = [self._endpoint(entry) for entry in self.of_kind(kind) if entry.name == name]
         return sorted(found, key=lambda endpoint: endpoint.endpoint_id)
 
     def node_endpoints(self, node: str) -> list[tuple[str, EndpointInfo]]:
@@ -209,21 +213,80 @@ class GraphSnapshot:
             The full name of a topic or service and the endpoint, for each, in the order of their declaration.
         """
         found = [
-            (entry.name, _endpoint(entry))
+            (entry.name, self._endpoint(entry))
             for entry in self.entries.values()
             if entry.node == node and entry.kind != EntryKind.NODE
         ]
         return sorted(found, key=lambda each: each[1].endpoint_id)
 
+    def all_endpoints(self) -> list[tuple[str, EndpointInfo]]:
+        """Return the endpoints of all nodes.
+
+        Returns:
+            The full name of a topic or service and the endpoint, for each, in the order of their declaration.
+        """
+        found = [(entry.name, self._endpoint(entry)) for entry in self.entries.values() if entry.kind]
+        return sorted(found, key=lambda each: each[1].endpoint_id)
+
+    def labels_of(self, entry: GraphEntry) -> dict[str, str]:
+        """Return the labels of a node, or of the node that an endpoint belongs to.
+
+        Args:
+            entry: One of this snapshot.
+
+        Returns:
+            Texts by name; none if the node has no labels, or the broker is older than labels.
+        """
+        if entry.kind != EntryKind.NODE:
+            key = entry.qos.get(NODE_KEY)
+            node = self.entries.get(key) if isinstance(key, int) else None
+            return {} if node is None else labels_of(node)
+        return labels_of(entry)
+
+    def node_labels(self) -> dict[str, list[dict[str, str]]]:
+        """Return the labels of all nodes.
+
+        Returns:
+            By full name, in the order of names, the labels of each node that has it.
+        """
+        found: dict[str, list[dict[str, str]]] = {}
+        for entry in sorted(self.of_kind(EntryKind.NODE), key=lambda entry: (entry.node, entry.key)):
+            found.setdefault(entry.node, []).append(labels_of(entry))
+        return found
+
+    def _endpoint(self, entry: GraphEntry) -> EndpointInfo:
+        namespace, name = split_node_name(entry.node)
+        return EndpointInfo(
+            node_name=name,
+            node_namespace=namespace,
+            topic_type=entry.type_name,
+            topic_type_hash=entry.type_hash,
+            endpoint_type=EntryKind(entry.kind),
+            endpoint_id=entry.key,
+            qos_profile=QoSProfile.from_wire(entry.qos),
+            strict_qos=entry.qos.get("strict") is True,
+            broker=entry.broker,
+            node_labels=self.labels_of(entry),
+        )
+
 
 def _printable(entry: GraphEntry) -> GraphEntry:
     """Return an entry whose names cannot forge lines, whatever the broker has accepted."""
     names = entry[2:6]
+    if entry.kind == EntryKind.NODE and entry.qos:
+        entry = entry._replace(qos=_printable_labels(entry.qos))
     # One test of all four names: nearly every entry passes, and a graph may have 500,000.
     if "".join(names).isprintable():
         return entry
     node, name, type_name, type_hash = map(peer_name, names)
     return entry._replace(node=node, name=name, type_name=type_name, type_hash=type_hash)
+
+
+def _printable_labels(qos: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """Return a node's qos map, with its labels likewise."""
+    return {
+        peer_name(key): peer_name(value) if isinstance(value, str) else value for key, value in qos.items()
+    }
 
 
 def require_few(entries: int) -> None:
@@ -247,22 +310,3 @@ def actions_among(services: NamesAndTypes) -> NamesAndTypes:
 
 def _duration(limit: Duration) -> str:
     return str(INFINITE if limit == UNLIMITED else limit)
-
-
-def _endpoint(entry: GraphEntry) -> EndpointInfo:
-    namespace, name = split_node_name(entry.node)
-    return EndpointInfo(
-        node_name=name,
-        node_namespace=namespace,
-        topic_type=entry.type_name,
-        topic_type_hash=entry.type_hash,
-        endpoint_type=EntryKind(entry.kind),
-        endpoint_id=entry.key,
-        qos_profile=_profile(entry.qos),
-        strict_qos=entry.qos.get("strict") is True,
-        broker=entry.broker,
-    )
-
-
-def _profile(qos: Mapping[str, object]) -> QoSProfile:
-    return QoSProfile.from_wire(qos)
