@@ -97,6 +97,7 @@ with lazy_imports(__name__, renamed=_RENAMED):
     from actors.logging.logger import get_logger as get_logger
     from actors.logging.output import configure_logging as configure_logging
     from actors.logging.severity import LoggingSeverity as LoggingSeverity
+    from actors.node.bare_node import BareNode as BareNode
     from actors.node.decorators import service as service
     from actors.node.decorators import subscription as subscription
     from actors.node.decorators import timer as timer

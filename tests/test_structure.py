@@ -29,7 +29,6 @@ EXCEPTIONS: Final[dict[str, str]] = {
     "actors.callbacks.mailbox.Mailbox": "one state machine: who holds the node's callbacks, and who is next",
     "actors.launch.engine.machine.Machine": "one state machine with a method for each event and its effects",
     "actors.node.graph_queries.NodeGraph": "has rclpy's graph queries, one method each",
-    "actors.node.node.Node": "has rclpy's surface; its methods delegate",
     "actors.node.node.Node.__init__": "wires the node's parts",
     "actors.ros.rclpy.node.Node": "has rclpy's surface; its methods delegate",
     "proto.queues.publisher_queue.PublisherQueue": "one state machine: what waits, is dropped, may leave",

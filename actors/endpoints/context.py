@@ -25,7 +25,7 @@ from proto.wire.codes import Capability, NoticeKind
 from proto.wire.names import full_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from actors.diagnostics.records import TimerDiagnostics
     from actors.logging.logger import Logger
@@ -101,12 +101,16 @@ class NodeContext(LinkEndpoint):
         unread: Messages received but not taken by callbacks when the node stopped.
         shared_name: Whether other nodes may have the same name.
         strict_qos: Whether endpoints that do not say so themselves match no incompatible ones.
+        labels: Texts for people and tools, by name.
         declared: Whether the broker of this session has accepted or refused the node.
+        refusal: Why it has refused it; "" if it has not.
         endpoints: The node's publishers, subscriptions, services, clients and graph watches.
         departing: The queues of destroyed publishers.
         warnings: Limits the warnings that other nodes can cause.
         stop: Ends the node with an error; set by the node.
     """
+
+    owns_link = True
 
     def __init__(
         self,
@@ -120,6 +124,7 @@ class NodeContext(LinkEndpoint):
         slow_callback_sec: float | None = SLOW_CALLBACK_SEC,
         shared_name: bool = False,
         strict_qos: bool = False,
+        labels: Mapping[str, str],
     ) -> None:
         self.name = name
         self.namespace = namespace
@@ -135,9 +140,11 @@ class NodeContext(LinkEndpoint):
         self.callback_errors = 0
         self.shared_name = shared_name
         self.strict_qos = strict_qos
+        self.labels: dict[str, str] = dict(labels)
         self.destroyed = False
         self.stopping = False
         self.declared = False
+        self.refusal = ""
         self.unread = 0
         self.endpoints: dict[NodeEndpoint, None] = {}
         self.timers: dict[NodeTimer, None] = {}
@@ -245,7 +252,7 @@ class NodeContext(LinkEndpoint):
         if self.shared_name and Capability.SHARED_NAMES not in self.link.capabilities:
             text = f"The broker at {self.link.url} does not know shared node names; it allows one node"
             self.log.warning(f"{text} '{self.full_name}'")
-        return frames.Node(self.id, self.full_name, self.shared_name)
+        return frames.Node(self.id, self.full_name, self.shared_name, self.labels)
 
     def accepted(self, number: int) -> None:
         """Note that the node is in the graph."""
@@ -258,6 +265,7 @@ class NodeContext(LinkEndpoint):
         """Log that the broker has refused the node."""
         del code
         self.declared = True
+        self.refusal = text or "it gives no reason"
         self.link.wake()
         if self.may_log("refusals of the broker"):
             self.log.error(f"The broker refused this node: {text}")
@@ -284,6 +292,7 @@ class NodeContext(LinkEndpoint):
     def session_ended(self) -> None:
         """Forget the declaration, and publishers that can send nothing more."""
         self.declared = False
+        self.refusal = ""
         self.departing.session_ended()
 
 

@@ -69,9 +69,12 @@ class Endpoint(LinkEndpoint):
     def refused(self, code: int, text: str) -> None:
         """Note and log that the broker has refused the declaration."""
         del code
-        self.refusal = text or "it gives no reason"
+        # Of a refused node the broker knows nothing, and says of its endpoints no more than that.
+        self.refusal = self.context.refusal or text or "it gives no reason"
         self.context.link.wake()
-        if self.standard:
+        if self.context.refusal:
+            self.context.log.debug(f"The broker refused a {self.kind} of '{self.context.full_name}': {text}")
+        elif self.standard:
             self.context.log.debug(f"The broker refused a standard {self.kind}: {text}")
         elif self.context.may_log("refusals of the broker"):
             self.context.log.error(f"The broker refused a {self.kind}: {text}")
@@ -119,6 +122,14 @@ class Handle(Generic[E]):
     def peers(self) -> int:
         """How many counterparts are matched now."""
         return self._endpoint.peers
+
+    @property
+    def refusal(self) -> str:
+        """Why the broker of this session has refused it; "" if it has not, or not yet.
+
+        Rules that a broker reads later may refuse it at any time.
+        """
+        return self._endpoint.refusal
 
     @property
     def destroyed(self) -> bool:

@@ -9,6 +9,7 @@ from actors.callbacks.mailbox import IDLE_WORKERS
 from actors.diagnostics.records import LagDiagnostics, MailboxDiagnostics, NodeDiagnostics, Size
 from actors.diagnostics.shared_memory import SharedMemoryDiagnostics
 from actors.endpoints.client.endpoint import ClientEndpoint
+from actors.endpoints.context import NodeContext
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
 from actors.endpoints.service.endpoint import DeclaredService
 from actors.endpoints.subscription.endpoint import SubscriptionEndpoint
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from actors.callbacks.mailbox import Mailbox
-    from actors.endpoints.context import NodeContext
+    from actors.endpoints.context import NodeEndpoint
     from actors.session.shared_memory import SharedMemory
 
 
@@ -36,7 +37,7 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
     # Without a session there is no outbox; what waits then is in the queues of the publishers.
     outbox = None if link.channel is None else link.channel.outbox
     now = 0.0 if link.loop is None else link.loop.time()
-    endpoints = sorted(context.endpoints, key=lambda each: each.id)  # as they were made
+    endpoints = sorted(_endpoints(context), key=lambda each: each.id)  # as they were made
     return NodeDiagnostics(
         node=context.full_name,
         broker=link.url or link.broker_urls,
@@ -61,6 +62,12 @@ def diagnose(context: NodeContext, *holders: Holder) -> NodeDiagnostics:
         ),
         shared_memory=_shared_memory(link.shared_memory),
     )
+
+
+def _endpoints(context: NodeContext) -> Iterator[NodeEndpoint]:
+    """Return the endpoints of a node, and those of its bare nodes, whose callbacks it runs."""
+    for each in context.endpoints:
+        yield from each.endpoints if isinstance(each, NodeContext) else (each,)
 
 
 def _shared_memory(shared: SharedMemory) -> SharedMemoryDiagnostics:

@@ -6,32 +6,28 @@ A node is made without a running loop; it connects on `async with node:` or `awa
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
 
 from actors.arguments.remapping import Remapper
 from actors.arguments.ros_arguments import RosArguments, parse_ros_arguments
 from actors.arguments.ros_arguments import process_arguments as found_arguments
 from actors.config.contexts import find_broker_target, warn_of_ros_domain
 from actors.config.environment import allows_shared_memory
-from actors.endpoints.client.client import Client
 from actors.endpoints.context import NodeContext
-from actors.endpoints.endpoint import Handle, endpoint_of
-from actors.endpoints.publisher.publisher import Publisher
-from actors.endpoints.service.service import ServiceServer
-from actors.endpoints.subscription.subscription import Subscription
 from actors.endpoints.timer import Timer
 from actors.graph.view import BrokerView
-from actors.logging.logger import Logger, get_logger, node_logger_name
+from actors.logging.logger import get_logger, node_logger_name
 from actors.logging.sinks import DiscardingSink, add_sink
 from actors.node.decorators import declared
 from actors.node.graph_queries import NodeGraph
+from actors.node.node_endpoints import NodeEndpoints
 from actors.node.node_runner import NodeRunner
 from actors.node.options import NodeKeywords, NodeOptions
 from actors.node.parameters import NodeParameters
 from actors.node.qos_overrides import overridden
 from actors.node.time_source import TimeSource
 from actors.parameters.store import ParameterStore
-from actors.qos.profile import QoSProfile, qos_from, qos_profile_rosout_default, renamed_qos
+from actors.qos.profile import QoSProfile, qos_profile_rosout_default
 from actors.session.connector import Connector
 from actors.session.link import Link
 from actors.session.shared_memory import SharedMemory
@@ -39,32 +35,19 @@ from actors.time.rate import Rate
 from proto.wire.names import full_node_name, normalize_namespace, validate_namespace, validate_node_name
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Mapping
+    from collections.abc import Callable, Mapping
     from types import TracebackType
 
-    from typing_extensions import Buffer
-
-    from actors.actions.client import ActionClient
-    from actors.actions.server import ActionServer
     from actors.diagnostics.records import NodeDiagnostics
-    from actors.endpoints.events import PublisherEventCallbacks, SubscriptionEventCallbacks
-    from actors.endpoints.subscription.backlog import MessageInfo
-    from actors.interfaces.message import ActionType, Message, ServiceType
+    from actors.node.bare_node import BareNode
     from actors.node.qos_overrides import QoSOverridingOptions
     from actors.parameters.types import ParameterValue
     from actors.time.clock import Clock
 
-MessageT = TypeVar("MessageT", bound="Message")
-RequestT = TypeVar("RequestT", bound="Message")
-ResponseT = TypeVar("ResponseT", bound="Message")
-GoalT = TypeVar("GoalT", bound="Message")
-ResultT = TypeVar("ResultT", bound="Message")
-FeedbackT = TypeVar("FeedbackT", bound="Message")
-
 _DEFAULT_OPTIONS = NodeOptions()
 
 
-class Node(NodeGraph, NodeParameters):
+class Node(NodeEndpoints, NodeGraph, NodeParameters):
     """A named actor: callbacks on topics, services and timers.
 
     Args:
@@ -144,6 +127,7 @@ class Node(NodeGraph, NodeParameters):
             slow_callback_sec=options.slow_callback_sec,
             shared_name=options.shared_name,
             strict_qos=options.strict_qos,
+            labels=options.labels or {},
         )
         self._broker = BrokerView(self._context)
         self._argument_overrides = {**shared.parameters_for(full_name), **own.parameters_for(full_name)}
@@ -208,47 +192,7 @@ class Node(NodeGraph, NodeParameters):
                 obj=self,
             )
 
-    # Identity and state
-
-    def get_name(self) -> str:
-        """Return the node's name, without the namespace.
-
-        Returns:
-            The name after remapping.
-        """
-        return self._context.name
-
-    def get_namespace(self) -> str:
-        """Return the node's namespace, such as "/" or "/ns".
-
-        Returns:
-            The namespace after remapping.
-        """
-        return self._context.namespace
-
-    def get_fully_qualified_name(self) -> str:
-        """Return namespace and name, such as "/ns/talker".
-
-        Returns:
-            The full name after remapping.
-        """
-        return self._context.full_name
-
-    def get_logger(self) -> Logger:
-        """Return the node's logger.
-
-        Returns:
-            The logger named after the node's full name.
-        """
-        return self._context.log
-
-    def get_clock(self) -> Clock:
-        """Return the node's clock.
-
-        Returns:
-            The clock, of ROS_TIME: `.now()` is the time, simulated while the parameter `use_sim_time` is set.
-        """
-        return self._context.clock
+    # State
 
     @property
     def argument_overrides(self) -> Mapping[str, ParameterValue]:
@@ -280,354 +224,67 @@ class Node(NodeGraph, NodeParameters):
 
         return diagnose(self._context, self._node_runner)
 
-    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a topic.
+    # Timers and bare nodes
 
-        Args:
-            topic: Relative to the namespace, absolute with `/`, private with `~/`.
-            only_expand: Do not apply remap rules.
-
-        Returns:
-            The full name, such as "/ns/chatter".
-
-        Raises:
-            InvalidTopicNameError: The name breaks the rules.
-        """
-        return self._names.resolve_topic(topic, only_expand=only_expand)
-
-    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the full name of a service.
-
-        Args:
-            service: Relative to the namespace, absolute with `/`, private with `~/`.
-            only_expand: Do not apply remap rules.
-
-        Returns:
-            The full name, such as "/ns/add".
-
-        Raises:
-            InvalidServiceNameError: The name breaks the rules.
-        """
-        return self._names.resolve_service(service, only_expand=only_expand)
-
-    # Endpoints and timers
-
-    def create_publisher(
+    def _overridden(
         self,
-        msg_type: type[MessageT],
+        qos: QoSProfile,
+        options: QoSOverridingOptions,
         topic: str,
-        qos_profile: QoSProfile | int = 10,
-        *,
-        event_callbacks: PublisherEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        strict_qos: bool | None = None,
-    ) -> Publisher[MessageT]:
-        """Make a publisher.
-
-        Args:
-            msg_type: A message class: generated, or a subclass of `actors.Message`.
-            topic: Relative to the namespace, absolute with `/`, private with `~/`.
-            qos_profile: A profile, or a depth, which means KEEP_LAST of that depth.
-            event_callbacks: Callbacks for its QoS events.
-            qos_overriding_options: Which policies may be overridden by parameters such as
-                `qos_overrides./chatter.publisher.depth`; None for none.
-            strict_qos: Match no subscription with which the QoS is incompatible, as in ROS 2: nothing is
-                delivered between the two. None is the node's default.
-
-        Returns:
-            The publisher.
-
-        Raises:
-            InvalidTopicNameError: The name breaks the rules.
-            InvalidParameterTypeError, InvalidParameterValueError: An override is no such policy.
-            InvalidQoSProfileError: The callback of the options refuses the overrides.
-            TypeError, ValueError: No message class, or no QoS.
-            NodeDestroyed: The node has been destroyed.
-        """
-        name, qos = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "publisher")
-        return Publisher(self._context, msg_type, name, qos, event_callbacks, strict_qos=strict_qos)
-
-    def _topic_and_qos(
-        self,
-        topic: str,
-        qos_profile: QoSProfile | int,
-        options: QoSOverridingOptions | None,
         kind: Literal["publisher", "subscription"],
-    ) -> tuple[str, QoSProfile]:
-        """Return the full name of an endpoint's topic, and its QoS with the overrides."""
-        name = self._names.resolve_topic(topic)
-        return name, overridden(qos_from(qos_profile), options, self._parameters, name, kind)
+    ) -> QoSProfile:
+        return overridden(qos, options, self._parameters, topic, kind)
 
-    @overload
-    def create_subscription(
+    def create_bare_node(
         self,
-        msg_type: type[MessageT],
-        topic: str,
-        callback: Callable[[MessageT], object] | Callable[[MessageT, MessageInfo], object] | None = ...,
-        qos_profile: QoSProfile | int = ...,
+        node_name: str,
         *,
-        concurrent: bool = ...,
-        raw: Literal[False] = ...,
-        event_callbacks: SubscriptionEventCallbacks | None = ...,
-        qos_overriding_options: QoSOverridingOptions | None = ...,
-        stall_timeout_sec: float = ...,
-        strict_qos: bool | None = ...,
-    ) -> Subscription[MessageT]: ...
+        namespace: str | None = None,
+        labels: Mapping[str, str] | None = None,
+        apart: str = "",
+        shared_name: bool = False,
+        on_refused: Callable[[str], object] | None = None,
+    ) -> BareNode:
+        """Make a node without a process of its own: a name in the graph, with endpoints, on this node's link.
 
-    @overload
-    def create_subscription(
-        self,
-        msg_type: type[Message] | None,
-        topic: str,
-        callback: Callable[..., Any] | None = ...,
-        qos_profile: QoSProfile | int = ...,
-        *,
-        concurrent: bool = ...,
-        raw: bool,
-        event_callbacks: SubscriptionEventCallbacks | None = ...,
-        qos_overriding_options: QoSOverridingOptions | None = ...,
-        stall_timeout_sec: float = ...,
-        strict_qos: bool | None = ...,
-    ) -> Subscription[Any]: ...
-
-    def create_subscription(
-        self,
-        msg_type: type[Message] | None,
-        topic: str,
-        callback: Callable[..., Any] | None = None,
-        qos_profile: QoSProfile | int = 10,
-        *,
-        qos: QoSProfile | int | None = None,
-        concurrent: bool = False,
-        raw: bool = False,
-        event_callbacks: SubscriptionEventCallbacks | None = None,
-        qos_overriding_options: QoSOverridingOptions | None = None,
-        stall_timeout_sec: float = 0.0,
-        strict_qos: bool | None = None,
-    ) -> Subscription[Any]:
-        """Make a subscription.
+        It has no standard endpoints (parameters, `/rosout`, `/clock`, type descriptions, diagnostics), so
+        that hundreds of them are cheap. Its callbacks are this node's: they run one at a time with those of
+        this node, unless an endpoint is `concurrent`, and what they raise is logged and counted here. Every
+        session declares it again; it ends with this node.
 
         Args:
-            msg_type: A message class; may be None with `raw=True`.
-            topic: As for `create_publisher`.
-            callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate or `take`.
-            qos_profile: A profile or a depth.
-            qos: The former name of `qos_profile`.
-            concurrent: Do not wait for the node's other callbacks, nor for this one. At most 1,000 run at a
-                time; further messages wait.
-            raw: Give each message as bytes (msgpack), and match publishers of every type.
-            event_callbacks: Callbacks for its QoS events.
-            qos_overriding_options: As for `create_publisher`.
-            stall_timeout_sec: Seconds that KEEP_ALL publishers wait while this KEEP_ALL subscription takes no
-                message, if that is longer than the broker's limit (60); at most the broker's maximum (600).
-            strict_qos: Match no publisher with which the QoS is incompatible, as for `create_publisher`.
+            node_name: The name, without a namespace. No remap rule applies to it, nor to the names of its
+                endpoints, which are full, or relative to this name.
+            namespace: "" or None is the root; "ns" means "/ns".
+            labels: As `NodeOptions.labels`.
+            apart: If it is not empty, no endpoint of this bare node matches one of a node with the same
+                text, or another one of its own: for nodes that stand for those of another network, whose
+                messages must not come back to it. Printable text of at most 256 bytes. A broker that does not
+                know it refuses the bare node.
+            shared_name: As `NodeOptions.shared_name`.
+            on_refused: Called with the reason whenever a broker refuses it: `def` or `async def`. The link
+                and all other nodes go on.
 
         Returns:
-            The subscription.
+            The bare node. `await bare.wait_until_accepted()` tells whether the broker has accepted it.
 
         Raises:
-            InvalidTopicNameError: The name breaks the rules.
-            InvalidParameterTypeError, InvalidParameterValueError: An override is no such policy.
-            InvalidQoSProfileError: The callback of the options refuses the overrides.
-            RuntimeError: The callback takes neither one nor two arguments.
-            TypeError, ValueError: No message class, or no QoS.
-            NodeDestroyed: The node has been destroyed.
+            InvalidNameError: The name or namespace breaks the naming rules.
+            ValueError: A label, or `apart`, is not allowed.
+            RuntimeError: `on_refused` does not take one argument.
+            NodeDestroyed: This node has been destroyed.
         """
-        if msg_type is None and not raw:
-            raise TypeError("create_subscription needs a message class, unless raw=True")
-        if qos is not None:
-            qos_profile = renamed_qos(qos)
-        name, profile = self._topic_and_qos(topic, qos_profile, qos_overriding_options, "subscription")
-        return Subscription(
+        from actors.node.bare_node import BareNode  # noqa: PLC0415 - few programs have any
+
+        return BareNode(
             self._context,
-            msg_type,
-            name,
-            callback,
-            profile,
-            concurrent=concurrent,
-            raw=raw,
-            event_callbacks=event_callbacks,
-            stall_timeout_sec=stall_timeout_sec,
-            strict_qos=strict_qos,
+            node_name,
+            normalize_namespace(namespace or ""),
+            labels=labels or {},
+            apart=apart,
+            shared_name=shared_name,
+            on_refused=on_refused,
         )
-
-    @overload
-    def create_service(
-        self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
-        srv_name: str,
-        callback: Callable[[RequestT], ResponseT | Awaitable[ResponseT]]
-        | Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]],
-        *,
-        concurrent: bool = ...,
-        raw: Literal[False] = ...,
-    ) -> ServiceServer[RequestT, ResponseT]: ...
-
-    @overload
-    def create_service(
-        self,
-        srv_type: type[ServiceType[Message, Message]],
-        srv_name: str,
-        callback: Callable[[bytes], Buffer | Awaitable[Buffer]],
-        *,
-        concurrent: bool = ...,
-        raw: Literal[True],
-    ) -> ServiceServer[bytes, bytes]: ...
-
-    def create_service(
-        self,
-        srv_type: type[ServiceType[Message, Message]],
-        srv_name: str,
-        callback: Callable[..., Any],
-        *,
-        concurrent: bool = False,
-        raw: bool = False,
-    ) -> ServiceServer[Any, Any]:
-        """Serve requests.
-
-        Args:
-            srv_type: A service class: generated, or a subclass of `actors.Service`.
-            srv_name: As a topic's name.
-            callback: `(request, response)` or `(request)`, returns the response; `def` or `async def`.
-            concurrent: Handle requests concurrently with each other and with the node's other callbacks; at
-                most 1,000 at a time.
-            raw: Give each request as bytes (msgpack), not decoded, and take the response as bytes: the
-                callback is `(request)`. The type is still declared and compared.
-
-        Returns:
-            The service.
-
-        Raises:
-            InvalidServiceNameError: The name breaks the rules.
-            TypeError: `srv_type` is no service class.
-            RuntimeError: The callback takes neither one nor two arguments, or not one and `raw` is set.
-            NodeDestroyed: The node has been destroyed.
-        """
-        request, response = _parts(srv_type)
-        name = self._names.resolve_service(srv_name)
-        return ServiceServer(
-            self._context,
-            srv_type,
-            request,
-            response,
-            name,
-            callback=callback,
-            concurrent=concurrent,
-            raw=raw,
-        )
-
-    @overload
-    def create_client(
-        self,
-        srv_type: type[ServiceType[RequestT, ResponseT]],
-        srv_name: str,
-        *,
-        raw: Literal[False] = ...,
-    ) -> Client[RequestT, ResponseT]: ...
-
-    @overload
-    def create_client(
-        self, srv_type: type[ServiceType[Message, Message]], srv_name: str, *, raw: Literal[True]
-    ) -> Client[bytes, bytes]: ...
-
-    def create_client(
-        self, srv_type: type[ServiceType[Message, Message]], srv_name: str, *, raw: bool = False
-    ) -> Client[Any, Any]:
-        """Make a client of a service.
-
-        Args:
-            srv_type: A service class: generated, or a subclass of `actors.Service`.
-            srv_name: Relative to the namespace, absolute with `/`, private with `~/`.
-            raw: Calls take requests as bytes (msgpack), and give responses as bytes that are not decoded. The
-                type is still declared and compared.
-
-        Returns:
-            The client.
-
-        Raises:
-            InvalidServiceNameError: The name breaks the rules.
-            TypeError: `srv_type` is no service class.
-            NodeDestroyed: The node has been destroyed.
-        """
-        request, response = _parts(srv_type)
-        name = self._names.resolve_service(srv_name)
-        return Client(self._context, srv_type, request, response, name, raw=raw)
-
-    def create_action_server(
-        self,
-        action_type: type[ActionType[GoalT, ResultT, FeedbackT]],
-        action_name: str,
-        execute_callback: Callable[..., Any],
-        *,
-        goal_callback: Callable[..., Any] | None = None,
-        cancel_callback: Callable[..., Any] | None = None,
-        handle_accepted_callback: Callable[..., Any] | None = None,
-        result_timeout_sec: float = 10.0,
-        cancel_execution: bool = False,
-    ) -> ActionServer[GoalT, ResultT, FeedbackT]:
-        """Execute goals. Each callback takes one argument and may be `def` or `async def`.
-
-        Goals run concurrently with each other and with the node's other callbacks. At most 1,000 goals may be
-        unfinished; further ones are rejected.
-
-        Args:
-            action_type: An action class: generated, or a subclass of `actors.Action`.
-            action_name: As a topic's name; remap rules for topics apply to it.
-            execute_callback: Gets a `ServerGoalHandle`, sets a terminal state and returns the result. A goal
-                whose callback raises or sets no terminal state is aborted.
-            goal_callback: Gets the goal message and returns a `GoalResponse`. Default: accept.
-            cancel_callback: Gets the goal and returns a `CancelResponse`. Default: reject.
-            handle_accepted_callback: Gets each accepted goal, and calls `goal.execute()` now or later.
-                Default: now.
-            result_timeout_sec: Seconds to keep results for clients that ask late; negative for no limit. Of
-                more than 1,000 results, or 16 MiB, the oldest are dropped.
-            cancel_execution: Cancel the execute callback when the goal's cancellation is accepted. If it ends
-                with CancelledError, the goal is CANCELED.
-
-        Returns:
-            The server.
-
-        Raises:
-            InvalidTopicNameError: The name breaks the rules.
-            TypeError: `action_type` is no action class.
-            ValueError: `result_timeout_sec` is not a number.
-            RuntimeError: A callback does not take one argument.
-            NodeDestroyed: The node has been destroyed.
-        """
-        from actors.actions.server import ActionServer  # noqa: PLC0415 - takes time, and few nodes need it
-
-        return ActionServer(
-            self._context,
-            action_type,
-            self._names.resolve_topic(action_name),
-            execute_callback,
-            goal_callback=goal_callback,
-            cancel_callback=cancel_callback,
-            handle_accepted_callback=handle_accepted_callback,
-            result_timeout_sec=result_timeout_sec,
-            cancel_execution=cancel_execution,
-        )
-
-    def create_action_client(
-        self, action_type: type[ActionType[GoalT, ResultT, FeedbackT]], action_name: str
-    ) -> ActionClient[GoalT, ResultT, FeedbackT]:
-        """Make a client of an action.
-
-        Args:
-            action_type: An action class: generated, or a subclass of `actors.Action`.
-            action_name: As a topic's name; remap rules for topics apply to it.
-
-        Returns:
-            The client.
-
-        Raises:
-            InvalidTopicNameError: The name breaks the rules.
-            TypeError: `action_type` is no action class.
-            NodeDestroyed: The node has been destroyed.
-        """
-        from actors.actions.client import ActionClient  # noqa: PLC0415 - takes time, and few nodes need it
-
-        return ActionClient(self._context, action_type, self._names.resolve_topic(action_name))
 
     def create_timer(
         self,
@@ -675,56 +332,6 @@ class Node(NodeGraph, NodeParameters):
         """
         self._context.require_alive()
         return Rate(frequency, clock or self._context.clock)
-
-    def destroy_publisher(self, publisher: Publisher[Any]) -> bool:
-        """Take a publisher out of service, after everything it has published has been sent.
-
-        Args:
-            publisher: The publisher.
-
-        Returns:
-            False if it is not this node's, or destroyed already.
-        """
-        return self._destroy(publisher)
-
-    def destroy_subscription(self, subscription: Subscription[Any]) -> bool:
-        """Take a subscription out of service.
-
-        Args:
-            subscription: The subscription.
-
-        Returns:
-            False if it is not this node's, or destroyed already.
-        """
-        return self._destroy(subscription)
-
-    def destroy_service(self, service: ServiceServer[Any, Any]) -> bool:
-        """Take a service out of service; its handlers are cancelled.
-
-        Args:
-            service: The service.
-
-        Returns:
-            False if it is not this node's, or destroyed already.
-        """
-        return self._destroy(service)
-
-    def destroy_client(self, client: Client[Any, Any]) -> bool:
-        """Take a client out of service; its pending calls are cancelled.
-
-        Args:
-            client: The client.
-
-        Returns:
-            False if it is not this node's, or destroyed already.
-        """
-        return self._destroy(client)
-
-    def _destroy(self, handle: Handle[Any]) -> bool:
-        mine = endpoint_of(handle) in self._context.endpoints
-        if mine:
-            handle.destroy()
-        return mine
 
     def destroy_timer(self, timer: Timer) -> bool:
         """Stop a timer for good.
@@ -802,12 +409,3 @@ class Node(NodeGraph, NodeParameters):
         Callbacks that run are cancelled; callers of its services get ServiceUnavailable.
         """
         self._node_runner.destroy()
-
-
-def _parts(srv_type: Any) -> tuple[type[Any], type[Any]]:
-    try:
-        return srv_type.Request, srv_type.Response
-    except AttributeError:
-        raise TypeError(
-            f"{srv_type!r} is no service type: pass one such as AddTwoInts, or a subclass of actors.Service"
-        ) from None

@@ -10,8 +10,11 @@ from actors.endpoints.context import DEFAULT_CALL_TIMEOUT_SEC
 from actors.node.node_runner import STOP_TIMEOUT_SEC
 from actors.session.shared_memory import MIN_BYTES
 from proto.checks import require_domain, require_seconds
+from proto.wire.labels import check_labels
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from actors.arguments.ros_arguments import RosArguments
 
 
@@ -60,12 +63,15 @@ class NodeOptions:
             whether they match none with which their QoS is incompatible; default: False. Otherwise messages
             are delivered all the same, unless the other endpoint is strict; both sides get a warning in any
             case.
+        labels: Texts by name, which the graph shows beside the node's name, such as {"origin": "ros2/7"}.
+            They are for people and tools, and have no other effect. At most 16; a name is 1 to 64 letters,
+            digits and `_./-`, a value printable text of at most 256 bytes, all together at most 1 KiB.
         on_error: "log" (default): a callback that raises is logged and counted; "stop": the node ends with
             the error.
 
     Raises:
-        ValueError: `domain` is not from 0 to 232, `client_address` is no IP address, or a time is negative or
-            NaN.
+        ValueError: `domain` is not from 0 to 232, `client_address` is no IP address, a label is not allowed,
+            or a time is negative or NaN.
         TypeError: `domain` is not an int, or a time not a number.
     """
 
@@ -83,6 +89,7 @@ class NodeOptions:
     shared_memory_min_bytes: int = MIN_BYTES
     shared_name: bool = False
     strict_qos: bool = False
+    labels: Mapping[str, str] | None = None
     on_error: Literal["log", "stop"] = "log"
 
     def __post_init__(self) -> None:
@@ -94,6 +101,8 @@ class NodeOptions:
             require_seconds("connect_timeout_sec", self.connect_timeout_sec)
         require_seconds("default_call_timeout_sec", self.default_call_timeout_sec)
         require_seconds("stop_timeout_sec", self.stop_timeout_sec)
+        if self.labels:
+            check_labels(self.labels)
 
 
 def _require_address(address: str) -> None:
@@ -126,4 +135,5 @@ class NodeKeywords(TypedDict, total=False):
     shared_memory_min_bytes: int
     shared_name: bool
     strict_qos: bool
+    labels: Mapping[str, str] | None
     on_error: Literal["log", "stop"]

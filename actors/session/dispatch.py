@@ -46,7 +46,7 @@ def _endpoint(link: Link, number: int) -> LinkEndpoint:
 
 
 def _refused(session: Session, link: Link, frame: frames.Refused) -> None:
-    if frame.code == ErrorCode.NAME_TAKEN:
+    if frame.code == ErrorCode.NAME_TAKEN and _endpoint(link, frame.id).owns_link:
         session.name_taken(peer_text(frame.text))
     elif frame.id in link.endpoints:
         link.endpoints[frame.id].refused(frame.code, peer_text(frame.text))

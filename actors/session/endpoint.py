@@ -13,9 +13,11 @@ class LinkEndpoint:
 
     Attributes:
         id: Its number on the link.
+        owns_link: Whether the link ends if the broker refuses its name: for the node that the link is for.
     """
 
     id = 0
+    owns_link = False
 
     def declaration(self) -> frames.Frame:
         """Return the frame that declares it."""

@@ -51,6 +51,14 @@ class FlushSource(Protocol):
         ...
 
 
+class Leaving(Protocol):
+    """A bare node that has been destroyed."""
+
+    def leave_if_sent(self) -> bool:
+        """Leave the graph if nothing waits to be sent any more; return whether it has left."""
+        ...
+
+
 class Linger:
     """Lets messages in shared memory that follow others at once wait for one loop turn more.
 
@@ -122,6 +130,7 @@ class Link:
         waits_for_name: Whether the broker keeps the node's name for a silent node that may come back.
         token: 16 random, secret bytes; they prove to a broker that a session continues an earlier one.
         lag: How late the loop runs the keepalive's ticks.
+        leaving: Bare nodes that leave as soon as everything of theirs has been sent.
         largest: Bytes of the largest message, request or reply that the broker takes.
         channel_class: The class of the channels of its connections.
     """
@@ -145,6 +154,7 @@ class Link:
         self.matched: set[int] = set()
         self.answers: dict[int | str, Callable[[Any], None]] = {}
         self.ticks: dict[Callable[[], None], None] = {}
+        self.leaving: dict[Leaving, None] = {}
         self.connections = 0
         self.has_had_name = self.waits_for_name = False
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
@@ -279,6 +289,10 @@ class Link:
         for waiter in self._changed:
             if not waiter.done():
                 waiter.set_result(None)
+        if self.leaving:
+            for each in tuple(self.leaving):
+                if each.leave_if_sent():
+                    self.leaving.pop(each, None)
 
     async def round_trip(self) -> None:
         """Wait until the broker has handled everything written so far.
@@ -351,6 +365,7 @@ class Link:
         yield "waits", len(self._changed)
         yield "round trips", len(self._pongs)
         yield "queries", len(self.answers)
+        yield "leaving nodes", len(self.leaving)
 
 
 def _largest(max_message_bytes: int) -> int:

@@ -1,0 +1,169 @@
+"""The context of a bare node: a node of its own in the graph, with the parts of the node that owns it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from actors.endpoints.context import NodeContext
+from actors.endpoints.events import Event
+from actors.endpoints.publisher.endpoint import PublisherEndpoint
+from actors.endpoints.service.endpoint import DeclaredService
+from proto.errors import ErrorCode
+from proto.wire import frames
+from proto.wire.codes import Capability
+from proto.wire.names import full_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from proto.aio.channel import Channel
+
+
+class BareContext(NodeContext):
+    """What the endpoints of a bare node share. The owner's runner treats it as one of the owner's endpoints.
+
+    Attributes:
+        owner: The context of the node whose link, mailbox, clock and log it uses.
+        apart: Endpoints of nodes with the same text do not match.
+    """
+
+    owns_link = False
+    interface = None
+
+    def __init__(
+        self,
+        owner: NodeContext,
+        *,
+        name: str,
+        namespace: str,
+        labels: Mapping[str, str],
+        apart: str,
+        shared_name: bool,
+        on_refused: Callable[[str], object] | None,
+    ) -> None:
+        owner.require_alive()
+        owner.link.require_thread()
+        # Not its own, but the owner's: link, log, mailbox, clocks, watch, departing queues, warnings, and the
+        # defaults of endpoints.
+        vars(self).update(vars(owner))
+        self.owner = owner
+        self.name = name
+        self.namespace = namespace
+        self.full_name = full_node_name(namespace, name)
+        self.labels = dict(labels)
+        self.apart = apart
+        self.shared_name = shared_name
+        self.declared = False
+        self.refusal = self._reason = ""
+        self.unread = 0
+        self.endpoints = {}
+        self.timers = {}
+        self._refused_event: Event | None = None
+        if on_refused is not None:
+            self._refused_event = Event(self, f"'{self.full_name}'", lambda *_: self._reason, on_refused)
+        self._unsent: list[PublisherEndpoint] = []
+        """Its destroyed publishers, while it is leaving."""
+        self._replies = False
+        """Whether replies of its services may wait, while it is leaving."""
+        self._session: Channel | None = None
+        """The session in which they were destroyed, or declared again."""
+        owner.endpoints[self] = None
+        self.link.add(self)
+
+    def callback_failed(self, what: str, error: BaseException) -> None:
+        """Handle an error of a callback as the owner does."""
+        self.owner.callback_failed(what, error)
+
+    def declaration(self) -> frames.Frame:
+        """Declare the node, unless the broker would let its endpoints match those from which it is kept."""
+        if self.apart and Capability.APART not in self.link.capabilities:
+            url = self.link.url
+            text = f"the broker at {url} does not know nodes that are kept apart; update it"
+            # Not now: endpoints must not be told of a refusal before they are declared.
+            if self.link.loop is not None:
+                self.link.loop.call_soon(self.refused, ErrorCode.UNEXPECTED, text)
+            return frames.Undeclare(self.id)  # an unknown id, which brokers ignore; they refuse its endpoints
+        warned = super().declaration()
+        assert isinstance(warned, frames.Node)
+        return warned._replace(apart=self.apart)
+
+    def accepted(self, number: int) -> None:
+        """Note that the node is in the graph."""
+        del number
+        self.declared = True
+        self.refusal = ""
+        self.link.wake()
+
+    def refused(self, code: int, text: str) -> None:
+        """Note, log and report that the broker has refused the node."""
+        del code
+        if self.destroyed:
+            return
+        self.declared = True
+        self.refusal = self._reason = text or "it gives no reason"
+        self.link.wake()
+        if self.may_log("refusals of the broker"):
+            self.log.error(f"The broker refused the node '{self.full_name}': {text}")
+        if self._refused_event is not None:
+            self._refused_event.add(1)
+
+    def session_ended(self) -> None:
+        """Forget the declaration."""
+        self.declared = False
+        self.refusal = ""
+
+    # What a node calls on its endpoints
+
+    def time_shifted(self, seconds: float) -> None:
+        """Correct points in time of its endpoints."""
+        for endpoint in self.endpoints:
+            endpoint.time_shifted(seconds)
+
+    def retire(self) -> None:
+        """Begin nothing new, as the owner stops."""
+        self.stopping = True
+        for endpoint in tuple(self.endpoints):
+            endpoint.retire()
+        self.owner.unread += self.unread
+        self.unread = 0
+
+    def destroy(self) -> None:
+        """Take the node and its endpoints out of service. It leaves the graph once its messages are sent."""
+        if self.destroyed:
+            return
+        self.link.require_thread()
+        self.stopping = self.owner.stopping
+        self._unsent = [each for each in self.endpoints if isinstance(each, PublisherEndpoint)]
+        self._replies = any(isinstance(each, DeclaredService) for each in self.endpoints)
+        for endpoint in tuple(self.endpoints):
+            endpoint.destroy()
+        self.destroyed = True
+        if self._refused_event is not None:
+            self._refused_event.stop()
+        self.owner.endpoints.pop(self, None)
+        self._session = self.link.channel
+        self.link.leaving[self] = None
+        # Usually all is sent now, so that it leaves, and its name is free for the next declaration.
+        if self._unsent or self._replies:
+            self.link.flush()
+        else:
+            self.link.wake()
+
+    def leave_if_sent(self) -> bool:
+        """Leave the graph if nothing waits to be sent any more; return whether it has left.
+
+        UNDECLARE of a node removes its endpoints, and would overtake their messages and replies.
+        """
+        link = self.link
+        if link.channel is not self._session:
+            # What had been declared in the earlier session is lost with it. Publishers that had not are
+            # declared in this one, and send then.
+            self._session = link.channel
+            self._unsent = [each for each in self._unsent if each.id in link.endpoints]
+            self._replies = False
+        if any(each.id in link.endpoints or not each.queue.empty for each in self._unsent):
+            return False
+        if self._replies and not link.sent:
+            return False
+        link.remove(self)
+        return True
