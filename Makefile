@@ -69,7 +69,7 @@ coverage: $(READY)
 
 # Without the tests that start processes or simulate histories.
 quick: $(READY)
-	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros simulation) -m 'not processes' $(PYTEST_FLAGS)
+	@$(TEST) $(addprefix --ignore=tests/,integration hostile real_ros ros2 simulation) -m 'not processes' $(PYTEST_FLAGS)
 
 # Import all that tests import, once: on a clean checkout, workers that begin together would each compile it.
 bytecode: $(READY)

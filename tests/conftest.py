@@ -44,7 +44,8 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Deselect real ROS 2 where it is not; begin with long tests, which would keep one worker at the end."""
     if not real_ros.is_supported():
-        without = [item for item in items if real_ros.PROGRAMS.parent in item.path.parents]
+        folders = {config.rootpath / "tests" / name for name in real_ros.FOLDERS}
+        without = [item for item in items if folders & {*item.path.parents}]
         config.hook.pytest_deselected(items=without)
         items[:] = [item for item in items if item not in without]
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
@@ -53,7 +54,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say why the tests of real ROS 2 have not run."""
     if not real_ros.is_supported():
-        terminalreporter.write_line("tests/real_ros is deselected: it needs Linux x86-64 and CPython 3.11")
+        names = " and ".join(f"tests/{name}" for name in real_ros.FOLDERS)
+        terminalreporter.write_line(f"{names} are deselected: they need Linux x86-64 and CPython 3.11")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -31,6 +31,8 @@ from typing import Final
 ROOT: Final = Path(__file__).resolve().parent.parent.parent
 REAL_PYTHON: Final = ROOT / "build" / "ros2" / "bin" / "python"
 PROGRAMS: Final = Path(__file__).with_name("programs")
+FOLDERS: Final = ("real_ros", "ros2")
+"""Folders of tests that need real ROS 2."""
 
 
 def is_supported() -> bool:

@@ -16,6 +16,7 @@ from typing import IO, TYPE_CHECKING, Any, Final
 from tests.real_ros import REAL_PYTHON, ROOT
 
 if TYPE_CHECKING:
+    import signal
     from collections.abc import Mapping
 
 ANSWER_TIMEOUT_SEC: Final = 30.0
@@ -108,6 +109,11 @@ class Side:
         if answer.raised:
             raise SideError(f"{function}{args} raised:\n{answer.traceback}")
         return answer.returned
+
+    def send_signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process, if it has been started."""
+        if self._process is not None:
+            self._process.send_signal(number)
 
     def close(self) -> None:
         """End the process: it stops when its input ends."""

@@ -1,5 +1,7 @@
 """Answer questions: each line of stdin is a function of a module beside this one with its arguments, as JSON.
 
+The modules of another package are asked if its name is the argument.
+
 What the programs print, and ROS 2's libraries in C, goes to stderr: stdout has the answers only.
 """
 
@@ -14,11 +16,11 @@ from importlib import import_module
 from tests.real_ros.programs.errors import error_names
 
 
-def answer(function: str, args: list[object]) -> dict[str, object]:
+def answer(package: str, function: str, args: list[object]) -> dict[str, object]:
     """Return what a function returns or raises."""
     module, _, name = function.partition(".")
     try:
-        return {"returned": getattr(import_module(f"tests.real_ros.programs.{module}"), name)(*args)}
+        return {"returned": getattr(import_module(f"{package}.{module}"), name)(*args)}
     except Exception as error:  # noqa: BLE001 - whatever a program raises is its answer
         raised = {"raised": error_names(error), "text": str(error)}
         return {**raised, "traceback": "".join(traceback.format_exception(error))}
@@ -26,10 +28,11 @@ def answer(function: str, args: list[object]) -> dict[str, object]:
 
 def main() -> None:
     """Answer until the input ends."""
+    package = sys.argv[1] if sys.argv[1:] else "tests.real_ros.programs"
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     for line in sys.stdin:
-        answers.write(json.dumps(answer(*json.loads(line)), default=repr) + "\n")
+        answers.write(json.dumps(answer(package, *json.loads(line)), default=repr) + "\n")
         answers.flush()
 
 

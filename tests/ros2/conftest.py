@@ -1,0 +1,103 @@
+"""One bridge for most tests of a pytest worker, and nodes of both sides for each test."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import pytest
+
+import actors
+from tests.ros2.network import Network
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable, Iterator
+    from pathlib import Path
+
+    from tests.ros2.network import Process
+    from tests.ros2.ros import Ros, RosNode
+
+_numbers = itertools.count(1)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A node of each side, with a bridge between them.
+
+    Attributes:
+        here: callboard's.
+        there: ROS's.
+        name: What the names of a test begin with, so that tests which share a bridge do not meet.
+        ros: The process of ROS's node.
+        network: Both networks.
+    """
+
+    here: actors.Node
+    there: RosNode
+    name: str
+    ros: Ros
+    network: Network
+
+
+class Shared:
+    """The network that tests share. Its bridge starts with the first of them."""
+
+    def __init__(self, network: Network) -> None:
+        self.network = network
+        self.ros = network.ros()
+        self._bridge: Process | None = None
+        network.broker()
+
+    @property
+    def bridge(self) -> Process:
+        """The bridge; another one if an earlier test has ended it."""
+        if self._bridge is None or not self._bridge.is_alive:
+            self._bridge = self.network.bridge()
+        return self._bridge
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shared]:
+    """The network that tests of this worker share."""
+    number = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    network = Network(tmp_path_factory.mktemp("bridge"), number)
+    yield Shared(network)
+    network.close()
+
+
+@pytest.fixture
+async def pair(shared: Shared) -> AsyncIterator[Pair]:
+    """A node of each side of the shared bridge. Its output of the test's time is shown if the test fails."""
+    name = f"test_{next(_numbers)}"
+    bridge = shared.bridge
+    bridge.output()
+    async with actors.Node(f"{name}_here", url=shared.network.url) as here:
+        there = await shared.ros.node(f"{name}_there")
+        yield Pair(here, there, f"/{name}", shared.ros, shared.network)
+    await shared.ros.ask("destroy_all")
+    sys.stderr.write(bridge.output())
+
+
+@pytest.fixture
+def make_network(tmp_path: Path) -> Iterator[Callable[[], Network]]:
+    """Makes networks for a test that has them to itself; nothing runs there yet."""
+    made: list[Network] = []
+
+    def make() -> Network:
+        folder = tmp_path / str(len(made))
+        folder.mkdir()
+        made.append(Network(folder))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.fixture
+def network(make_network: Callable[[], Network]) -> Network:
+    """A network that a test has to itself; nothing runs there yet."""
+    return make_network()

@@ -1,0 +1,1 @@
+"""What the processes of real ROS 2 run."""
