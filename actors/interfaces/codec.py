@@ -10,7 +10,7 @@ Unknown fields are ignored when decoding; missing fields have their defaults, wi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from types import GenericAlias
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
@@ -255,6 +255,12 @@ class Codec(Generic[T]):
         self._verify: Callable[[Encoded], object] = self._verify_first
         self._verifier: Callable[[Encoded], object] = self._verify_first
 
+    @cached_property
+    def _omits(self) -> bool:
+        """Whether fields with their defaults are left out."""
+        nested = nested_classes(cast("Any", self.msg_type))
+        return any(each.__struct_config__.omit_defaults for each in nested)
+
     def _verify_first(self, data: Encoded) -> None:
         """Check what was just encoded, with a decoder that is made now: most types are only read."""
         cls = cast("Any", self.msg_type)
@@ -266,8 +272,7 @@ class Codec(Generic[T]):
                 ).decode
             ),
         )
-        omits = any(each.__struct_config__.omit_defaults for each in nested_classes(cls))
-        self._verify = self._verify_omitted if omits else self._verifier
+        self._verify = self._verify_omitted if self._omits else self._verifier
         self._verify(data)
 
     def encode(self, message: T) -> bytes:
@@ -313,6 +318,19 @@ class Codec(Generic[T]):
             # The first error, which is about the message as the user gave it.
             raise InvalidMessageError(explain_encoding(message, error, self._encode)) from error
         return data
+
+    def encode_decoded(self, message: T) -> bytes:
+        """Return a message as msgpack without verifying it, which is most of the work of `encode`.
+
+        Args:
+            message: A `msg_type` that a decoder has made, so that all its values fit.
+
+        Raises:
+            MessageBudgetError: As for `encode`.
+        """
+        if self._omits:
+            return self.encode(message)
+        return self._encode(message)
 
     def encode_behind(self, message: T, offset: int) -> bytearray:
         """Return a message as `encode` does, after free bytes for a header, which then needs no copy.

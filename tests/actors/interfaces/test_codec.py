@@ -483,3 +483,11 @@ def test_lists_that_are_no_bytes_are_refused(values: Any) -> None:
     """An element out of range or of another type."""
     with pytest.raises(InvalidMessageError, match=r"UInt8MultiArray\.data: Expected uint8\[\]"):
         codec_for(UInt8MultiArray).encode(UInt8MultiArray(data=values))
+
+
+@given(st.lists(st.floats(allow_nan=False)), st.text())
+def test_decoded_messages_are_encoded_without_verifying_them(values: list[float], name: str) -> None:
+    """The bytes are the same."""
+    codec = codec_for(JointState)
+    message = codec.decode(codec.encode(JointState(name=[name], position=values)))
+    assert codec.encode_decoded(message) == codec.encode(message)

@@ -280,6 +280,15 @@ def test_classes_that_omit_defaults_are_decoded() -> None:
     encoded = codec_for(Terses).encode(message)
     assert len(encoded) > budget_of(Terses).unchecked
     assert codec_for(Terses).decode(encoded) == message
+    assert codec_for(Terses).encode_decoded(message) == encoded
+
+
+def test_what_readers_would_refuse_is_not_sent_either_where_it_was_decoded() -> None:
+    """A message that was written in full, of a class that leaves out defaults, becomes very much smaller."""
+    message = Terses(all=[Terse()] * 50_000)
+    for encode in (codec_for(Terses).encode, codec_for(Terses).encode_decoded):
+        with pytest.raises(MessageBudgetError):
+            encode(message)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,4 @@
+"""The edge of the bridge to ROS 2: all that touches rclpy.
+
+It runs in one asyncio loop, without an executor and without a thread (see `arrivals.py`).
+"""
