@@ -129,8 +129,9 @@ class Listener:
             return asyncio.sleep(0) if slow else None
 
         events = SubscriptionEventCallbacks(message_lost=lambda _: self._report(REPORT_EVERY_SEC))
+        typed = None if raw else msg_type  # bytes of another type can be printed, too
         subscription = self._node.create_subscription(
-            msg_type, topic, receive, qos, raw=raw or msg_type is None, event_callbacks=events
+            typed, topic, receive, qos, raw=typed is None, event_callbacks=events
         )
         self._subscriptions.append(_Losses(subscription, self._loop.time))
 

@@ -219,14 +219,14 @@ class NodeEndpoints:
         """Make a subscription.
 
         Args:
-            msg_type: A message class; may be None with `raw=True`.
+            msg_type: A message class; with `raw=True` None for every type.
             topic: As for `create_publisher`.
             callback: `(msg)` or `(msg, info)`, `def` or `async def`. Without one, iterate or `take`.
             qos_profile: A profile or a depth.
             qos: The former name of `qos_profile`.
             concurrent: Do not wait for the node's other callbacks, nor for this one. At most 1,000 run at a
                 time; further messages wait.
-            raw: Give each message as bytes (msgpack), and match publishers of every type.
+            raw: Give each message as bytes (msgpack), which nobody has decoded.
             event_callbacks: Callbacks for its QoS events.
             qos_overriding_options: As for `create_publisher`.
             stall_timeout_sec: Seconds that KEEP_ALL publishers wait while this KEEP_ALL subscription takes no

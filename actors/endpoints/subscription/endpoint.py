@@ -65,11 +65,12 @@ class SubscriptionEndpoint(Endpoint):
         qos: QoSProfile,
         *,
         concurrent: bool,
+        raw: bool,
         event_callbacks: SubscriptionEventCallbacks | None,
         stall_timeout_sec: float = 0.0,
         strict_qos: bool | None = None,
     ) -> None:
-        codec = None if msg_type is None else codec_for(msg_type)
+        codec = None if raw or msg_type is None else codec_for(msg_type)
         events = SubscriptionEvents(context, topic, event_callbacks or SubscriptionEventCallbacks())
         resolved = qos.resolved()
         keep_all = resolved.history == HistoryPolicy.KEEP_ALL

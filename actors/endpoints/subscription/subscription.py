@@ -47,15 +47,15 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
         stall_timeout_sec: float = 0.0,
         strict_qos: bool | None = None,
     ) -> None:
-        typed = None if raw else msg_type
         super().__init__(
             SubscriptionEndpoint(
                 context,
-                typed,
+                msg_type,
                 topic,
                 callback,
                 qos,
                 concurrent=concurrent,
+                raw=raw,
                 event_callbacks=event_callbacks,
                 stall_timeout_sec=stall_timeout_sec,
                 strict_qos=strict_qos,

@@ -22,7 +22,7 @@ from actors.interfaces.std_msgs.msg import Int64, String
 from actors.testing import FaultProxy
 from proto.aio.channel import Channel
 from proto.queues.batches import BatchBuilder
-from proto.wire.codes import DetachReason
+from proto.wire.codes import DetachReason, EntryKind
 from proto.wire.frames import Attached, Batch, Detached, Replay
 from tests.actors.meeting import KEEP_ALL, matched, stop_budget_clock, turns, until
 from tests.seams.limits import set_limits
@@ -139,6 +139,22 @@ async def test_a_raw_subscription_gets_bytes_of_every_type(meeting: Meeting) -> 
     assert codec_for(String).decode(max(received)) == String(data="x")
     with pytest.raises(TypeError, match="raw=True"):
         both.create_subscription(None, "things", received.append)  # type: ignore[call-overload]
+
+
+async def test_a_raw_subscription_with_a_class_gets_bytes_of_its_type(meeting: Meeting) -> None:
+    """A class says what is matched, as in a typed subscription, and the graph shows the type."""
+    both = await meeting.node("both")
+    received: list[bytes] = []
+    both.create_subscription(Int64, "things", received.append, raw=True)
+    numbers, texts = both.create_publisher(Int64, "things"), both.create_publisher(String, "things")
+    await matched(numbers)
+    texts.publish(String(data="x"))
+    numbers.publish(Int64(data=5))
+    await until(lambda: bool(received))
+    assert [codec_for(Int64).decode(data) for data in received] == [Int64(data=5)]
+    assert texts.get_subscription_count() == 0
+    shown = (await both.get_graph()).endpoints(EntryKind.SUBSCRIPTION, "/things")
+    assert [each.topic_type for each in shown] == ["std_msgs/msg/Int64"]
 
 
 async def test_after_destroy_no_callback_comes(meeting: Meeting) -> None:
