@@ -1,0 +1,306 @@
+"""Endpoints that a bridge shows in ROS 2. They take what has arrived when the loop calls them."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+
+from actors.bridges.ros2.arrivals import MAX_TAKES_PER_TURN
+from actors.bridges.ros2.errors import RosError
+from proto.wire.codes import EntryKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from actors.bridges.ros2.arrivals import Arrivals, Watch
+    from actors.bridges.ros2.importing import Ros
+
+_Callback = TypeVar("_Callback", bound="Callable[..., None]")
+
+
+class RosMessageInfo(NamedTuple):
+    """What ROS 2 says about a message.
+
+    Attributes:
+        gid: The publisher.
+        sequence: Its number among the publisher's messages.
+        source_ns: When it was published.
+        received_ns: When it arrived.
+    """
+
+    gid: bytes
+    sequence: int
+    source_ns: int
+    received_ns: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeContext:
+    """What the endpoints of a node share.
+
+    Attributes:
+        ros: ROS 2.
+        arrivals: What waits for messages.
+        node: rclpy's node.
+        endpoints: Those that have not been destroyed.
+    """
+
+    ros: Ros
+    arrivals: Arrivals
+    node: Any
+    endpoints: set[Endpoint] = field(default_factory=set[Any])
+
+
+class Endpoint:
+    """An endpoint in ROS 2; nodes make them.
+
+    Args:
+        context: What the endpoints of the node share.
+        endpoint: rclpy's.
+    """
+
+    kind: ClassVar[EntryKind]
+
+    def __init__(self, context: NodeContext, endpoint: Any) -> None:
+        self._context = context
+        self._endpoint = endpoint
+        self._handle = endpoint.handle
+        context.endpoints.add(self)
+
+    def destroy(self) -> None:
+        """Destroy it. A second call does nothing."""
+        if self in self._context.endpoints:
+            self._context.endpoints.discard(self)
+            getattr(self._context.node, f"destroy_{self.kind.name.lower()}")(self._endpoint)
+
+
+class RosPublisher(Endpoint):
+    """A publisher that a bridge shows in ROS 2."""
+
+    kind = EntryKind.PUBLISHER
+
+    def publish(self, cdr: bytes) -> None:
+        """Publish a message.
+
+        Args:
+            cdr: The message in CDR, with its header.
+
+        Raises:
+            RosError: ROS 2 refuses it.
+        """
+        try:  # not by `ros_errors`: this is called for each message
+            self._endpoint.publish(cdr)
+        except (RuntimeError, self._context.ros.implementation.InvalidHandle) as error:
+            raise RosError(f"ROS 2 refuses a message: {error}") from error
+
+    def subscription_count(self) -> int:
+        """Return the number of matched subscriptions."""
+        return int(self._endpoint.get_subscription_count())
+
+
+class Listener(Endpoint, Generic[_Callback]):
+    """An endpoint that takes what arrives, as long as somebody wants it.
+
+    Args:
+        context: What the endpoints of the node share.
+        endpoint: rclpy's.
+        callback: As for `listen`.
+    """
+
+    def __init__(self, context: NodeContext, endpoint: Any, callback: _Callback | None) -> None:
+        super().__init__(context, endpoint)
+        self._callback: _Callback | None = None
+        self._watch: Watch | None = None
+        self.listen(callback)
+
+    def listen(self, callback: _Callback | None) -> None:
+        """Start or stop to take what arrives.
+
+        Args:
+            callback: Called in the loop; None: the endpoint is only shown.
+
+        Raises:
+            RosError: There are too many open files.
+        """
+        if callback is not None and self._watch is None:
+            self._watch = self._context.arrivals.watch(self._handle, self.kind, self._take)
+        elif callback is None and self._watch is not None:
+            self._watch.close()
+            self._watch = None
+        self._callback = callback
+
+    def destroy(self) -> None:
+        """Destroy it; nothing is taken any more. A second call does nothing."""
+        self.listen(None)
+        super().destroy()
+
+    def _take(self) -> bool:
+        with self._handle:
+            for _ in range(MAX_TAKES_PER_TURN):
+                if self._callback is None or not self._take_one(self._callback):
+                    return False
+        return True
+
+    def _take_one(self, callback: _Callback) -> bool:
+        """Call the callback with the next thing that has arrived, and return whether there was any."""
+        raise NotImplementedError
+
+
+class RosSubscription(Listener["Callable[[bytes, RosMessageInfo], None]"]):
+    """A subscription that a bridge shows in ROS 2.
+
+    Its callback gets each message in CDR, and what ROS 2 says about it.
+
+    Args:
+        context: What the endpoints of the node share.
+        endpoint: rclpy's.
+        callback: As for `listen`.
+        message_class: rclpy's class.
+    """
+
+    kind = EntryKind.SUBSCRIPTION
+
+    def __init__(
+        self,
+        context: NodeContext,
+        endpoint: Any,
+        callback: Callable[[bytes, RosMessageInfo], None] | None,
+        message_class: type[Any],
+    ) -> None:
+        self._class = message_class
+        super().__init__(context, endpoint, callback)
+
+    def publisher_count(self) -> int:
+        """Return the number of matched publishers."""
+        with self._handle:
+            return int(self._handle.get_publisher_count())
+
+    def _take_one(self, callback: Callable[[bytes, RosMessageInfo], None]) -> bool:
+        taken = self._handle.take_message(self._class, True)  # noqa: FBT003 - raw; it takes no keywords
+        if taken is None:
+            return False
+        cdr, info = taken
+        about = RosMessageInfo(
+            bytes(info["publisher_gid"]["data"]),
+            info["publication_sequence_number"],
+            info["source_timestamp"],
+            info["received_timestamp"],
+        )
+        callback(cdr, about)
+        return True
+
+
+class RosClient(Listener["Callable[[int, Any], None]"]):
+    """A client that a bridge shows in ROS 2.
+
+    Its callback gets the sequence number of the request and the response.
+
+    Args:
+        context: What the endpoints of the node share.
+        endpoint: rclpy's.
+        callback: As for `listen`.
+        service_class: rclpy's class of the service.
+    """
+
+    kind = EntryKind.CLIENT
+
+    def __init__(
+        self,
+        context: NodeContext,
+        endpoint: Any,
+        callback: Callable[[int, Any], None] | None,
+        service_class: type[Any],
+    ) -> None:
+        self._class = service_class.Response
+        super().__init__(context, endpoint, callback)
+
+    def is_ready(self) -> bool:
+        """Return whether ROS 2 shows a server, which may be dead for up to its lease."""
+        with self._handle:
+            return bool(self._handle.service_server_is_available())
+
+    def send(self, request: Any) -> int:
+        """Send a request.
+
+        Args:
+            request: rclpy's message.
+
+        Returns:
+            The sequence number, which the response carries.
+
+        Raises:
+            RosError: ROS 2 refuses it.
+        """
+        with ros_errors(self._context.ros, "ROS 2 refuses a request"), self._handle:
+            return int(self._handle.send_request(request))
+
+    def _take_one(self, callback: Callable[[int, Any], None]) -> bool:
+        header, response = self._handle.take_response(self._class)
+        if header is None:
+            return False
+        callback(header.request_id.sequence_number, response)
+        return True
+
+
+class RosService(Listener["Callable[[Any, Any], None]"]):
+    """A service that a bridge shows in ROS 2.
+
+    Its callback gets the request and its header, which `respond` needs.
+
+    Args:
+        context: What the endpoints of the node share.
+        endpoint: rclpy's.
+        callback: As for `listen`.
+        service_class: rclpy's class of the service.
+    """
+
+    kind = EntryKind.SERVICE
+
+    def __init__(
+        self,
+        context: NodeContext,
+        endpoint: Any,
+        callback: Callable[[Any, Any], None] | None,
+        service_class: type[Any],
+    ) -> None:
+        self._class = service_class.Request
+        super().__init__(context, endpoint, callback)
+
+    def respond(self, response: Any, header: Any) -> None:
+        """Send the response to a request, at any time.
+
+        Args:
+            response: rclpy's message.
+            header: That of the request.
+
+        Raises:
+            RosError: ROS 2 refuses it.
+        """
+        with ros_errors(self._context.ros, "ROS 2 refuses a response"), self._handle:
+            self._handle.service_send_response(response, header.request_id)
+
+    def _take_one(self, callback: Callable[[Any, Any], None]) -> bool:
+        request, header = self._handle.service_take_request(self._class)
+        if header is None:
+            return False
+        callback(request, header)
+        return True
+
+
+@contextmanager
+def ros_errors(ros: Ros, text: str) -> Generator[None]:
+    """Raise RosError for what rclpy raises about its arguments and what its C library refuses.
+
+    Args:
+        ros: ROS 2.
+        text: What the error's text begins with.
+    """
+    # RCLError and its like are RuntimeErrors; classes that are no messages raise AttributeError or TypeError;
+    # values out of a field's range also SystemError and OverflowError.
+    names = ros.rclpy.exceptions.NameValidationException
+    errors = (ValueError, RuntimeError, AttributeError, TypeError, SystemError, OverflowError)
+    try:
+        yield
+    except (*errors, names, ros.implementation.InvalidHandle) as error:
+        raise RosError(f"{text}: {error}") from error

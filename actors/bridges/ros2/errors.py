@@ -1,0 +1,18 @@
+"""Errors of the edge to ROS 2.
+
+CallboardError (proto.errors)
+├── RosNotFoundError    ROS 2 cannot be used in this process; the text says what to do
+└── RosError            ROS 2 refuses a name, an entity or a call
+"""
+
+from __future__ import annotations
+
+from proto.errors import CallboardError
+
+
+class RosNotFoundError(CallboardError):
+    """ROS 2 cannot be used in this process; the text says why, and what to do."""
+
+
+class RosError(CallboardError):
+    """ROS 2 refuses a name, an entity or a call; the text says which and why."""

@@ -1,0 +1,182 @@
+"""Finds ROS 2: rclpy, and the C functions below it that rclpy does not offer.
+
+A sourced ROS 2 is used when there is one, because its setup script puts it into PYTHONPATH, in front of the
+wheels of callboard's extra `ros2`. Nothing else of callboard imports rclpy.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bridges.ros2.errors import RosNotFoundError
+from proto.extras import install_command
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+PROFILE_VARIABLE: Final = "FASTDDS_DEFAULT_PROFILES_FILE"
+USER_PROFILE_VARIABLES: Final = (PROFILE_VARIABLE, "FASTRTPS_DEFAULT_PROFILES_FILE")
+USER_PROFILE_FILES: Final = ("DEFAULT_FASTDDS_PROFILES.xml", "DEFAULT_FASTRTPS_PROFILES.xml")
+"""What Fast DDS reads from the working directory."""
+
+LEASE_SEC: Final = 3
+"""How long ROS 2 shows the bridge after it was killed. Fast DDS's own lease is 20 s."""
+ANNOUNCEMENT_SEC: Final = 1
+"""How often the participant renews its lease: two may be lost."""
+
+PROFILE: Final = f"""\
+<?xml version="1.0" encoding="UTF-8" ?>
+<profiles xmlns="http://www.eprosima.com">
+  <participant profile_name="callboard_bridge" is_default_profile="true"><rtps>
+    <propertiesPolicy><properties>
+      <property><name>fastdds.ignore_local_endpoints</name><value>true</value></property>
+    </properties></propertiesPolicy>
+    <builtin><discovery_config>
+      <leaseDuration><sec>{LEASE_SEC}</sec></leaseDuration>
+      <leaseAnnouncement><sec>{ANNOUNCEMENT_SEC}</sec></leaseAnnouncement>
+    </discovery_config></builtin>
+  </rtps></participant>
+</profiles>
+"""
+"""Endpoints of one participant do not match: mirrors of one topic do not feed each other."""
+
+ARRIVAL_FUNCTIONS: Final = (
+    "rcl_subscription_set_on_new_message_callback",
+    "rcl_service_set_on_new_request_callback",
+    "rcl_client_set_on_new_response_callback",
+)
+"""Set a C function that ROS 2's own threads call: `(entity, function, user data)`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ros:
+    """ROS 2 in this process.
+
+    Attributes:
+        rclpy: The package.
+        implementation: Its C extension.
+        rcl: The C library below it.
+        eventfd_write: Address of the C library's function, which has the signature of an arrival callback.
+        distribution: "sourced" or "wheels".
+        rmw: Name of the middleware, such as "rmw_fastrtps_cpp".
+        has_own_profile: Whether the bridge sets up Fast DDS. Otherwise, the user's profile applies or the
+            middleware is another one: endpoints of the bridge match each other, and a killed bridge stays in
+            ROS 2's graph for the lease of that middleware.
+    """
+
+    rclpy: Any
+    implementation: Any
+    rcl: Any
+    eventfd_write: int
+    distribution: str
+    rmw: str
+    has_own_profile: bool
+
+    def module(self, name: str) -> Any:
+        """Import a module of ROS 2, such as "std_msgs.msg".
+
+        Raises:
+            ImportError: There is none.
+        """
+        return import_module(name)
+
+    @contextmanager
+    def profile(self) -> Generator[None]:
+        """Give Fast DDS the bridge's profile; it reads the file for its first participant."""
+        if not self.has_own_profile:
+            yield
+            return
+        with TemporaryDirectory(prefix="callboard-bridge-") as folder:
+            path = Path(folder, "fastdds.xml")
+            path.write_text(PROFILE, encoding="utf-8")
+            os.environ[PROFILE_VARIABLE] = str(path)
+            try:
+                yield
+            finally:
+                del os.environ[PROFILE_VARIABLE]  # child processes are not bridges
+
+
+def import_ros() -> Ros:
+    """Import rclpy and find the C functions that a bridge needs.
+
+    Raises:
+        RosNotFoundError: There is no ROS 2, it is for another Python or too old, or callboard's own `rclpy`
+            is imported in this process.
+    """
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "")
+    # rcl writes its log lines to stdout otherwise, if the user has set it for his own nodes.
+    os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"
+    try:
+        rclpy: Any = import_module("rclpy")
+    except ImportError as error:
+        raise RosNotFoundError(_missing_text(prefixes, error)) from error
+    if rclpy.__name__ != "rclpy":
+        raise RosNotFoundError(
+            "the bridge needs ROS 2's own rclpy, but this process has imported callboard's (actors.ros): "
+            "start the bridge in a process of its own, with `callboard bridge ros2`"
+        )
+    try:
+        implementation: Any = import_module("rclpy.impl.implementation_singleton").rclpy_implementation
+        rmw = implementation.rclpy_get_rmw_implementation_identifier()
+        for name in ("context", "node", "parameter", "qos", "signals", "event_handler", "callback_groups"):
+            import_module(f"rclpy.{name}")
+    except (ImportError, AttributeError, RuntimeError) as error:
+        raise RosNotFoundError(_missing_text(prefixes, error)) from error
+    is_sourced = any(Path(rclpy.__file__).is_relative_to(each) for each in prefixes.split(os.pathsep) if each)
+    rcl, eventfd_write = _c_functions()
+    return Ros(
+        rclpy=rclpy,
+        implementation=implementation,
+        rcl=rcl,
+        eventfd_write=eventfd_write,
+        distribution="sourced" if is_sourced else "wheels",
+        rmw=rmw,
+        has_own_profile=rmw.startswith("rmw_fastrtps") and not _has_user_profile(),
+    )
+
+
+def _missing_text(prefixes: str, error: Exception) -> str:
+    reason = str(error).splitlines()[0]
+    if prefixes:
+        version = ".".join(map(str, sys.version_info[:2]))
+        return (
+            f"rclpy of the sourced ROS 2 ({prefixes}) does not work in Python {version}: {reason}. Run "
+            "callboard with the Python of that ROS 2 (3.11 or later), or in a shell where it is not sourced: "
+            f"{install_command('ros2')}"
+        )
+    return (
+        f"the bridge needs ROS 2's rclpy ({reason}): source a ROS 2 for this Python, or on Linux x86-64 with "
+        f"Python 3.11: {install_command('ros2')}"
+    )
+
+
+def _has_user_profile() -> bool:
+    return any(os.environ.get(name) for name in USER_PROFILE_VARIABLES) or any(
+        Path(name).exists() for name in USER_PROFILE_FILES
+    )
+
+
+def _c_functions() -> tuple[Any, int]:
+    """Return librcl, as rclpy has loaded it, and the address of `eventfd_write`."""
+    try:
+        rcl = ctypes.CDLL("librcl.so", mode=os.RTLD_NOLOAD | os.RTLD_NOW)
+        for name in ARRIVAL_FUNCTIONS:
+            function = getattr(rcl, name)
+            function.argtypes, function.restype = [ctypes.c_void_p] * 3, ctypes.c_int
+        rcl.rcl_node_get_graph_guard_condition.argtypes = [ctypes.c_void_p]
+        rcl.rcl_node_get_graph_guard_condition.restype = ctypes.c_void_p
+        rcl.rcl_wait_set_add_guard_condition.argtypes = [ctypes.c_void_p] * 3
+        rcl.rcl_wait_set_add_guard_condition.restype = ctypes.c_int
+        write = ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p).value
+    except (OSError, AttributeError) as error:
+        raise RosNotFoundError(f"the bridge needs ROS 2 Jazzy or later, on Linux: {error}") from error
+    assert write is not None
+    return rcl, write

@@ -1,0 +1,307 @@
+"""ROS 2's graph as a bridge sees it, without a thread and nearly without cost while nothing changes.
+
+Discovery sets off a guard condition of the context, which rclpy does not offer. `poll` asks it, without
+waiting, and reads the graph only after a change: names of nodes, endpoints node by node, and what only a
+topic's endpoint infos tell (QoS, hashes, gids) where those lists have changed. The infos of all other topics
+follow within a few seconds, a slice at a time: a publisher that was made again leaves no trace in the lists.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
+from actors.bridges.ros2.participant import CONTROL_NODE, ENCLAVE, GID_PREFIX_SIZE
+from actors.bridges.ros2.qos import from_ros
+from proto.wire.codes import EntryKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from actors.bridges.ros2.importing import Ros
+    from actors.bridges.ros2.participant import Participant
+
+READ_INTERVAL_SEC: Final = 0.5
+"""Shortest time between two readings of the graph, which take some milliseconds for 50 nodes."""
+RESCAN_SEC: Final = 30.0
+"""Longest time between two readings of everything: no change should be missed, but the middleware decides."""
+INFOS_PER_POLL: Final = 40
+"""Queries of endpoint infos in one poll, of some 60 us each."""
+
+_REQUEST_PREFIX: Final = "rq"
+_REQUEST_SUFFIX: Final = "Request"
+"""How DDS names the topic of a service's requests: rq/NAMERequest."""
+
+
+class _Row(NamedTuple):
+    """An entry of a node's lists."""
+
+    node: str
+    kind: EntryKind
+    name: str
+    type_name: str
+
+
+class Observer:
+    """ROS 2's graph.
+
+    Args:
+        ros: ROS 2.
+        participant: The bridge's participant.
+    """
+
+    def __init__(self, ros: Ros, participant: Participant) -> None:
+        self._ros = ros
+        self._node: Any = participant.control.rclpy_node
+        self._own_id = participant.bridge_id
+        self._is_own = participant.is_own
+        self._change = _GraphChange(ros, participant)
+        self._is_stale = True
+        self._read_at = float("-inf")
+        self._bridge_prefixes: dict[str, bytes] = {}
+        self._nodes: frozenset[SideNode] = frozenset()
+        self._ambiguous: frozenset[str] = frozenset()
+        """Native nodes whose name another node has: the lists by node do not tell them apart."""
+        self._rows: frozenset[_Row] = frozenset()
+        """What the lists by node say."""
+        self._found_rows: dict[tuple[EntryKind, str], frozenset[_Row]] = {}
+        """Services and clients of ambiguous nodes, by kind and name, from endpoint infos."""
+        self._topics: dict[tuple[EntryKind, str], tuple[SideEndpoint, ...]] = {}
+        self._gids: dict[tuple[EntryKind, str], dict[bytes, str]] = {}
+        self._rotation: list[tuple[EntryKind, str]] = []
+        """What is still to be read of the graph as it was at the last reading."""
+        self._rotates_again = False
+        self._looked_up: set[str] = set()
+        self._graph = SideGraph(frozenset(), frozenset())
+
+    def poll(self, now: float) -> SideGraph:
+        """Return the graph; call it some ten times per second.
+
+        Args:
+            now: A monotonic time in seconds.
+
+        Returns:
+            The graph; the same object as before if nothing has changed.
+        """
+        self._looked_up.clear()
+        if self._change.seen() or now - self._read_at >= RESCAN_SEC:
+            self._is_stale = True
+        changed = False
+        if self._is_stale and now - self._read_at >= READ_INTERVAL_SEC:
+            self._is_stale = False
+            self._read_at = now
+            self._rotates_again = True
+            changed = self._read()
+        elif self._rotation or self._rotates_again:
+            changed = self._rotate()
+        if changed:
+            graph = self._compose()
+            if graph != self._graph:
+                self._graph = graph
+        return self._graph
+
+    def node_of(self, topic: str, gid: bytes) -> str | None:
+        """Return the full name of the native node that has a publisher.
+
+        Args:
+            topic: The full name of the topic.
+            gid: The publisher, as a message names it.
+
+        Returns:
+            None if ROS 2 does not know the publisher (yet), or if a bridge shows it.
+        """
+        if self._is_bridge(gid):
+            return None
+        key = (EntryKind.PUBLISHER, topic)
+        node = self._gids.get(key, {}).get(gid)
+        if node is None and topic not in self._looked_up:
+            self._looked_up.add(
+                topic
+            )  # once per poll: a flood from an unknown publisher must not ask each time
+            self._read_topic(key)
+            node = self._gids[key].get(gid)
+        return node
+
+    def _is_bridge(self, gid: bytes) -> bool:
+        return self._is_own(gid) or gid[:GID_PREFIX_SIZE] in self._bridge_prefixes.values()
+
+    def _read(self) -> bool:
+        """Read the lists, and the infos of topics where they have changed."""
+        nodes, counts = set[SideNode](), Counter[str]()
+        for base, namespace, enclave in self._node.get_node_names_and_namespaces_with_enclaves():
+            origin = enclave.removeprefix(ENCLAVE) if enclave.startswith(ENCLAVE) else ""
+            nodes.add(SideNode(_full_name(namespace, base), origin))
+            counts[_full_name(namespace, base)] += 1
+        self._read_bridges(nodes)
+        natives = {node.name for node in nodes if not node.origin}
+        self._ambiguous = frozenset(name for name in natives if counts[name] > 1)
+        rows = frozenset(row for name in natives for row in self._rows_of(name))
+        # Each kind and name with another row than before.
+        for key in {(row.kind, row.name) for row in rows ^ self._rows}:
+            if key[0] in {EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION}:
+                self._read_topic(key)
+        before, self._nodes = self._nodes, frozenset(nodes)
+        changed = self._nodes != before or rows != self._rows
+        self._rows = rows
+        return changed
+
+    def _read_bridges(self, nodes: Iterable[SideNode]) -> None:
+        """Learn the participants of other bridges, by their control nodes."""
+        origins = {node.origin for node in nodes} - {"", self._own_id}
+        if origins == self._bridge_prefixes.keys():
+            return
+        names = {CONTROL_NODE + origin: origin for origin in origins}
+        infos = self._node.get_publishers_info_by_topic("/parameter_events")
+        self._bridge_prefixes = {
+            names[info.node_name]: bytes(info.endpoint_gid)[:GID_PREFIX_SIZE]
+            for info in infos
+            if info.node_name in names
+        }
+
+    def _rows_of(self, node: str) -> Iterator[_Row]:
+        namespace, _, base = node.rpartition("/")
+        kinds = {
+            EntryKind.PUBLISHER: self._node.get_publisher_names_and_types_by_node,
+            EntryKind.SUBSCRIPTION: self._node.get_subscriber_names_and_types_by_node,
+            EntryKind.SERVICE: self._node.get_service_names_and_types_by_node,
+            EntryKind.CLIENT: self._node.get_client_names_and_types_by_node,
+        }
+        try:
+            for kind, read in kinds.items():
+                for name, types in read(base, namespace or "/"):
+                    for type_name in types:
+                        yield _Row(node, kind, name, type_name)
+        except self._ros.implementation.NodeNameNonExistentError:
+            return  # it has gone since its name was read
+
+    def _rotate(self) -> bool:
+        """Read the infos of some topics that nothing says have changed."""
+        if not self._rotation:
+            self._rotates_again = False
+            self._rotation = list(self._everything())
+        changed = False
+        for _ in range(min(INFOS_PER_POLL, len(self._rotation))):
+            key = self._rotation.pop()
+            if key[0] in {EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION}:
+                changed |= self._read_topic(key)
+            else:
+                changed |= self._read_service(key)
+        return changed
+
+    def _everything(self) -> Iterator[tuple[EntryKind, str]]:
+        """Yield all topics; with nodes of one name, also all services."""
+        names = {name for name, _ in self._node.get_topic_names_and_types()}
+        known = {name for _, name in self._topics}
+        for name in names | known:
+            yield EntryKind.PUBLISHER, name
+            yield EntryKind.SUBSCRIPTION, name
+        services = {name for _, name in self._found_rows}
+        if self._ambiguous:
+            services |= {name for name, _ in self._node.get_service_names_and_types()}
+        for name in services:
+            yield EntryKind.SERVICE, name
+            yield EntryKind.CLIENT, name
+
+    def _read_topic(self, key: tuple[EntryKind, str]) -> bool:
+        """Read the infos of a topic's publishers or subscriptions, and return whether they have changed."""
+        kind, topic = key
+        endpoints: list[SideEndpoint] = []
+        gids: dict[bytes, str] = {}
+        for node, gid, info in self._infos(kind, topic):
+            type_hash = str(info.topic_type_hash)
+            endpoints.append(
+                SideEndpoint(
+                    node,
+                    kind,
+                    topic,
+                    info.topic_type,
+                    type_hash if type_hash.startswith("RIHS") else "",
+                    from_ros(info.qos_profile),
+                )
+            )
+            gids[gid] = node
+        found = tuple(endpoints)
+        self._gids[key] = gids
+        if found == self._topics.get(key, ()):
+            return False
+        if found:
+            self._topics[key] = found
+        else:
+            del self._topics[key]
+        return True
+
+    def _read_service(self, key: tuple[EntryKind, str]) -> bool:
+        """Read who of the ambiguous nodes serves or calls a service, and return whether that has changed."""
+        kind, name = key
+        side = EntryKind.SUBSCRIPTION if kind is EntryKind.SERVICE else EntryKind.PUBLISHER
+        rows = frozenset(
+            _Row(node, kind, name, _service_type(info.topic_type))
+            for node, _, info in self._infos(side, _REQUEST_PREFIX + name + _REQUEST_SUFFIX, no_mangle=True)
+            if node in self._ambiguous
+        )
+        if rows == self._found_rows.get(key, frozenset()):
+            return False
+        if rows:
+            self._found_rows[key] = rows
+        else:
+            del self._found_rows[key]
+        return True
+
+    def _infos(
+        self, kind: EntryKind, topic: str, *, no_mangle: bool = False
+    ) -> Iterator[tuple[str, bytes, Any]]:
+        """Yield node, gid and info of each endpoint of a native node."""
+        is_publisher = kind is EntryKind.PUBLISHER
+        node = self._node
+        read = node.get_publishers_info_by_topic if is_publisher else node.get_subscriptions_info_by_topic
+        for info in read(topic, no_mangle=no_mangle):
+            gid = bytes(info.endpoint_gid)
+            if info.node_name.startswith("_NODE_NAME_UNKNOWN_") or self._is_bridge(gid):
+                continue  # another program of DDS, or a node whose name is still on its way
+            yield _full_name(info.node_namespace, info.node_name), gid, info
+
+    def _compose(self) -> SideGraph:
+        natives = {node.name for node in self._nodes if not node.origin}
+        endpoints = {
+            endpoint for found in self._topics.values() for endpoint in found if endpoint.node in natives
+        }
+        found = (row for rows in self._found_rows.values() for row in rows if row.node in self._ambiguous)
+        listed = (
+            row
+            for row in self._rows
+            if row.kind in {EntryKind.SERVICE, EntryKind.CLIENT} and row.node not in self._ambiguous
+        )
+        endpoints |= {SideEndpoint(*row) for row in (*found, *listed)}
+        return SideGraph(self._nodes, frozenset(endpoints))
+
+
+class _GraphChange:
+    """The guard condition that discovery sets off."""
+
+    def __init__(self, ros: Ros, participant: Participant) -> None:
+        self._rcl = ros.rcl
+        node, context = participant.control.rclpy_node.handle, participant.context.handle
+        with node:
+            self._guard = ros.rcl.rcl_node_get_graph_guard_condition(node.pointer)
+        with context:
+            self._wait_set = ros.implementation.WaitSet(0, 1, 0, 0, 0, 0, context)
+
+    def seen(self) -> bool:
+        """Return whether the graph has changed since the last call."""
+        wait_set = self._wait_set
+        with wait_set:
+            wait_set.clear_entities()
+            self._rcl.rcl_wait_set_add_guard_condition(wait_set.pointer, self._guard, None)
+            wait_set.wait(0)
+            return bool(wait_set.is_ready("guard_condition", 0))
+
+
+def _full_name(namespace: str, base: str) -> str:
+    return f"{'' if namespace == '/' else namespace}/{base}"
+
+
+def _service_type(dds_type: str) -> str:
+    """Return the type of a service: std_srvs::srv::dds_::SetBool_Request_ is std_srvs/srv/SetBool."""
+    package, kind, _, name = dds_type.split("::")
+    return f"{package}/{kind}/{name.removesuffix('_Request_')}"
