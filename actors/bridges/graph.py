@@ -1,24 +1,53 @@
-"""What one side of a bridge shows: its nodes and their endpoints."""
+"""What one side of a bridge shows: its nodes and their endpoints, as data.
+
+A bridge has two sides, "ours" (callboard's graph) and "theirs" (the other network). Both are read into a
+`SideGraph`, from which `plan.py` decides what to show where.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from actors.qos.profile import QoSProfile
     from proto.wire.codes import EntryKind
 
+ORIGIN_LABEL: Final = "origin"
+"""Label of a mirror in callboard's graph: the network that its original is in, such as "ros2/7"."""
+BRIDGE_LABEL: Final = "bridge"
+"""Label of a bridge's control node: the network that it is connected to."""
+BRIDGE_ID_LABEL: Final = "bridge_id"
+"""Label of a bridge's control node: the id of the bridge, by which the other network shows it as well."""
 
-class SideEndpoint(NamedTuple):
-    """An endpoint of a native node.
+
+class SideNode(NamedTuple):
+    """One node of a side.
 
     Attributes:
-        node: The full name of the node.
+        name: Its full name.
+        origin: "" if it is native; otherwise whose mirror it is. A bridge's own nodes are not native either.
+        shared: Whether another node can have its name as well.
+    """
+
+    name: str
+    origin: str = ""
+    shared: bool = True
+
+
+class SideEndpoint(NamedTuple):
+    """One publisher, subscription, server or client of a side.
+
+    Attributes:
+        node: The full name of its node.
         kind: PUBLISHER, SUBSCRIPTION, SERVICE or CLIENT.
         name: The full name of the topic or service.
-        type_name: Its type, such as "std_msgs/msg/String" or "pkg/action/Fibonacci_SendGoal".
-        type_hash: The type's RIHS01 hash; "" is unknown.
-        qos: Its QoS; None for services and clients.
+        type_name: Such as "std_msgs/msg/String", "std_srvs/srv/SetBool" or "pkg/action/Fibonacci_SendGoal".
+        type_hash: RIHS01_...; "" if it is unknown.
+        qos: What it offers or requests; None for services.
+        origin: That of its node. A native node can share its name with a mirror: only this tells whose
+            endpoint it is.
     """
 
     node: str
@@ -27,29 +56,25 @@ class SideEndpoint(NamedTuple):
     type_name: str
     type_hash: str = ""
     qos: QoSProfile | None = None
-
-
-class SideNode(NamedTuple):
-    """A node.
-
-    Attributes:
-        name: Its full name.
-        origin: Whose mirror it is; "" is a native node.
-        shared: Whether other nodes may have its name.
-    """
-
-    name: str
     origin: str = ""
-    shared: bool = True
 
 
 class SideGraph(NamedTuple):
-    """What a side shows.
+    """What a side shows at one moment.
 
     Attributes:
-        nodes: All nodes.
-        endpoints: The endpoints of native nodes.
+        nodes: All nodes, mirrors included.
+        endpoints: The endpoints of native nodes; those of mirrors may be left out.
     """
 
-    nodes: frozenset[SideNode]
-    endpoints: frozenset[SideEndpoint]
+    nodes: frozenset[SideNode] = frozenset()
+    endpoints: frozenset[SideEndpoint] = frozenset()
+
+
+def origin_of(labels: Mapping[str, str]) -> str:
+    """Return the origin of a node of callboard's graph, "" if it is native.
+
+    Args:
+        labels: The labels of the node.
+    """
+    return labels.get(ORIGIN_LABEL) or labels.get(BRIDGE_LABEL) or ""

@@ -1,0 +1,9 @@
+"""Errors of bridges."""
+
+from __future__ import annotations
+
+from proto.errors import CallboardError
+
+
+class InvalidBridgeOptionError(CallboardError, ValueError):
+    """A rule or an option of a bridge is wrong; the text names it and says what is allowed."""

@@ -1,0 +1,43 @@
+"""What a bridge reports: what does not cross and why, and counters of what does. Data only."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+
+class Reason(StrEnum):
+    """Why something does not cross."""
+
+    TYPE_MISSING = "type missing"
+    """One side lacks the type."""
+    TYPE_DIFFERS = "type differs"
+    """Both sides have the type, with different definitions."""
+    SECOND_TYPE = "second type"
+    """The topic has another type as well, and one process of the other network has one type for a topic."""
+    SERVED_TWICE = "served on both sides"
+    """Each side has a server of its own, so each call stays on its side."""
+    SECOND_CLOCK = "second clock"
+    """Time has one source."""
+    NAME_TAKEN = "name taken"
+    """A node crosses under another name."""
+    INVALID_NAME = "invalid name"
+    """The other side does not allow the name."""
+
+
+class Refusal(NamedTuple):
+    """Something that does not cross.
+
+    Attributes:
+        name: The full name of the topic, service or node, on the side where it is.
+        reason: Why.
+        text: A sentence for people, which says what to do.
+        type_name: The type in question, "" for none.
+        quiet: Whether it is what everybody would expect, and deserves no warning.
+    """
+
+    name: str
+    reason: Reason
+    text: str
+    type_name: str = ""
+    quiet: bool = False

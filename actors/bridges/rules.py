@@ -1,0 +1,158 @@
+"""What may cross a bridge, and under which names.
+
+    rules = Rules(allow=("/camera/**",), deny=("/camera/raw",), namespace="/robot1")
+    rules.crosses("/camera/image")         # True
+    rules.name_here("/camera/image")       # "/robot1/camera/image"
+    rules.name_there("/robot1/camera/raw") # "/camera/raw"
+
+Patterns are for names as the other network has them, without the namespace. `*` stands for one part of a
+name and `**` for any number. A pattern for an action's name covers the action's services and topics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+from actors.bridges.errors import InvalidBridgeOptionError
+from actors.parameters.overrides import node_matches
+from proto.errors import InvalidNameError
+from proto.limits import MAX_DEPTH
+from proto.untrusted_text import escape
+from proto.wire.names import normalize_namespace, validate_full_topic_name, validate_namespace
+
+MAX_PATTERNS: Final = 1000
+"""In each list: every new name is compared with all of them."""
+MAX_PATTERN_CHARACTERS: Final = 250
+"""Of a wrong pattern in an error; names are shorter."""
+MAX_DECISIONS: Final = 10_000
+"""Names whose decision is kept; then it is made again. More than a side has at once."""
+
+GLOBAL_TOPICS: Final = frozenset({"/rosout", "/parameter_events"})
+"""Topics of all nodes, which have one name everywhere: a namespace is not put before them."""
+_ACTION: Final = "/_action/"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rules:
+    """What may cross, and under which names.
+
+    Args:
+        allow: Patterns of the names that cross; empty for all.
+        deny: Patterns of the names that do not cross, also if `allow` has them.
+        namespace: The namespace in callboard of what the other network has; "/" for none.
+        depths: Patterns of topics with the depth of their mirrors, in messages. The first match decides.
+
+    Raises:
+        InvalidBridgeOptionError: A pattern, the namespace or a depth is invalid, or a list is too long.
+    """
+
+    allow: tuple[str, ...] = ()
+    deny: tuple[str, ...] = ()
+    namespace: str = "/"
+    depths: tuple[tuple[str, int], ...] = ()
+    _decisions: dict[str, bool] = field(
+        default_factory=dict[str, bool], init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        for key, patterns in (("allow", self.allow), ("deny", self.deny), ("depths", self.depths)):
+            if len(patterns) > MAX_PATTERNS:
+                raise InvalidBridgeOptionError(f"{key}: at most {MAX_PATTERNS} patterns, not {len(patterns)}")
+        for key, patterns in (("allow", self.allow), ("deny", self.deny)):
+            for pattern in patterns:
+                _require_pattern(key, pattern)
+        for pattern, depth in self.depths:
+            _require_pattern("depths", pattern)
+            if type(depth) is not int or not 1 <= depth <= MAX_DEPTH:
+                raise InvalidBridgeOptionError(f"depths: {pattern} must have a depth from 1 to {MAX_DEPTH}")
+        namespace = normalize_namespace(self.namespace.rstrip("/"))
+        try:
+            validate_namespace(namespace)
+        except InvalidNameError as error:
+            raise InvalidBridgeOptionError(f"namespace: {error}") from None
+        object.__setattr__(self, "namespace", namespace)
+
+    @property
+    def prefix(self) -> str:
+        """What callboard's names have before those of the other network: "/robot1", or "" for nothing."""
+        return "" if self.namespace == "/" else self.namespace
+
+    def crosses(self, name: str) -> bool:
+        """Return whether a topic or service may cross.
+
+        Args:
+            name: Its full name in the other network.
+        """
+        decision = self._decisions.get(name)
+        if decision is None:
+            if len(self._decisions) >= MAX_DECISIONS:
+                self._decisions.clear()
+            decision = self._decisions[name] = self._decide(name)
+        return decision
+
+    def _decide(self, name: str) -> bool:
+        names = [name]
+        if _ACTION in name:
+            names.append(name.partition(_ACTION)[0])
+        return not _any_matches(self.deny, names) and (not self.allow or _any_matches(self.allow, names))
+
+    def depth_of(self, name: str) -> int | None:
+        """Return the depth that a topic's mirrors shall have, None if no rule says it.
+
+        Args:
+            name: The topic's full name in the other network.
+        """
+        return next((depth for pattern, depth in self.depths if node_matches(pattern, name)), None)
+
+    def name_here(self, name: str) -> str:
+        """Return callboard's name of a topic or service of the other network."""
+        return name if name in GLOBAL_TOPICS else self.prefix + name
+
+    def name_there(self, name: str) -> str | None:
+        """Return the other network's name of a topic or service of callboard; None if it cannot cross.
+
+        It cannot if it is outside the namespace.
+        """
+        prefix = self.prefix
+        if not prefix or name in GLOBAL_TOPICS:
+            return name
+        if not name.startswith(f"{prefix}/"):
+            return None
+        inner = name[len(prefix) :]
+        # The other network's /rosout is /rosout here, whatever is called /robot1/rosout.
+        return None if inner in GLOBAL_TOPICS else inner
+
+    def node_here(self, name: str) -> str:
+        """Return callboard's name of a node of the other network, before conflicts."""
+        return self.prefix + name
+
+    def node_there(self, name: str) -> str:
+        """Return the other network's name of a node of callboard, before conflicts.
+
+        Nodes outside the namespace keep their name.
+        """
+        prefix = self.prefix
+        return name[len(prefix) :] if prefix and name.startswith(f"{prefix}/") else name
+
+
+def action_of(name: str) -> str:
+    """Return the name of the action that a topic or service belongs to, "" if it belongs to none."""
+    return name.partition(_ACTION)[0] if _ACTION in name else ""
+
+
+def _any_matches(patterns: tuple[str, ...], names: list[str]) -> bool:
+    return any(node_matches(pattern, name) for pattern in patterns for name in names)
+
+
+def _require_pattern(key: str, pattern: str) -> None:
+    """Raise InvalidBridgeOptionError if it is no pattern."""
+    parts = pattern.split("/")
+    try:
+        validate_full_topic_name("/".join("x" if part in {"*", "**"} else part for part in parts))
+    except InvalidNameError:
+        shown = escape(pattern)[:MAX_PATTERN_CHARACTERS]
+        text = (
+            "it is a full name, such as /camera/image, with '*' for one part or '**' for any number of parts"
+        )
+        raise InvalidBridgeOptionError(f"{key}: '{shown}' is not a pattern: {text}") from None
