@@ -25,6 +25,9 @@ MAX_TAKES_PER_TURN: Final = 16
 """Messages of one endpoint between two turns of the loop: more than its default depth, and 16 of 1 MiB take
 less than the few milliseconds that callbacks of nodes get as well."""
 
+RETRY_SEC: Final = 1.0
+"""Pause after ROS 2 has refused to hand over what has arrived, so that a lasting fault is no busy loop."""
+
 _FUNCTIONS: Final[Mapping[EntryKind, str]] = dict(
     zip((EntryKind.SUBSCRIPTION, EntryKind.SERVICE, EntryKind.CLIENT), ARRIVAL_FUNCTIONS, strict=True)
 )
@@ -36,7 +39,8 @@ class Arrivals:
     Attributes:
         ros: ROS 2.
         loop: The loop.
-        on_error: Called with each exception of a callback; the endpoint goes on with its next message.
+        on_error: Called with each exception of an endpoint's callback, and with what ROS 2 raises; the
+            endpoint goes on with what arrives next.
     """
 
     def __init__(
@@ -53,8 +57,8 @@ class Arrivals:
         Args:
             handle: rclpy's handle of the endpoint.
             kind: SUBSCRIPTION, SERVICE or CLIENT.
-            take: Takes up to `MAX_TAKES_PER_TURN`, and returns whether there may be more. It is called again
-                in the next turn of the loop then, and after an exception.
+            take: Takes up to `MAX_TAKES_PER_TURN`, and returns whether there may be more; it is called again
+                in the next turn of the loop then, and some time after an exception.
 
         Returns:
             The watch. Close it before the endpoint is destroyed.
@@ -110,8 +114,10 @@ class Watch:
         self._again = None
         try:
             has_more = self._take()
-        except Exception as error:  # noqa: BLE001 - of any callback: a bridge goes on with the next message
-            has_more = True
+        except Exception as error:  # noqa: BLE001 - of rclpy, which does not list what it raises
             self._on_error(error)
-        if has_more and self._fd >= 0:
-            self._again = self._loop.call_soon(self._run)
+            if self._fd >= 0:
+                self._again = self._loop.call_later(RETRY_SEC, self._run)
+        else:
+            if has_more and self._fd >= 0:
+                self._again = self._loop.call_soon(self._run)

@@ -112,7 +112,11 @@ class Listener(Endpoint, Generic[_Callback]):
         super().__init__(context, endpoint)
         self._callback: _Callback | None = None
         self._watch: Watch | None = None
-        self.listen(callback)
+        try:
+            self.listen(callback)
+        except RosError:
+            super().destroy()
+            raise
 
     def listen(self, callback: _Callback | None) -> None:
         """Start or stop to take what arrives.
@@ -138,12 +142,16 @@ class Listener(Endpoint, Generic[_Callback]):
     def _take(self) -> bool:
         with self._handle:
             for _ in range(MAX_TAKES_PER_TURN):
-                if self._callback is None or not self._take_one(self._callback):
+                if self._callback is None or (taken := self._take_one()) is None:
                     return False
+                try:
+                    self._callback(*taken)
+                except Exception as error:  # noqa: BLE001 - one bad message must not stop the others
+                    self._context.arrivals.on_error(error)
         return True
 
-    def _take_one(self, callback: _Callback) -> bool:
-        """Call the callback with the next thing that has arrived, and return whether there was any."""
+    def _take_one(self) -> tuple[Any, ...] | None:
+        """Return the callback's arguments for the next thing that has arrived, or None."""
         raise NotImplementedError
 
 
@@ -176,10 +184,10 @@ class RosSubscription(Listener["Callable[[bytes, RosMessageInfo], None]"]):
         with self._handle:
             return int(self._handle.get_publisher_count())
 
-    def _take_one(self, callback: Callable[[bytes, RosMessageInfo], None]) -> bool:
+    def _take_one(self) -> tuple[bytes, RosMessageInfo] | None:
         taken = self._handle.take_message(self._class, True)  # noqa: FBT003 - raw; it takes no keywords
         if taken is None:
-            return False
+            return None
         cdr, info = taken
         about = RosMessageInfo(
             bytes(info["publisher_gid"]["data"]),
@@ -187,8 +195,7 @@ class RosSubscription(Listener["Callable[[bytes, RosMessageInfo], None]"]):
             info["source_timestamp"],
             info["received_timestamp"],
         )
-        callback(cdr, about)
-        return True
+        return cdr, about
 
 
 class RosClient(Listener["Callable[[int, Any], None]"]):
@@ -235,12 +242,9 @@ class RosClient(Listener["Callable[[int, Any], None]"]):
         with ros_errors(self._context.ros, "ROS 2 refuses a request"), self._handle:
             return int(self._handle.send_request(request))
 
-    def _take_one(self, callback: Callable[[int, Any], None]) -> bool:
+    def _take_one(self) -> tuple[int, Any] | None:
         header, response = self._handle.take_response(self._class)
-        if header is None:
-            return False
-        callback(header.request_id.sequence_number, response)
-        return True
+        return None if header is None else (header.request_id.sequence_number, response)
 
 
 class RosService(Listener["Callable[[Any, Any], None]"]):
@@ -280,12 +284,9 @@ class RosService(Listener["Callable[[Any, Any], None]"]):
         with ros_errors(self._context.ros, "ROS 2 refuses a response"), self._handle:
             self._handle.service_send_response(response, header.request_id)
 
-    def _take_one(self, callback: Callable[[Any, Any], None]) -> bool:
+    def _take_one(self) -> tuple[Any, Any] | None:
         request, header = self._handle.service_take_request(self._class)
-        if header is None:
-            return False
-        callback(request, header)
-        return True
+        return None if header is None else (request, header)
 
 
 @contextmanager

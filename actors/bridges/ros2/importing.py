@@ -17,7 +17,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bridges.ros2.errors import RosNotFoundError
-from proto.extras import install_command
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -47,6 +46,12 @@ PROFILE: Final = f"""\
 </profiles>
 """
 """Endpoints of one participant do not match: mirrors of one topic do not feed each other."""
+
+_INSTALLED: Final = (
+    "wheels on Linux x86-64 with Python 3.11: pip install 'callboard[ros2]' (in a clone of callboard: "
+    "'.[ros2]')"
+)
+"""Without the names of its packages, as other extras have them: there are thirty."""
 
 ARRIVAL_FUNCTIONS: Final = (
     "rcl_subscription_set_on_new_message_callback",
@@ -149,12 +154,12 @@ def _missing_text(prefixes: str, error: Exception) -> str:
         version = ".".join(map(str, sys.version_info[:2]))
         return (
             f"rclpy of the sourced ROS 2 ({prefixes}) does not work in Python {version}: {reason}. Run "
-            "callboard with the Python of that ROS 2 (3.11 or later), or in a shell where it is not sourced: "
-            f"{install_command('ros2')}"
+            "callboard with the Python of that ROS 2 (3.11 or later), or in a shell where it is not sourced, "
+            f"with {_INSTALLED}"
         )
     return (
-        f"the bridge needs ROS 2's rclpy ({reason}): source a ROS 2 for this Python, or on Linux x86-64 with "
-        f"Python 3.11: {install_command('ros2')}"
+        f"the bridge needs ROS 2's rclpy ({reason}): source a ROS 2 (Jazzy or later) for this Python, or "
+        f"install its {_INSTALLED}"
     )
 
 

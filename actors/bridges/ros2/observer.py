@@ -12,6 +12,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
+from actors.bridges.ros2.endpoints import ros_errors
 from actors.bridges.ros2.participant import CONTROL_NODE, ENCLAVE, GID_PREFIX_SIZE
 from actors.bridges.ros2.qos import from_ros
 from proto.wire.codes import EntryKind
@@ -29,9 +30,8 @@ RESCAN_SEC: Final = 30.0
 INFOS_PER_POLL: Final = 40
 """Queries of endpoint infos in one poll, of some 60 us each."""
 
-_REQUEST_PREFIX: Final = "rq"
-_REQUEST_SUFFIX: Final = "Request"
-"""How DDS names the topic of a service's requests: rq/NAMERequest."""
+
+_CALLS: Final = frozenset({EntryKind.SERVICE, EntryKind.CLIENT})
 
 
 class _Row(NamedTuple):
@@ -83,7 +83,14 @@ class Observer:
 
         Returns:
             The graph; the same object as before if nothing has changed.
+
+        Raises:
+            RosError: ROS 2 has been shut down.
         """
+        with ros_errors(self._ros, "ROS 2's graph cannot be read"):
+            return self._poll(now)
+
+    def _poll(self, now: float) -> SideGraph:
         self._looked_up.clear()
         if self._change.seen() or now - self._read_at >= RESCAN_SEC:
             self._is_stale = True
@@ -123,6 +130,20 @@ class Observer:
             node = self._gids[key].get(gid)
         return node
 
+    def request_hash(self, service: str) -> str:
+        """Return the RIHS01 hash of the requests that the native servers of a service take.
+
+        ROS 2 shows no other hash of a service. With several servers, it is one of theirs.
+
+        Args:
+            service: The full name of the service.
+
+        Returns:
+            "" if there is no server, or it does not tell.
+        """
+        infos = self._infos(EntryKind.SUBSCRIPTION, _request_topic(service), no_mangle=True)
+        return next((found for _, _, info in infos if (found := _type_hash(info))), "")
+
     def _is_bridge(self, gid: bytes) -> bool:
         return self._is_own(gid) or gid[:GID_PREFIX_SIZE] in self._bridge_prefixes.values()
 
@@ -135,11 +156,17 @@ class Observer:
             counts[_full_name(namespace, base)] += 1
         self._read_bridges(nodes)
         natives = {node.name for node in nodes if not node.origin}
-        self._ambiguous = frozenset(name for name in natives if counts[name] > 1)
         rows = frozenset(row for name in natives for row in self._rows_of(name))
+        ambiguous = frozenset(name for name in natives if counts[name] > 1)
+        for row in self._rows:
+            if row.node in ambiguous - self._ambiguous and row.kind in _CALLS:
+                # Until its services have been read one by one, the node has those that it had.
+                key = (row.kind, row.name)
+                self._found_rows[key] = self._found_rows.get(key, frozenset()) | {row}
+        self._ambiguous = ambiguous
         # Each kind and name with another row than before.
         for key in {(row.kind, row.name) for row in rows ^ self._rows}:
-            if key[0] in {EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION}:
+            if key[0] not in _CALLS:
                 self._read_topic(key)
         before, self._nodes = self._nodes, frozenset(nodes)
         changed = self._nodes != before or rows != self._rows
@@ -183,7 +210,7 @@ class Observer:
         changed = False
         for _ in range(min(INFOS_PER_POLL, len(self._rotation))):
             key = self._rotation.pop()
-            if key[0] in {EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION}:
+            if key[0] not in _CALLS:
                 changed |= self._read_topic(key)
             else:
                 changed |= self._read_service(key)
@@ -209,14 +236,13 @@ class Observer:
         endpoints: list[SideEndpoint] = []
         gids: dict[bytes, str] = {}
         for node, gid, info in self._infos(kind, topic):
-            type_hash = str(info.topic_type_hash)
             endpoints.append(
                 SideEndpoint(
                     node,
                     kind,
                     topic,
                     info.topic_type,
-                    type_hash if type_hash.startswith("RIHS") else "",
+                    _type_hash(info),
                     from_ros(info.qos_profile),
                 )
             )
@@ -237,7 +263,7 @@ class Observer:
         side = EntryKind.SUBSCRIPTION if kind is EntryKind.SERVICE else EntryKind.PUBLISHER
         rows = frozenset(
             _Row(node, kind, name, _service_type(info.topic_type))
-            for node, _, info in self._infos(side, _REQUEST_PREFIX + name + _REQUEST_SUFFIX, no_mangle=True)
+            for node, _, info in self._infos(side, _request_topic(name), no_mangle=True)
             if node in self._ambiguous
         )
         if rows == self._found_rows.get(key, frozenset()):
@@ -267,11 +293,7 @@ class Observer:
             endpoint for found in self._topics.values() for endpoint in found if endpoint.node in natives
         }
         found = (row for rows in self._found_rows.values() for row in rows if row.node in self._ambiguous)
-        listed = (
-            row
-            for row in self._rows
-            if row.kind in {EntryKind.SERVICE, EntryKind.CLIENT} and row.node not in self._ambiguous
-        )
+        listed = (row for row in self._rows if row.kind in _CALLS and row.node not in self._ambiguous)
         endpoints |= {SideEndpoint(*row) for row in (*found, *listed)}
         return SideGraph(self._nodes, frozenset(endpoints))
 
@@ -299,6 +321,16 @@ class _GraphChange:
 
 def _full_name(namespace: str, base: str) -> str:
     return f"{'' if namespace == '/' else namespace}/{base}"
+
+
+def _request_topic(service: str) -> str:
+    """Return DDS's name of the topic of a service's requests."""
+    return f"rq{service}Request"
+
+
+def _type_hash(info: Any) -> str:
+    found = str(info.topic_type_hash)
+    return found if found.startswith("RIHS") else ""  # "INVALID" otherwise
 
 
 def _service_type(dds_type: str) -> str:
