@@ -12,7 +12,7 @@ the graphs: a topic is received where it has publishers exactly while the other 
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from actors.bridges.qos import intake_profiles, is_latched, merged_offer, mirror_offer, mirror_request
 from actors.bridges.report import Reason, Refusal
@@ -47,16 +47,31 @@ Topic = tuple[str, str]
 """The full name of a topic on its side, and its type."""
 
 
-class KnownType(NamedTuple):
-    """What the bridge knows of a type.
+class KnownType(Protocol):
+    """What a bridge knows of a type."""
 
-    Attributes:
-        ours: Its hash in callboard, "" if it has none; None if callboard lacks it.
-        theirs: The same for the other network.
-    """
+    @property
+    def reason(self) -> str:
+        """Why it cannot cross, with the remedy; "" if it can."""
+        ...
 
-    ours: str | None
-    theirs: str | None
+    @property
+    def our_hash(self) -> str:
+        """Its hash in callboard, "" if callboard lacks it."""
+        ...
+
+    @property
+    def their_hash(self) -> str:
+        """Its hash in the other network, "" if it is unknown."""
+        ...
+
+    def difference(self, endpoint_hash: str, /) -> str:
+        """Return why an endpoint of the other network has another type of this name; "" if it has not.
+
+        Args:
+            endpoint_hash: The hash in the endpoint's information, "" if it is unknown.
+        """
+        ...
 
 
 class Mirror(NamedTuple):
@@ -308,26 +323,23 @@ class _Planner:
 
     def _has_type(self, name: str, endpoint: SideEndpoint, *, here: bool) -> bool:
         """Return whether both sides have an endpoint's type with one definition."""
-        known = self._known(endpoint.type_name)
-        type_name = endpoint.type_name
-        if known.ours is None or known.theirs is None:
-            package = type_name.partition("/")[0]
-            missing = "callboard" if known.ours is None else "ROS 2"
-            text = f"{missing} has no type {type_name}: install the package {package} where the bridge runs"
-            quiet = package in CALLBOARD_PACKAGES
-            self._refuse(name, Reason.TYPE_MISSING, text, type_name, quiet=quiet)
+        type_name, found = endpoint.type_name, endpoint.type_hash
+        known = self._known(type_name)
+        if known.reason:
+            differs = known.our_hash and known.their_hash
+            reason = Reason.TYPE_DIFFERS if differs else Reason.TYPE_MISSING
+            quiet = here and type_name.partition("/")[0] in CALLBOARD_PACKAGES
+            self._refuse(name, reason, known.reason, type_name, quiet=quiet)
             return False
-        own, other = (known.ours, known.theirs) if here else (known.theirs, known.ours)
-        found = endpoint.type_hash or own
-        if found and other and found != other:
-            sides = ("callboard", "ROS 2") if here else ("ROS 2", "callboard")
-            text = (
-                f"{type_name} differs: {found} on {name} in {sides[0]}, {other} in {sides[1]}; "
-                "both need the same version of its package"
-            )
+        if not here:
+            text = known.difference(found)
+        elif found and known.our_hash and found != known.our_hash:
+            text = f"the type {type_name} has the hash {found} at {endpoint.node} and {known.our_hash} here"
+        else:
+            return True
+        if text:
             self._refuse(name, Reason.TYPE_DIFFERS, text, type_name)
-            return False
-        return True
+        return not text
 
     # Who is shown, and under which name.
 

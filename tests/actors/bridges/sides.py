@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
-from actors.bridges.plan import KnownType, Plan, plan
+from actors.bridges.plan import plan
 from actors.bridges.rules import Rules
 from actors.qos.profile import HistoryPolicy, QoSProfile
 from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from actors.bridges.plan import KnownType, Plan
 
 PUBLISHER: Final = EntryKind.PUBLISHER
 SUBSCRIPTION: Final = EntryKind.SUBSCRIPTION
@@ -48,9 +50,22 @@ def side(*endpoints: SideEndpoint, nodes: tuple[SideNode | str, ...] = ()) -> Si
     return SideGraph(frozenset(owners | {*given}), frozenset(endpoints))
 
 
-def all_known(_: str) -> KnownType:
+class Known(NamedTuple):
+    """What a bridge knows of a type, as `KnownType`."""
+
+    reason: str = ""
+    our_hash: str = ""
+    their_hash: str = ""
+
+    def difference(self, endpoint_hash: str, /) -> str:
+        """Compare the hash of an endpoint of the other network with callboard's."""
+        same = not self.our_hash or endpoint_hash in {"", self.our_hash}
+        return "" if same else f"{self.our_hash} is not {endpoint_hash}"
+
+
+def all_known(_: str) -> Known:
     """Know each type on both sides."""
-    return KnownType("", "")
+    return Known()
 
 
 def planned(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from actors.bridges.graph import BRIDGE_LABEL, ORIGIN_LABEL, SideEndpoint, SideNode, origin_of
-from actors.bridges.plan import EMPTY_PLAN, KnownType, Mirror
-from actors.bridges.report import Reason
+from actors.bridges.plan import EMPTY_PLAN, Mirror
+from actors.bridges.report import Reason, Refusal
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from tests.actors.bridges.sides import (
     BOOL,
@@ -19,6 +19,7 @@ from tests.actors.bridges.sides import (
     SET_BOOL,
     STRING,
     SUBSCRIPTION,
+    Known,
     all_known,
     endpoint,
     planned,
@@ -275,14 +276,10 @@ def test_nodes_of_which_nothing_may_cross_are_hidden() -> None:
 
 
 def test_a_type_that_a_side_lacks() -> None:
-    """A type that one side lacks is refused by name, and the text says which side lacks it."""
+    """A type that one side lacks is refused by name, quietly if only callboard can have it."""
 
-    def known(name: str) -> KnownType:
-        return {
-            STRING: KnownType("h", "h"),
-            BOOL: KnownType("h", None),
-            "callboard_interfaces/msg/X": KnownType("h", None),
-        }.get(name, KnownType(None, "h"))
+    def known(name: str) -> Known:
+        return Known() if name == STRING else Known(reason=f"install {name}")
 
     here = side(
         endpoint("/a", PUBLISHER, "/ok"),
@@ -292,38 +289,42 @@ def test_a_type_that_a_side_lacks() -> None:
     plan = planned(here, side(endpoint("/b", PUBLISHER, "/odd", "odd_msgs/msg/Odd")), known)
     assert shown(plan.theirs) == {("/a", PUBLISHER, "/ok")}
     assert not plan.ours.mirrors
-    assert {(each.name, each.type_name, each.quiet) for each in plan.refusals} == {
-        ("/bool", BOOL, False),
-        ("/own", "callboard_interfaces/msg/X", True),
-        ("/odd", "odd_msgs/msg/Odd", False),
-    }
-    texts = {each.name: each.text for each in plan.refusals}
-    assert texts["/bool"].startswith("ROS 2 has no type std_msgs/msg/Bool: install the package std_msgs")
-    assert texts["/odd"].startswith("callboard has no type odd_msgs/msg/Odd")
+    assert plan.refusals == (
+        Refusal("/bool", Reason.TYPE_MISSING, f"install {BOOL}", BOOL),
+        Refusal("/odd", Reason.TYPE_MISSING, "install odd_msgs/msg/Odd", "odd_msgs/msg/Odd"),
+        Refusal(
+            "/own",
+            Reason.TYPE_MISSING,
+            "install callboard_interfaces/msg/X",
+            "callboard_interfaces/msg/X",
+            quiet=True,
+        ),
+    )
 
 
-def test_a_type_with_another_hash() -> None:
+def test_an_endpoint_with_another_hash() -> None:
     """An endpoint with another definition of its type is refused, with both hashes; others still cross."""
 
-    def known(_: str) -> KnownType:
-        return KnownType("mine", "mine")
+    def known(_: str) -> Known:
+        return Known(our_hash="mine")
 
-    there = side(
+    graph = side(
         endpoint("/old", PUBLISHER, "/t", type_hash="older"),
         endpoint("/new", PUBLISHER, "/t", type_hash="mine"),
         endpoint("/unknown", PUBLISHER, "/t"),
     )
-    plan = planned(theirs=there, known=known)
-    assert {each.node for each in plan.ours.mirrors} == {"/new", "/unknown"}
-    (refusal,) = plan.refusals
-    assert refusal.reason is Reason.TYPE_DIFFERS
-    assert "older" in refusal.text
-    assert "mine" in refusal.text
+    for plan in (planned(graph, known=known), planned(theirs=graph, known=known)):
+        assert {each.node for each in plan.ours.mirrors | plan.theirs.mirrors} == {"/new", "/unknown"}
+        (refusal,) = plan.refusals
+        assert refusal.reason is Reason.TYPE_DIFFERS
+        assert "older" in refusal.text
+        assert "mine" in refusal.text
 
 
-def test_a_service_type_that_differs_in_its_definition() -> None:
-    """Endpoints without a hash are compared by their type's hashes on both sides."""
-    plan = planned(side(endpoint("/a", SERVICE, "/set")), known=lambda _: KnownType("1", "2"))
+def test_a_type_with_two_definitions() -> None:
+    """If both sides have a type and it cannot cross, the definitions differ."""
+    known = Known("hashes", "1", "2")
+    plan = planned(side(endpoint("/a", SERVICE, "/set")), known=lambda _: known)
     assert refused(plan) == {"/set": Reason.TYPE_DIFFERS}
 
 
@@ -336,7 +337,7 @@ def test_one_type_of_a_topic_crosses() -> None:
     plan = planned(side(strings, bools), side(endpoint("/c", SUBSCRIPTION, "/t", STRING)))
     assert {each.type_name for each in plan.theirs.mirrors} == {STRING}
     # A type that cannot cross is no reason to refuse another.
-    plan = planned(side(strings, bools), known=lambda name: KnownType("", None if name == BOOL else ""))
+    plan = planned(side(strings, bools), known=lambda name: Known("no" if name == BOOL else ""))
     assert {each.type_name for each in plan.theirs.mirrors} == {STRING}
 
 
