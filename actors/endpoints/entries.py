@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 ENTRY_OVERHEAD_BYTES: Final = 24
 """The most bytes that an entry needs in addition to its body."""
 
+TIMED_OUT: Final = "timed_out"
+"""Attribute of a reply with status CANCELLED: a deadline has passed behind the server, a forwarder."""
+
 E = TypeVar("E", RequestEntry, ReplyEntry)
 
 

@@ -13,7 +13,7 @@ import msgpack
 from actors.callbacks.callback_task import CallbackTask, current_callback_task
 from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.refused_calls import RefusedCalls, overloaded
-from actors.endpoints.entries import EntryBatch, remaining_ms
+from actors.endpoints.entries import TIMED_OUT, EntryBatch, remaining_ms
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
 from actors.errors import (
     CallFailed,
@@ -280,6 +280,8 @@ class ClientEndpoint(IntrospectedEndpoint):
         if entry.status in {Status.REMOTE_ERROR, Status.INVALID_REQUEST, Status.INVALID_REPLY}:
             return RemoteError(*remote_error(entry.body), self.srv_name)
         text = self.refusal or peer_text(entry.body.decode("utf-8", "replace"))
+        if entry.status == Status.CANCELLED and TIMED_OUT in (entry.attributes or ()):
+            return ServiceTimeout(f"Service '{self.srv_name}': {text}")
         failure = _UNSERVED.get(entry.status)
         if failure is None:
             return RemoteError(f"Status {entry.status}", text, self.srv_name)

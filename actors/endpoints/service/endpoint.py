@@ -15,6 +15,7 @@ from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
 from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
+from actors.errors import CallFailed
 from actors.interfaces.codec import EncodedCodec, codec_for
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import declared_type, definition, type_name
@@ -268,6 +269,10 @@ class ServiceEndpoint(DeclaredService):
         return callback_task
 
     def _raised(self, call: int, error: BaseException) -> None:
+        # A raw handler forwards the call, and this is how that has ended.
+        if isinstance(error, CallFailed) and self._result_type is bytes:
+            self.replies.pass_on(call, error)
+            return
         self.replies.send_error(call, Status.REMOTE_ERROR, error)
         self.context.callback_failed(self.timing.what, error)
 

@@ -6,8 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import msgpack
 
-from actors.endpoints.entries import EntryBatch
-from actors.errors import error_text
+from actors.endpoints.entries import TIMED_OUT, EntryBatch
+from actors.errors import (
+    CallFailed,
+    RemoteError,
+    ServiceOverloaded,
+    ServiceTimeout,
+    ServiceUnavailable,
+    error_text,
+)
 from proto import limits
 from proto.wire import frames
 from proto.wire.codec import encode
@@ -71,11 +78,26 @@ class Replies:
         """Send the reason why a request was not handled."""
         self._refuse(call, status, text.encode())
 
-    def _refuse(self, call: int, status: Status, body: bytes) -> None:
+    def pass_on(self, call: int, error: CallFailed) -> None:
+        """Let the client's call end as another one has, that was made for it."""
+        if isinstance(error, RemoteError):
+            self._refuse(call, Status.REMOTE_ERROR, msgpack.packb([error.type_name, error.text]))
+        elif isinstance(error, ServiceOverloaded):
+            self.send_text(call, Status.OVERLOADED, error_text(error))
+        elif isinstance(error, ServiceUnavailable):
+            self.send_text(call, Status.UNAVAILABLE, error_text(error))
+        elif isinstance(error, ServiceTimeout):
+            self._refuse(call, Status.CANCELLED, error_text(error).encode(), {TIMED_OUT: True})
+        else:
+            self.send_error(call, Status.REMOTE_ERROR, error)
+
+    def _refuse(
+        self, call: int, status: Status, body: bytes, attributes: frames.Options | None = None
+    ) -> None:
         self.sent += 1
         self.errors += 1
         self._outgoing.send(
-            ReplyEntry(call, status, more=False, attributes=None, body=body), self, self._link
+            ReplyEntry(call, status, more=False, attributes=attributes, body=body), self, self._link
         )
 
     def flush_turn(self) -> None:

@@ -370,3 +370,31 @@ async def test_raw_ends_stand_in_for_an_actions_server(ends: Ends) -> None:
     assert goal.accepted
     result = await goal.result()
     assert (told, list(result.result.sequence)) == ([7], [8])
+
+
+@pytest.mark.parametrize(
+    ("error", "seen", "text"),
+    [
+        (actors.ServiceUnavailable("none behind"), actors.ServiceUnavailable, "none behind"),
+        (actors.ServiceOverloaded("full behind"), actors.ServiceOverloaded, "full behind"),
+        (actors.ServiceTimeout("late behind"), actors.ServiceTimeout, "late behind"),
+        (actors.RemoteError("ValueError", "no sum", "/behind"), actors.RemoteError, "ValueError: no sum"),
+        (actors.GoalUnknown("no goal"), actors.RemoteError, "GoalUnknown: no goal"),
+    ],
+)
+async def test_a_forwarded_call_ends_as_the_one_behind(
+    ends: Ends, error: Exception, seen: type[Exception], text: str
+) -> None:
+    """What a handler's own call raises reaches the caller as it is, and is no fault of the forwarder."""
+
+    async def forward(data: bytes) -> bytes:
+        raise error
+
+    service = ends.server.create_service(AddTwoInts, "add", forward, concurrent=True, raw=True)
+    client = await ends.typed_client()
+    with pytest.raises(seen) as caught:
+        await client.call(AddTwoInts.Request(), timeout_sec=None)
+    assert type(caught.value) is seen
+    assert text in str(caught.value)
+    assert "/add" in str(caught.value)
+    assert (service.errors, ends.server.callback_errors) == (1, 0)
