@@ -310,7 +310,8 @@ class Observer:
 
     async def _follow(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
-            began = time.monotonic()
+            # Of this thread: if the machine pauses here, the page need not wait twenty times as long.
+            began = time.thread_time()
             seen = NODE_NAMES.without_own(watch.snapshot)
             self._reported.set()
             # Each stream and each reader of a topic changes this process's own nodes only. The same object as
@@ -320,7 +321,7 @@ class Observer:
             # In any case: a broker that was started again may have the same graph, and other rules.
             for listener in tuple(self._graph_listeners):
                 listener()
-            spent = time.monotonic() - began
+            spent = time.thread_time() - began
             # `batches` combines the changes of this time, so that a busy graph costs ten updates a second.
             await asyncio.sleep(max(CHANGE_PERIOD_SEC, MAX_CHANGE_SHARE * spent))
 

@@ -28,6 +28,10 @@ ANSWER_SEC: Final = 0.005
 PAUSE_RATIO: Final = 7
 """The pause after collecting and answering is 7 times as long, so that both take 1/8 of the loop's time."""
 
+MAX_PAUSE_SEC: Final = 4.0
+"""The longest pause. What took long may have been a pause of the machine, and a node's query for the numbers
+ends after 5 s."""
+
 
 class Inspections:
     """The INSPECTs of all links of one run of a broker that wait for their answers.
@@ -80,7 +84,7 @@ class Inspections:
         finally:
             spent = budget.clock() - began
             budget.spend(spent)
-            self._next_at = self._loop.time() + PAUSE_RATIO * spent
+            self._next_at = self._loop.time() + min(PAUSE_RATIO * spent, MAX_PAUSE_SEC)
             if self._unanswered:
                 self._answer_later()
 

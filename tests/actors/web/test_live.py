@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import time
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -71,6 +73,20 @@ async def test_the_graph_panel_sends_what_changes(page: Page, meeting: Meeting) 
     assert found["patch"]["vertices"]["topic /chatter"]["types"] == ["std_msgs/msg/String"]
     await node.__aexit__(None, None, None)
     await page.until(lambda body: body["patch"].get("vertices", {}).get("node /talker", 0) is None)
+
+
+async def test_a_pause_of_the_machine_does_not_hold_up_the_graph(
+    page: Page, meeting: Meeting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a change that keeps the loop busy the next one waits; a pause keeps nothing busy."""
+    seconds = itertools.count(step=100.0)
+    clocks = SimpleNamespace(monotonic=lambda: next(seconds), thread_time=time.thread_time)
+    monkeypatch.setattr(observer, "time", clocks)
+    await page.open(1, "graph")
+    for name in ("one", "two"):
+        await meeting.node(name)
+        while f"node /{name}" not in (await page.next())["patch"].get("vertices", {}):
+            pass
 
 
 async def test_the_graph_panel_marks_what_does_not_match(page: Page, meeting: Meeting) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
@@ -21,13 +22,14 @@ from tests.broker import frame_makers as make
 from tests.broker.rawclient import RawClient, hello, link, until
 from tests.seams.brokers import dispatcher_of
 from tests.seams.structure import memory
-from tests.simulation.stage import play
+from tests.simulation.loop import simulate
+from tests.simulation.stage import Stage, play
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    from tests.simulation.stage import Stage
+    from tests.simulation.loop import SimulatedLoop
 
 
 @pytest.fixture
@@ -244,6 +246,21 @@ def test_a_blocked_loop_and_a_silent_link_are_visible() -> None:
         assert stage.broker.stats().lag_longest_sec < 0.01
 
     play(scene)
+
+
+def test_a_pause_of_the_machine_delays_no_answer_for_long() -> None:
+    """A pause while the numbers are collected is no reason not to collect them for seven times as long."""
+
+    async def main(loop: SimulatedLoop) -> None:
+        async with AsyncExitStack() as stack:
+            stage = Stage(loop, stack, BrokerOptions())
+            await stage.start_broker()
+            node = await stage.enter("asker")
+            for _ in range(3):
+                await node.get_broker_stats()
+        await stage.stop_broker()
+
+    simulate(main, clock_step_sec=1.0)
 
 
 def test_answers_fit_the_largest_names() -> None:
