@@ -13,6 +13,7 @@ import actors
 import broker
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
+from proto.limits import DEFAULT_KEEPALIVE_SEC
 from tests.integration.conftest import DEADLINE_SEC, wait_for_subscriptions
 from tests.integration.counter import COUNTER, Counted
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from tests.integration.conftest import System
 
 KEEP_ALL = actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)
-KEEPALIVE = ("--keepalive-sec", "1.5")
 CROWD = 10_000
 """Messages queued at a KEEP_ALL publisher that has used up its credit."""
 
@@ -30,7 +30,7 @@ import actors, broker
 from actors.interfaces.std_msgs.msg import Int64
 
 async def main():
-    options = broker.BrokerOptions(port=int(sys.argv[1]), keepalive_sec=1.5)
+    options = broker.BrokerOptions(port=int(sys.argv[1]))
     async with broker.Broker(options) as hub, actors.Node("embedded", url=hub.url) as node:
         publisher = node.create_publisher(Int64, "numbers", 10)
         print("up", flush=True)
@@ -73,8 +73,8 @@ actors.run(main)
 
 async def test_a_reader_with_much_to_do_stays_in_the_graph(system: System) -> None:
     """Plain callbacks that take several keepalive limits in all do not make a node look silent."""
-    crowd = 1000
-    await system.broker(*KEEPALIVE)
+    crowd = 1400
+    await system.broker()
     reader = await system.python("-c", SLOW_READER, str(crowd))
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
@@ -85,7 +85,7 @@ async def test_a_reader_with_much_to_do_stays_in_the_graph(system: System) -> No
         counts: list[int] = []
         began = time.monotonic()
         async with asyncio.timeout(DEADLINE_SEC):
-            while time.monotonic() - began < 3 * 1.5:
+            while time.monotonic() - began < 2 * DEFAULT_KEEPALIVE_SEC:
                 await node.get_graph()
                 counts.append(publisher.get_subscription_count())
         assert set(counts) == {1}
@@ -94,7 +94,7 @@ async def test_a_reader_with_much_to_do_stays_in_the_graph(system: System) -> No
 
 async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: System) -> None:
     """After the keepalive limit its credit no longer counts; when it is back it counts what it missed."""
-    await system.broker("--keepalive-sec", "1")
+    await system.broker()
     counter = await system.python("-c", COUNTER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
@@ -120,7 +120,7 @@ async def test_a_frozen_reader_frees_the_publisher_that_waited_for_it(system: Sy
 
 async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> None:
     """Its caller gets an error, its late reply is dropped, and its counters account for every message."""
-    await system.broker(*KEEPALIVE)
+    await system.broker()
     counter = await system.python("-c", COUNTER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", KEEP_ALL)
@@ -147,7 +147,7 @@ async def test_a_blocked_loop_is_suspended_and_comes_back(system: System) -> Non
 
 async def test_a_frozen_broker_loses_only_what_is_counted(system: System) -> None:
     """Calls fail, nodes reconnect afterwards, no message arrives twice, and the counts add up."""
-    daemon = await system.broker(*KEEPALIVE)
+    daemon = await system.broker()
     counter = await system.python("-c", COUNTER)
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(Int64, "numbers", 100)

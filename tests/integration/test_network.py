@@ -57,8 +57,8 @@ class RemoteCounter:
 
 @pytest.fixture
 async def far(system: System, request: pytest.FixtureRequest) -> AsyncIterator[RemoteCounter]:
-    """A counter and a broker (the parameter is its options; a keepalive limit of 1.5 s), each a process."""
-    await system.broker(*getattr(request, "param", ("--keepalive-sec", "1.5")))
+    """A counter and a broker (the parameter is its options; by default none), each a process."""
+    await system.broker(*getattr(request, "param", ()))
     near = system.url
     async with FaultProxy(near) as proxy, actors.Node("talker", url=near) as node:
         system.url = proxy.url

@@ -17,8 +17,6 @@ from tests.integration.conftest import DEADLINE_SEC, NO_KEEPALIVE, wait_for_subs
 if TYPE_CHECKING:
     from tests.integration.conftest import System
 
-KEEPALIVE = ("--keepalive-sec", "1.5")
-
 SLEEPER = """
 import asyncio
 import actors
@@ -83,7 +81,7 @@ async def test_a_child_does_not_keep_its_killed_parent_in_the_graph(system: Syst
 
 async def test_a_frozen_server_fails_its_calls_and_comes_back(system: System) -> None:
     """After the keepalive limit its pending call fails; when it continues it serves again."""
-    await system.broker(*KEEPALIVE)
+    await system.broker()
     server = await system.example("add_two_ints_server")
     async with actors.Node("client", url=system.url) as node:
         client = node.create_client(AddTwoInts, "add_two_ints")
@@ -101,7 +99,7 @@ async def test_a_frozen_server_fails_its_calls_and_comes_back(system: System) ->
 
 async def test_a_frozen_node_without_matches_leaves_after_a_graph_query(system: System) -> None:
     """No node depends on it, so the broker checks it rarely; a graph query makes the broker check it."""
-    await system.broker(*KEEPALIVE)
+    await system.broker()
     sleeper = await system.python("-c", SLEEPER)
     await sleeper.wait_for_line("up")
     sleeper.send_signal(signal.SIGSTOP)
@@ -115,7 +113,7 @@ async def test_a_frozen_node_without_matches_leaves_after_a_graph_query(system: 
 
 async def test_a_call_into_a_frozen_broker_ends_before_its_deadline(system: System) -> None:
     """The caller's keepalive notices it, although no server is matched."""
-    daemon = await system.broker(*KEEPALIVE)
+    daemon = await system.broker()
     async with actors.Node("caller", url=system.url) as node:
         client = node.create_client(AddTwoInts, "nobody")
         await node.get_graph()
@@ -128,7 +126,7 @@ async def test_a_call_into_a_frozen_broker_ends_before_its_deadline(system: Syst
 
 async def test_a_frozen_subscriber_comes_back(system: System) -> None:
     """After the keepalive limit it leaves the graph; when it continues it receives messages again."""
-    await system.broker(*KEEPALIVE)
+    await system.broker()
     subscriber = await system.example("minimal_subscriber")
     async with actors.Node("talker", url=system.url) as node:
         publisher = node.create_publisher(String, "addison", 10)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from actors.web import observer
+from actors.web import node_watch, observer, probes
 from actors.web.options import WebOptions
+from actors.web.routes import lifecycle, operations, parameters
 from tests.actors.meeting import DEADLINE_SEC
 from tests.actors.web.site import Site
 
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the server wait for a busy broker, at its start and for each user."""
+    """Let the server wait for brokers and nodes that answer late, because the machine is busy or pauses."""
+    for module in (probes, operations):
+        monkeypatch.setattr(module, "BROKER_ANSWER_SEC", DEADLINE_SEC)
+    for module in (node_watch, lifecycle, parameters):
+        monkeypatch.setattr(module, "NODE_ANSWER_SEC", DEADLINE_SEC)
     monkeypatch.setattr(observer, "CONNECT_SEC", DEADLINE_SEC)
 
 
