@@ -21,6 +21,9 @@ BRIDGE_LABEL: Final = "bridge"
 BRIDGE_ID_LABEL: Final = "bridge_id"
 """Label of a bridge's control node: the id of the bridge, by which the other network shows it as well."""
 
+BRIDGE_STATE_LABEL: Final = "bridge_state"
+"""Label of the node by which a bridge says that it is active, beside the two above."""
+
 
 class SideNode(NamedTuple):
     """One node of a side.
