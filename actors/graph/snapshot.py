@@ -59,7 +59,7 @@ class EndpointInfo:
     """The labels of its node."""
 
     def __str__(self) -> str:
-        """Return 14 lines, as rclpy does; one more for a strict endpoint."""
+        """Return 14 lines, as rclpy does; one more for a strict endpoint, and for labels of its node."""
         what = "Service" if self.endpoint_type in {EntryKind.SERVICE, EntryKind.CLIENT} else "Topic"
         qos = self.qos_profile
         keeps_last = qos.history is HistoryPolicy.KEEP_LAST
@@ -68,6 +68,7 @@ class EndpointInfo:
             [
                 f"Node name: {self.node_name}",
                 f"Node namespace: {self.node_namespace}",
+                *([f"Node labels: {labels_text(self.node_labels)}"] if self.node_labels else []),
                 f"{what} type: {self.topic_type}",
                 f"{what} type hash: {self.topic_type_hash or 'INVALID'}",
                 f"Endpoint type: {_ENDPOINT_TYPES[self.endpoint_type]}",
@@ -243,16 +244,21 @@ class GraphSnapshot:
             return {} if node is None else labels_of(node)
         return labels_of(entry)
 
-    def node_labels(self) -> dict[str, list[dict[str, str]]]:
-        """Return the labels of all nodes.
+    def node_labels(self) -> dict[str, dict[str, str]]:
+        """Return the labels of all nodes that have some.
 
         Returns:
-            By full name, in the order of names, the labels of each node that has it.
+            By full name, texts by name. If nodes share the name, a label has the texts of all of them,
+            sorted, with commas between them.
         """
-        found: dict[str, list[dict[str, str]]] = {}
-        for entry in sorted(self.of_kind(EntryKind.NODE), key=lambda entry: (entry.node, entry.key)):
-            found.setdefault(entry.node, []).append(labels_of(entry))
-        return found
+        found: dict[str, dict[str, set[str]]] = {}
+        for entry in self.of_kind(EntryKind.NODE):
+            for label, text in labels_of(entry).items():
+                found.setdefault(entry.node, {}).setdefault(label, set()).add(text)
+        return {
+            node: {label: ", ".join(sorted(texts)) for label, texts in sorted(labels.items())}
+            for node, labels in found.items()
+        }
 
     def _endpoint(self, entry: GraphEntry) -> EndpointInfo:
         namespace, name = split_node_name(entry.node)
@@ -287,6 +293,18 @@ def _printable_labels(qos: Mapping[str, Scalar]) -> dict[str, Scalar]:
     return {
         peer_name(key): peer_name(value) if isinstance(value, str) else value for key, value in qos.items()
     }
+
+
+def labels_text(labels: Mapping[str, str]) -> str:
+    """Return labels in one line.
+
+    Args:
+        labels: Texts by name.
+
+    Returns:
+        Such as "origin=ros2/7, role=bridge"; "" for none.
+    """
+    return ", ".join(f"{name}={text}" for name, text in labels.items())
 
 
 def require_few(entries: int) -> None:

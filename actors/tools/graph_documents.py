@@ -12,6 +12,8 @@ from proto.wire.codes import EntryKind
 from proto.wire.names import full_node_name, is_hidden
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from actors.graph.snapshot import EndpointInfo, GraphSnapshot, NamesAndTypes
     from actors.time.types import Duration
     from actors.tools.broker_names import BrokerNames
@@ -72,22 +74,20 @@ def actions(snapshot: GraphSnapshot, *, hidden: bool = False) -> list[dict[str, 
 def nodes(
     snapshot: GraphSnapshot, names: BrokerNames | None = None, *, hidden: bool = False
 ) -> list[dict[str, Any]]:
-    """Return the nodes: name; in a mesh also broker, duplicate.
+    """Return the nodes: name; in a mesh also broker, duplicate; labels of a node that has some.
 
     Args:
         snapshot: The graph.
         names: The names of the brokers if a mesh has several; else None.
         hidden: Also names with a token that begins with `_`.
     """
-    entries = sorted(
-        (entry.node, "" if names is None else names[entry.broker])
-        for entry in snapshot.of_kind(EntryKind.NODE)
-        if hidden or not is_hidden(entry.node)
-    )
-    if names is None:
-        return [{"name": name} for name, _ in entries]
-    duplicates = snapshot.duplicate_nodes()
-    return [{"name": name, "broker": broker, "duplicate": name in duplicates} for name, broker in entries]
+    duplicates = {} if names is None else snapshot.duplicate_nodes()
+    found: list[dict[str, Any]] = []
+    for entry in snapshot.of_kind(EntryKind.NODE):
+        if hidden or not is_hidden(entry.node):
+            place = {"broker": names[entry.broker], "duplicate": entry.node in duplicates} if names else {}
+            found.append({"name": entry.node, **place, **_labels(snapshot.labels_of(entry))})
+    return sorted(found, key=lambda node: (node["name"], node.get("broker", ""), [*node.get("labels", ())]))
 
 
 def topic(snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None) -> dict[str, Any] | None:
@@ -150,7 +150,7 @@ def action_nodes(snapshot: GraphSnapshot, kind: EntryKind, name: str) -> list[di
 def node(
     snapshot: GraphSnapshot, name: str, names: BrokerNames | None = None, *, hidden: bool = False
 ) -> dict[str, Any] | None:
-    """Return a node: name, broker, and what it publishes, subscribes to, serves and calls; None for none.
+    """Return a node: name, broker, labels, what it publishes, subscribes to, serves and calls; None for none.
 
     Args:
         snapshot: The graph.
@@ -167,6 +167,7 @@ def node(
     return {
         "name": name,
         **({} if names is None else {"broker": names.joined(brokers)}),
+        **_labels(snapshot.node_labels().get(name, {})),
         **{
             title: [{"name": each, "types": types} for each, types in _shown(listed, hidden=hidden)]
             for title, listed in found.items()
@@ -175,7 +176,7 @@ def node(
 
 
 def endpoint(info: EndpointInfo, names: BrokerNames | None = None) -> dict[str, Any]:
-    """Return an endpoint: node, broker, type, type_hash, endpoint_id, qos.
+    """Return an endpoint: node, node_labels, broker, type, type_hash, endpoint_id, qos.
 
     Args:
         info: The endpoint.
@@ -184,6 +185,7 @@ def endpoint(info: EndpointInfo, names: BrokerNames | None = None) -> dict[str, 
     qos = info.qos_profile
     return {
         "node": full_node_name(info.node_namespace, info.node_name),
+        **_labels(info.node_labels, "node_labels"),
         **({} if names is None else {"broker": names[info.broker]}),
         "type": info.topic_type,
         "type_hash": info.topic_type_hash,
@@ -200,6 +202,11 @@ def endpoint(info: EndpointInfo, names: BrokerNames | None = None) -> dict[str, 
             "strict": info.strict_qos,
         },
     }
+
+
+def _labels(labels: Mapping[str, str], key: str = "labels") -> dict[str, Any]:
+    """Return the key of labels for a document; nodes without labels have none."""
+    return {key: dict(labels)} if labels else {}
 
 
 def _named(

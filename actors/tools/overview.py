@@ -98,6 +98,7 @@ class NodeRow:
     Attributes:
         name: Its full name. Nodes that share it have a row for each of their links.
         broker: The names of the brokers with nodes of this name; empty unless a mesh has several.
+        labels: The labels of the nodes of this name.
         link: The session number of its link; 0 if the broker does not report it.
         shared: Whether another row has the same name.
         state: "linked", or "suspended": its link is silent and may come back.
@@ -117,6 +118,7 @@ class NodeRow:
 
     name: str
     broker: str
+    labels: Mapping[str, str]
     link: int
     shared: bool
     state: str
@@ -352,6 +354,7 @@ def _nodes(
     snapshot, names = sample.snapshot, BrokerNames(sample.report)
     endpoints = Counter(entry.node for entry in snapshot.entries.values() if entry.kind != EntryKind.NODE)
     brokers = snapshot.node_brokers() if names.several else {}
+    labels = snapshot.node_labels()
     # Suspended nodes are not in the graph, but somebody who looks for a missing node should see them.
     silent = {name for name, found in links.items() if any(link.suspended for link in found.values())}
     rows = [
@@ -365,6 +368,7 @@ def _nodes(
         yield NodeRow(
             name=name,
             broker=names.joined(brokers.get(name, ())),
+            labels=labels.get(name, {}),
             link=0 if link is None else link.session,
             shared=shared,
             state=SUSPENDED if link is not None and link.suspended else LINKED,

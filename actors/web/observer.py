@@ -19,6 +19,7 @@ from actors.web.documents import PAUSE
 from actors.web.node_names import NODE_NAMES
 from actors.web.worker import Worker
 from proto.aio.tasks import RESTART_PAUSE_SEC, cancel_and_wait, keep_running
+from proto.wire.labels import NODE_KEY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -342,6 +343,9 @@ def _parts_of(snapshot: GraphSnapshot) -> dict[str, dict[int, GraphEntry]]:
         parts[entry.node][key] = entry
         if entry.name:
             parts[entry.name][key] = entry
+            node = entry.qos.get(NODE_KEY)
+            if isinstance(node, int) and node in snapshot.entries:  # its labels are told with the endpoint
+                parts[entry.name][node] = snapshot.entries[node]
             action, found, _ = entry.name.partition(ACTION_PART)
             if found:
                 parts[action][key] = entry

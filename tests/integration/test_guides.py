@@ -17,7 +17,18 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize(
     "name",
-    ["actions", "interfaces", "lifecycle", "logs", "parameters", "rclpy", "ros-programs", "threads", "time"],
+    [
+        "actions",
+        "bare-nodes",
+        "interfaces",
+        "lifecycle",
+        "logs",
+        "parameters",
+        "rclpy",
+        "ros-programs",
+        "threads",
+        "time",
+    ],
 )
 async def test_the_guide_can_be_followed(name: str, system: System, tmp_path: Path) -> None:
     """Each command succeeds and prints what is shown."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from actors.graph.snapshot import labels_text
 from actors.tools.graph_drawing.mismatches import Mismatch, mismatches_of
 from proto.errors import CallboardError
 from proto.wire.codes import EntryKind
@@ -58,16 +59,19 @@ class Vertex(NamedTuple):
         kind: Which of them it is.
         name: Its full name.
         broker: The name of a node's broker, or of several; empty if no mesh has several.
+        labels: The names and texts of a node's labels.
     """
 
     kind: Kind
     name: str
     broker: str = ""
+    labels: tuple[tuple[str, str], ...] = ()
 
     @property
     def label(self) -> str:
-        """Its name, with a node's broker."""
-        return f"{self.name} ({self.broker})" if self.broker else self.name
+        """Its name, with a node's broker and labels."""
+        more = ", ".join(filter(None, (self.broker, labels_text(dict(self.labels)))))
+        return f"{self.name} ({more})" if more else self.name
 
 
 class Edge(NamedTuple):
@@ -175,18 +179,22 @@ def model_of(
     Raises:
         DrawingTooLargeError: There are more than `MAX_DIRECT_EDGES` arrows from node to node.
     """
-    chosen, brokers = chosen or GraphFilter(), brokers or {}
-    nodes = {name for name in snapshot.nodes() if _shows_node(name, chosen)}
+    chosen, brokers, labels = chosen or GraphFilter(), brokers or {}, snapshot.node_labels()
+    nodes = {
+        name: Vertex(Kind.NODE, name, brokers.get(name, ""), tuple(labels.get(name, {}).items()))
+        for name in snapshot.nodes()
+        if _shows_node(name, chosen)
+    }
     shown = [entry for entry in snapshot.entries.values() if entry.node in nodes and _shows(entry, chosen)]
-    links = {_edge(entry, brokers) for entry in shown if entry.kind in _RELATIONS}
+    links = {_edge(entry, nodes) for entry in shown if entry.kind in _RELATIONS}
     links -= _unwanted(links, chosen)
     types: dict[Vertex, set[str]] = {}
     hubs = {_hub(edge) for edge in links}
     for entry in shown:
-        if entry.kind in _RELATIONS and (hub := _hub(_edge(entry, brokers))) in hubs:
+        if entry.kind in _RELATIONS and (hub := _hub(_edge(entry, nodes))) in hubs:
             types.setdefault(hub, set()).update({entry.type_name} - {""})
-    vertices = {Vertex(Kind.NODE, name, brokers.get(name, "")) for name in nodes}
-    ends = (entry for entry in shown if entry.kind in _RELATIONS and _hub(_edge(entry, brokers)) in hubs)
+    vertices = {*nodes.values()}
+    ends = (entry for entry in shown if entry.kind in _RELATIONS and _hub(_edge(entry, nodes)) in hubs)
     mismatches = tuple(mismatches_of(ends))
     if chosen.nodes_only:
         return GraphModel(
@@ -197,17 +205,15 @@ def model_of(
         tuple(sorted(links)),
         {hub: tuple(sorted(names)) for hub, names in sorted(types.items())},
         mismatches,
-        frozenset(links & _apart(mismatches, brokers)),
+        frozenset(links & _apart(mismatches, nodes)),
     )
 
 
-def _apart(mismatches: Iterable[Mismatch], brokers: Mapping[str, str]) -> set[Edge]:
+def _apart(mismatches: Iterable[Mismatch], nodes: Mapping[str, Vertex]) -> set[Edge]:
     """Return the edges between a topic or service and the nodes that it does not connect."""
     found: set[Edge] = set()
     for each in mismatches:
-        source, target = (
-            Vertex(Kind.NODE, node, brokers.get(node, "")) for node in (each.source, each.target)
-        )
+        source, target = nodes[each.source], nodes[each.target]
         hub = Vertex(Kind(each.kind), each.name)
         is_topic = hub.kind is Kind.TOPIC
         found.add(Edge(source, hub, Relation.PUBLISHES if is_topic else Relation.CALLS))
@@ -231,9 +237,9 @@ def _shows(entry: GraphEntry, chosen: GraphFilter) -> bool:
     return chosen.debug or entry.name not in _DEBUG_TOPICS
 
 
-def _edge(entry: GraphEntry, brokers: Mapping[str, str]) -> Edge:
+def _edge(entry: GraphEntry, nodes: Mapping[str, Vertex]) -> Edge:
     relation = _RELATIONS[EntryKind(entry.kind)]
-    node = Vertex(Kind.NODE, entry.node, brokers.get(entry.node, ""))
+    node = nodes[entry.node]
     hub = Vertex(Kind.TOPIC if relation in _OF_TOPICS else Kind.SERVICE, entry.name)
     return Edge(node, hub, relation) if relation in _OUTWARD else Edge(hub, node, relation)
 
@@ -294,7 +300,11 @@ def document_of(model: GraphModel) -> dict[str, list[dict[str, Any]]]:
     """
     return {
         "nodes": [
-            {"name": vertex.name, **({"broker": vertex.broker} if vertex.broker else {})}
+            {
+                "name": vertex.name,
+                **({"broker": vertex.broker} if vertex.broker else {}),
+                **({"labels": dict(vertex.labels)} if vertex.labels else {}),
+            }
             for vertex in model.of_kind(Kind.NODE)
         ],
         "topics": _documents(model, Kind.TOPIC),

@@ -66,6 +66,7 @@ class GraphPanel(DocumentPanel):
                 "kind": vertex.kind.value,
                 "name": vertex.name,
                 "broker": vertex.broker or None,
+                "labels": dict(vertex.labels) or None,
                 "types": list(model.types.get(vertex, ())) or None,
             }
             for vertex in model.vertices

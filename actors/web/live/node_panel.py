@@ -37,9 +37,10 @@ class NodePanel(DocumentPanel):
     def document(self) -> dict[str, Any]:
         """Return what is known of the node.
 
-        `exists`; `duplicate`; `links`: its rows of the overview by the link's number; `endpoints` by their
-        number: `kind`, `name` and what `callboard topic info --json` prints; and, where the node serves them,
-        `diagnostics`, `lifecycle`, `parameters`, and why one of them could not be had in `errors`.
+        `exists`; `duplicate`; `labels`, null for none; `links`: its rows of the overview by the link's
+        number; `endpoints` by their number: `kind`, `name` and what `callboard topic info --json` prints;
+        and, where the node serves them, `diagnostics`, `lifecycle`, `parameters`, and why one of them could
+        not be had in `errors`.
         """
         observer, name = self._observer, self._name
         snapshot = observer.around(name)
@@ -56,6 +57,7 @@ class NodePanel(DocumentPanel):
         return {
             "exists": name in snapshot.nodes(),
             "duplicate": name in snapshot.duplicate_nodes(),
+            "labels": snapshot.node_labels().get(name),
             "links": {str(row.link): asdict(row) for row in rows if row.name == name},
             "endpoints": endpoints,
             **self._watch.parts,

@@ -8,6 +8,7 @@ import pytest
 
 from actors.graph.snapshot import EndpointInfo, GraphSnapshot, actions_among
 from actors.qos.profile import QoSProfile, qos_profile_unknown
+from proto.wire import frames
 from proto.wire.codes import EntryKind
 from proto.wire.frames import GraphEntry
 
@@ -79,3 +80,39 @@ def test_the_endpoints_of_a_node() -> None:
         ("/chatter", EntryKind.PUBLISHER, "std_msgs/msg/String"),
         ("/add", EntryKind.SERVICE, "example_interfaces/srv/AddTwoInts"),
     ]
+
+
+def labelled(key: int, node: str, **labels: str) -> GraphEntry:
+    """Return the entry of a node."""
+    return GraphEntry(
+        key, EntryKind.NODE, node, "", "", "", {f"label.{name}": labels[name] for name in labels}
+    )
+
+
+def test_the_labels_of_nodes_that_share_a_name_are_told_together() -> None:
+    """And apart for each endpoint, which names the entry of its node; nodes without labels are left out."""
+    snapshot = GraphSnapshot()
+    publishers = [
+        GraphEntry(10 + key, EntryKind.PUBLISHER, "/a", "/t", "T", "H", {"node": key} if key else {})
+        for key in range(3)
+    ]
+    nodes = [labelled(1, "/a", x="2"), labelled(2, "/a", x="1", y=""), labelled(3, "/a"), labelled(4, "/b")]
+    snapshot.apply(frames.Graph(1, more=False, added=(*publishers, *nodes), removed=(), suspended=()))
+    assert snapshot.node_labels() == {"/a": {"x": "1, 2", "y": ""}}
+    assert [info.node_labels for _, info in snapshot.all_endpoints()] == [{}, {"x": "2"}, {"x": "1", "y": ""}]
+    assert snapshot.labels_of(nodes[1]) == {"x": "1", "y": ""}
+
+
+def test_labels_cannot_forge_lines() -> None:
+    """Whatever a broker has let pass."""
+    snapshot = GraphSnapshot()
+    entry = GraphEntry(1, EntryKind.NODE, "/a", "", "", "", {"label.x\n": "1\n/b", "shared": True})
+    snapshot.apply(frames.Graph(1, more=False, added=(entry,), removed=(), suspended=()))
+    assert snapshot.node_labels() == {"/a": {r"x\n": r"1\n/b"}}
+    assert snapshot.entries[1].qos["shared"] is True
+
+
+def test_an_endpoint_tells_the_labels_of_its_node() -> None:
+    """In one line more, below the namespace."""
+    lines = str(replace(EMPTY, node_labels={"origin": "ros2/7", "a": "b"})).splitlines()
+    assert (len(lines), lines[2]) == (15, "Node labels: origin=ros2/7, a=b")

@@ -293,3 +293,26 @@ async def test_a_node_that_does_not_answer_is_an_error_of_the_part(shown: NodePa
     found = await shown.until(lambda each: "parameters" in each and each.get("errors"))
     assert found["errors"] == {"diagnostics": "Service '/driver/get_diagnostics' failed: OSError: broken"}
     assert "diagnostics" not in found
+
+
+async def test_labels_are_in_every_document_of_a_node(control: Site, meeting: Meeting) -> None:
+    """In the lists, those of one node and of one topic, the drawing, the overview, and what the page gets."""
+    owner = await meeting.node("owner")
+    bare = owner.create_bare_node("mirror", labels={"origin": "ros2/7"})
+    bare.create_publisher(String, "/news")
+    labels = {"origin": "ros2/7"}
+    await known(control, "/mirror")
+    topic = await control.json_found("/api/topics/news")
+    assert topic["publishers"][0]["node_labels"] == labels
+    assert await control.json("/api/nodes") == [{"name": "/mirror", "labels": labels}, {"name": "/owner"}]
+    assert (await control.json("/api/nodes/mirror"))["labels"] == labels
+    assert (await control.json("/api/graph"))["nodes"][0] == {"name": "/mirror", "labels": labels}
+    rows = (await control.json("/api/overview"))["nodes"]
+    assert {row["name"]: row["labels"] for row in rows} == {"/mirror": labels, "/owner": {}}
+    async with control.client.ws_connect("/api/live") as socket:
+        page = Page(socket)
+        await page.open(1, "node", node="/mirror")
+        assert (await page.until(lambda body: "labels" in body["patch"]))["patch"]["labels"] == labels
+        await page.open(2, "graph")
+        found = await page.until(lambda body: "node /mirror" in body["patch"].get("vertices", {}))
+        assert found["patch"]["vertices"]["node /mirror"]["labels"] == labels

@@ -73,6 +73,12 @@ test("edges to nodes that do not match are marked, and have no rate", () => {
   assert.equal(elements.get("topic /t subscribes node /c").label, "5/s");
 });
 
+test("the labels of a node are below its name", () => {
+  const document = graph("/a publishes /t");
+  document.vertices["node /a"].labels = { origin: "ros2/7", host: "x" };
+  assert.equal(elementsOf(document, { rate }).get("node /a").label, "/a\n[origin=ros2/7, host=x]");
+});
+
 test("an edge for several is marked if one of them does not match", () => {
   const document = graph("/x/a publishes /t", "/x/b publishes /t");
   document.edges["node /x/a publishes topic /t"].mismatch = true;

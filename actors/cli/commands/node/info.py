@@ -70,6 +70,8 @@ def _print(node: dict[str, Any]) -> None:
     print_styled(Styled(node["name"], "name"))
     if "broker" in node:
         print_styled("  ", Styled("Broker: ", "heading"), node["broker"])
+    for label, text in node.get("labels", {}).items():
+        print_styled("  ", Styled(f"Label {label}: ", "heading"), text)
     for heading in _HEADINGS:
         print_styled("  ", Styled(f"{heading}:", "heading"))
         found = node[heading.lower().replace(" ", "_")]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.cli.parsing import Options, Parser, add_broker_options, add_json_option, add_ros_options
-from proto.wire.codes import EntryKind
+
+if TYPE_CHECKING:
+    from actors.cli.tables import Cell
 
 EXAMPLES: Final = {"callboard node list": "the full names of all nodes"}
 
@@ -14,13 +16,13 @@ def add_arguments(parser: Parser) -> None:
     """Describe the arguments."""
     parser.add_flag("-a", "--all", help="also hidden ones, with a leading _")
     parser.add_flag("-c", "--count-nodes", help="only how many there are")
-    add_json_option(parser, "one array of nodes: name; in a mesh also broker, duplicate")
+    add_json_option(parser, "one array of nodes: name; in a mesh also broker, duplicate; labels, if any")
     add_ros_options(parser)
     add_broker_options(parser)
 
 
 def run(options: Options) -> int:
-    """Print the nodes' full names; in a mesh with their brokers."""
+    """Print the nodes' full names; in a mesh with their brokers; labels of those that have some."""
     from actors.cli.broker_target import open_inspector
     from actors.cli.mesh_names import read_broker_names
     from actors.cli.node_names import visible_nodes, warn_of_shared_names
@@ -37,16 +39,27 @@ def run(options: Options) -> int:
         warn_of_shared_names(found)
         return 0
     places: dict[str, str] = {}
-    rows: list[tuple[str, ...]] = [(name,) for name in found]
+    documents = graph_documents.nodes(snapshot, brokers, hidden=options.all)
     if brokers is not None:
-        entries = snapshot.of_kind(EntryKind.NODE)
-        nodes = sorted((entry.node, brokers[entry.broker]) for entry in entries if entry.node in set(found))
         duplicates = snapshot.duplicate_nodes()
         places = {name: brokers.joined(numbers) for name, numbers in duplicates.items()}
-        rows = [(*node, *(["duplicate"] if node[0] in duplicates else [])) for node in nodes]
     if options.json:
-        print_json(graph_documents.nodes(snapshot, brokers, hidden=options.all))
+        print_json(documents)
     else:
-        print_table(rows, style=("name", "dim", "warn"))
+        print_table(map(_row, documents), style=("name", "dim", "warn"))
     warn_of_shared_names(found, places)
     return 0
+
+
+def _row(node: dict[str, Any]) -> list[Cell]:
+    """Return the line of a node: its name alone, as in ROS 2, if there is nothing else to tell."""
+    from actors.cli.tables import Styled
+    from actors.graph.snapshot import labels_text
+
+    cells: list[Cell] = [node["name"]]
+    if "broker" in node:
+        cells.append(node["broker"])
+        cells += ["duplicate"] if node["duplicate"] else []
+    if "labels" in node:
+        cells.append(Styled(labels_text(node["labels"]), "dim"))
+    return cells

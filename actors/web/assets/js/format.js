@@ -34,6 +34,15 @@ export function bytes(value) {
 }
 
 /**
+ * Return a node's labels in one line; empty without any.
+ *
+ * @param {Record<string, string> | null | undefined} labels
+ */
+export function labelsText(labels) {
+  return Object.entries(labels ?? {}).map(([name, text]) => `${name}=${text}`).join(", ");
+}
+
+/**
  * @param {number | null | undefined} seconds
  * @returns {string}
  */

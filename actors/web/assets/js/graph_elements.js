@@ -1,11 +1,14 @@
 // @ts-check
 // What is drawn of a graph document: pure, so that it can be tested without a browser.
 
+import { labelsText } from "./format.js";
+
 /**
  * @typedef {object} Vertex
  * @property {"node" | "topic" | "service" | "action"} kind
  * @property {string} name
  * @property {string} [broker]
+ * @property {Record<string, string>} [labels] of a node
  * @property {string[]} [types]
  * @property {string} [state]
  * @property {number} [messages_per_sec]
@@ -109,6 +112,9 @@ function labelOf(vertex, namespace, rate) {
   const lines = [name];
   if (vertex.broker) {
     lines.push(`(${vertex.broker})`);
+  }
+  if (vertex.labels) {
+    lines.push(`[${labelsText(vertex.labels)}]`);
   }
   if (vertex.state === "suspended") {
     lines.push("suspended");

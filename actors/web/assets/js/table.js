@@ -10,6 +10,7 @@ import { h, setText } from "./dom.js";
  * @property {(row: Row) => string | number | null | undefined} value what is sorted by, and shown without `text`
  * @property {(row: Row) => string} [text] what is shown
  * @property {(row: Row) => string} [href] makes it a link
+ * @property {(row: Row) => string} [badge] with a link, what stands beside it
  * @property {(row: Row) => string} [style] a class of the cell
  * @property {boolean} [number] whether it is a number: aligned right, the greatest first
  */
@@ -85,7 +86,7 @@ export class Table {
   _filled(key) {
     let element = this._elements.get(key);
     if (!element) {
-      element = h("tr", {}, ...this._columns.map((column) => h("td", { class: column.number ? "number" : null }, column.href ? h("a") : null)));
+      element = h("tr", {}, ...this._columns.map((column) => h("td", { class: column.number ? "number" : null }, column.href ? h("a") : null, column.badge ? h("span", { class: "badge" }) : null)));
       this._elements.set(key, element);
     }
     const row = this._rows[key];
@@ -94,6 +95,9 @@ export class Table {
       const link = column.href ? /** @type {HTMLAnchorElement} */ (cell.firstChild) : null;
       if (link && column.href && link.getAttribute("href") !== column.href(row)) {
         link.setAttribute("href", column.href(row));
+      }
+      if (link && column.badge) {
+        setText(/** @type {HTMLElement} */ (cell.lastChild), column.badge(row));
       }
       setText(link ?? cell, column.text ? column.text(row) : String(column.value(row) ?? "-"));
       if (column.style) {

@@ -64,6 +64,36 @@ async def test_nodes_that_share_a_name_are_marked(desk: Desk) -> None:
     assert "    /chatter: std_msgs/msg/String\n    /news: std_msgs/msg/String\n" in shown.out
 
 
+async def test_labels_are_shown_where_nodes_have_some(desk: Desk) -> None:
+    """Beside the name, a line each in `info`, in `topic info -v` and `graph`; other lines stay the same."""
+    async with desk.node("zoe") as node:
+        labels = {"origin": "ros2/7", "host": "robot"}
+        bare = node.create_bare_node("adam", labels=labels)
+        bare.create_publisher(String, "/chatter")
+        node.create_subscription(String, "chatter", print)
+        await node.get_graph()
+        listed = await desk.callboard("node", "list")
+        documents = (await desk.callboard("node", "list", "--json")).json
+        info = await desk.callboard("node", "info", "/adam")
+        document = (await desk.callboard("node", "info", "/adam", "--json")).json
+        plain = await desk.callboard("node", "info", "/zoe")
+        topic = await desk.callboard("topic", "info", "-v", "/chatter")
+        ends = (await desk.callboard("topic", "info", "/chatter", "--json")).json
+        drawn = await desk.callboard("graph")
+        graph = (await desk.callboard("graph", "--json")).json
+    assert listed == (0, "/adam  origin=ros2/7, host=robot\n/zoe\n", "")
+    assert documents == [{"name": "/adam", "labels": labels}, {"name": "/zoe"}]
+    lines = "/adam\n  Label host: robot\n  Label origin: ros2/7\n  Subscribers:\n\n"
+    assert info.out.startswith(lines)
+    assert document["labels"] == labels
+    assert plain.out.startswith("/zoe\n  Subscribers:\n    /chatter: std_msgs/msg/String\n")
+    assert topic.out.count("Node namespace: /\nNode labels: origin=ros2/7, host=robot\nTopic type:") == 1
+    assert topic.out.count("Node namespace: /\nTopic type:") == 1
+    assert [each.get("node_labels") for each in ends["publishers"] + ends["subscriptions"]] == [labels, None]
+    assert "/adam (host=robot, origin=ros2/7)" in drawn.out
+    assert graph["nodes"] == [{"name": "/adam", "labels": labels}, {"name": "/zoe"}]
+
+
 async def test_info(desk: Desk) -> None:
     """Six headings, names with types, actions by their services, hidden names left out."""
     types: Any = action_types(Fibonacci)

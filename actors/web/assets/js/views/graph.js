@@ -3,7 +3,7 @@
 
 import cytoscape from "../../vendor/cytoscape.esm.min.mjs";
 import { announce, download, h, onOtherColors, setChildren, setText } from "../dom.js";
-import { bytes, short } from "../format.js";
+import { bytes, labelsText, short } from "../format.js";
 import { elementsOf, placeNear } from "../graph_elements.js";
 import { svgOf } from "../graph_svg.js";
 import { addressOf } from "../routes.js";
@@ -299,7 +299,7 @@ class GraphView {
     if (vertex) {
       parts.push(
         h("h3", {}, h("a", { href: addressOf(vertex.kind, vertex.name) }, vertex.name)),
-        h("p", {}, [vertex.kind, ...(vertex.types ?? []), vertex.broker && `on ${vertex.broker}`, vertex.state].filter(Boolean).join(", ")),
+        h("p", {}, [vertex.kind, ...(vertex.types ?? []), vertex.broker && `on ${vertex.broker}`, labelsText(vertex.labels), vertex.state].filter(Boolean).join(", ")),
       );
       if (vertex.kind === "topic") {
         const rates = `${short(vertex.messages_per_sec)} messages/s, ${bytes(vertex.bytes_per_sec)}/s, ${short(vertex.dropped)} dropped`;

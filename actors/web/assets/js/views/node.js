@@ -2,7 +2,7 @@
 // One node: where it runs, its state, parameters, endpoints and log.
 
 import { h, setText } from "../dom.js";
-import { bytes, duration, qosText, short } from "../format.js";
+import { bytes, duration, labelsText, qosText, short } from "../format.js";
 import { Lifecycle } from "../lifecycle.js";
 import { LogList } from "../log_list.js";
 import { Parameters } from "../parameters.js";
@@ -23,6 +23,7 @@ const STANDARD =
 export function show(container, context) {
   const { connection, name } = context;
   const summary = h("div");
+  const badge = h("span", { class: "badge" });
   const process = new Process();
   const lifecycle = new Lifecycle(name, context);
   const lifecycleError = h("p", { class: "bad" });
@@ -42,7 +43,7 @@ export function show(container, context) {
   };
   const log = new LogList(connection, name);
   container.append(
-    h("h2", {}, name),
+    h("h2", {}, name, badge),
     summary,
     lifecycle.element,
     lifecycleError,
@@ -58,6 +59,7 @@ export function show(container, context) {
     }
     found = document;
     const errors = document.errors ?? {};
+    setText(badge, labelsText(document.labels));
     showLines(summary, linesOf(document));
     process.show(document.diagnostics, errors.diagnostics);
     lifecycle.show(document.lifecycle);

@@ -2,7 +2,7 @@
 // All nodes with their links and traffic.
 
 import { h } from "../dom.js";
-import { bytes, short } from "../format.js";
+import { bytes, labelsText, short } from "../format.js";
 import { isHidden } from "../names.js";
 import { addressOf } from "../routes.js";
 import { Table } from "../table.js";
@@ -15,7 +15,7 @@ import { Table } from "../table.js";
  */
 function makeTable(mesh) {
   return new Table("Nodes", [
-    { title: "Node", value: (row) => row.name, href: (row) => addressOf("node", row.name) },
+    { title: "Node", value: (row) => row.name, href: (row) => addressOf("node", row.name), badge: (row) => labelsText(row.labels) },
     ...(mesh ? [{ title: "Broker", value: (/** @type {any} */ row) => row.broker }] : []),
     { title: "State", value: stateText, style: (row) => (row.state === "linked" && !row.duplicate ? "" : "bad") },
     { title: "Endpoints", value: (row) => row.endpoints, number: true },
@@ -40,13 +40,13 @@ export function stateText(row) {
 export function show(container, context) {
   let mesh = false;
   let table = makeTable(mesh);
-  const filter = h("input", { type: "search", placeholder: "Part of a name", "aria-label": "Filter", oninput: () => draw() });
+  const filter = h("input", { type: "search", placeholder: "Part of a name or label", "aria-label": "Filter", oninput: () => draw() });
   const hidden = h("input", { type: "checkbox", onchange: () => draw() });
   /** @type {Record<string, any>} */
   let nodes = {};
   const draw = () => {
     const rows = Object.entries(nodes).filter(
-      ([, row]) => (hidden.checked || !isHidden(row.name)) && row.name.includes(filter.value),
+      ([, row]) => (hidden.checked || !isHidden(row.name)) && `${row.name} ${labelsText(row.labels)}`.includes(filter.value),
     );
     if (mesh !== rows.some(([, row]) => row.broker)) {
       mesh = !mesh;
