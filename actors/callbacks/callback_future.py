@@ -1,4 +1,4 @@
-"""A callback that has returned a future: it runs, without a task, until the future is done."""
+"""Callbacks that have returned and end later, without a task: when a future is done, or in another thread."""
 
 from __future__ import annotations
 
@@ -25,10 +25,31 @@ def is_own_future(result: object) -> bool:
     return isinstance(result, asyncio.Future) and result.get_loop() is asyncio.get_running_loop()
 
 
-class CallbackFuture:
-    """One callback of a `concurrent=True` source, from the future that it has returned to its end.
+class LateCallback:
+    """One callback of a `concurrent=True` source, from its return to the end of its work.
 
     Its owner adds it to the running callbacks of the mailbox, so that a stopping node waits for it.
+
+    Attributes:
+        name: The callback's name, for messages.
+    """
+
+    __slots__ = ("name",)
+
+    holding: Final = False
+    concurrent: Final = True
+    task: Final = None
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+
+    def cancel(self) -> None:
+        """End it."""
+        raise NotImplementedError
+
+
+class CallbackFuture(LateCallback):
+    """A callback that has returned a future.
 
     Args:
         mailbox: The mailbox of the node.
@@ -37,11 +58,7 @@ class CallbackFuture:
         name: The callback's name, for messages.
     """
 
-    __slots__ = ("_ended", "_future", "_mailbox", "name")
-
-    holding: Final = False
-    concurrent: Final = True
-    task: Final = None
+    __slots__ = ("_ended", "_future", "_mailbox")
 
     def __init__(
         self,
@@ -50,7 +67,7 @@ class CallbackFuture:
         ended: Callable[[Any, BaseException | None], None],
         name: str,
     ) -> None:
-        self.name = name
+        super().__init__(name)
         self._mailbox = mailbox
         self._future = future
         self._ended = ended
@@ -60,14 +77,6 @@ class CallbackFuture:
     def cancelled(self) -> bool:
         """Whether the future was cancelled."""
         return self._future.cancelled()
-
-    def awaits(self, future: object) -> bool:
-        """Return whether it runs until this future is done, and that is not done."""
-        return self._future is future and not self._future.done()
-
-    def forget(self) -> None:
-        """Wait for the future no more; in any thread."""
-        self._future.remove_done_callback(self._done)
 
     def cancel(self) -> None:
         """Cancel the future."""

@@ -36,7 +36,7 @@ from actors.callbacks.source import Share, changed
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from actors.callbacks.callback_future import CallbackFuture
+    from actors.callbacks.callback_future import LateCallback
     from actors.callbacks.callback_task import CallbackTask
     from actors.callbacks.source import CallbackSource
 
@@ -67,7 +67,7 @@ class Mailbox:
 
     def __init__(self) -> None:
         self.workers = 0
-        self.running: dict[CallbackTask | CallbackFuture, None] = {}
+        self.running: dict[CallbackTask | LateCallback, None] = {}
         self.cancelling = False
         self.on_exit: Callable[[SystemExit], None] | None = None
         self._on_drained: Callable[[], None] | None = None
@@ -145,7 +145,7 @@ class Mailbox:
         for callback_task in tuple(self.running):
             callback_task.cancel()
 
-    def task_ended(self, callback_task: CallbackTask | CallbackFuture) -> None:
+    def task_ended(self, callback_task: CallbackTask | LateCallback) -> None:
         """Forget a callback task that has ended or was discarded."""
         self.running.pop(callback_task, None)
         if self._on_drained is not None and not self.running:

@@ -47,6 +47,9 @@ class EntryBatch(Generic[E]):
             source.flush_turn()
             link.flush()
 
+    def __bool__(self) -> bool:
+        return bool(self._entries)
+
     def withdraw(self, call: int) -> bool:
         """Remove a call's entry; return False if it has been sent."""
         for index, entry in enumerate(self._entries):
@@ -55,6 +58,10 @@ class EntryBatch(Generic[E]):
                 self._bytes -= len(entry.body) + ENTRY_OVERHEAD_BYTES
                 return True
         return False
+
+    def peek_all(self) -> tuple[E, ...]:
+        """Return the collected entries."""
+        return tuple(self._entries)
 
     def pop_all(self) -> tuple[E, ...]:
         """Remove and return the collected entries."""

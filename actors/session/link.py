@@ -14,6 +14,7 @@ from __future__ import annotations
 import asyncio
 import math
 import secrets
+from contextlib import suppress
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -185,6 +186,12 @@ class Link:
         """Belong to the running loop, and to this thread, from now on; return the loop."""
         self.loop, self.thread = asyncio.get_running_loop(), get_ident()
         return self.loop
+
+    def post(self, callback: Callable[..., object], *args: Any) -> None:
+        """Call a function in the loop, soon; never if the loop is closed. In any thread."""
+        if self.loop is not None:
+            with suppress(RuntimeError):
+                self.loop.call_soon_threadsafe(callback, *args)
 
     def require_thread(self) -> None:
         """Raise RuntimeError in another thread than the loop's, while that runs.

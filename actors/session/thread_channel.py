@@ -1,6 +1,7 @@
-"""A connection on which other threads than the loop's write, too: a single call, or the reply to it.
+"""A connection on which other threads than the loop's write, too: calls, and the replies to them.
 
-If the loop sent them, each would wait for a change of threads, which is most of the time of a call.
+If the loop sent them, each would wait for a change of threads, which is most of the time of a single call. Of
+many, the first would wait until the thread has made the last.
 """
 
 from __future__ import annotations
@@ -81,10 +82,6 @@ class ThreadChannel(Channel):
             self._flush_due = False
             self.flush_soon()
 
-    def takes(self, size: int) -> bool:
-        """Return whether `write_now` may write frames of this many bytes here; in any thread."""
-        return self._socket is not None and size <= MAX_BYTES
-
     def write_now(self, raw: bytes) -> bool:
         """Write a frame at once; in any thread.
 
@@ -92,15 +89,18 @@ class ThreadChannel(Channel):
             raw: The encoded frame.
 
         Returns:
-            False if nothing was written: the frame is large, something else waits to be written, or there is
-            no connection on which threads may write. Then the loop has to send it.
+            False if nothing was written: the frame is large, calls or parts of a frame wait to be written, or
+            there is no connection on which threads may write. Then the loop has to send it.
         """
         sock, transport = self._socket, self._transport
-        if sock is None or transport is None or not self.takes(len(raw)):
+        if sock is None or transport is None or len(raw) > MAX_BYTES:
             return False
         with self._lock:
-            # What the transport has not written yet may be the rest of a frame.
-            if not self.connected or self.busy or self._rest or transport.get_write_buffer_size():
+            # What the transport has not written yet may be the rest of a frame. What the outbox has of calls
+            # came before this.
+            if not self.connected or self.busy or self._rest or self.outbox.urgent_bytes:
+                return False
+            if transport.get_write_buffer_size():
                 return False
             try:
                 self._rest = raw[sock.send(raw) :]

@@ -9,6 +9,7 @@ from actors.ros import message_classes, values
 if TYPE_CHECKING:
     from actors.ros.rclpy.client import Client
     from actors.ros.rclpy.lifecycle import LifecycleNode
+    from actors.ros.rclpy.service import Service
 
 
 def lifecycle_state(node: LifecycleNode) -> tuple[int, str]:
@@ -25,3 +26,8 @@ def forget_numpy() -> None:
 def counted_calls(client: Client[Any, Any, Any]) -> int:
     """Return how many calls the diagnostics of a client count."""
     return client._endpoint.diagnostics().calls
+
+
+def requests_waiting(service: Service[Any, Any, Any]) -> int:
+    """Return how many requests wait for the executor."""
+    return len(service._calls)

@@ -15,6 +15,7 @@ from actors.callbacks.deadlines import Deadlines
 from actors.endpoints.client.refused_calls import RefusedCalls, overloaded
 from actors.endpoints.entries import TIMED_OUT, EntryBatch, remaining_ms
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
+from actors.endpoints.thread_entries import MAX_ENTRY_BYTES, ThreadEntries
 from actors.errors import (
     CallFailed,
     NodeDestroyed,
@@ -35,9 +36,8 @@ from proto.wire.fragments import is_large
 from proto.wire.frames import ReplyEntry, RequestEntry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.diagnostics.records import ClientDiagnostics
+    from actors.endpoints.client.thread_call import ThreadCall
     from actors.endpoints.context import NodeContext
     from actors.interfaces.codec import Codec, EncodedCodec
 
@@ -111,12 +111,13 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._replies = replies
         super().__init__(context, srv_type, name)
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
-        self.pending: dict[int, CallFuture] = {}
+        self.pending: dict[int, CallFuture | ThreadCall] = {}
         self.failed = self.timeouts = self.late = 0
         self._deadlines = Deadlines(self._expired)
-        self._numbers = itertools.count(1)  # `call_now` takes one in another thread
+        self._numbers = itertools.count(1)  # other threads take them, too
         self._last_call = 0
         self._outgoing: EntryBatch[RequestEntry] = EntryBatch()
+        self._threads: ThreadEntries[RequestEntry] | None = None
         self._early: dict[int, tuple[object, bytes, float]] = {}
         """Calls that wait for the node's first session: request, its encoding, deadline in loop time."""
         self._refused = RefusedCalls(
@@ -159,41 +160,44 @@ class ClientEndpoint(IntrospectedEndpoint):
         self._send(future, call, request, body, limit)
         return future
 
-    def call_now(self, body: bytes, ended: Callable[[CallFuture], object]) -> CallFuture | None:
-        """Send an encoded request at once, from another thread than the loop's.
+    def accept_threads(self) -> None:
+        """Let other threads than the loop's call; before they do."""
+        self._threads = ThreadEntries(
+            self.context.link, self._outgoing, self, lambda entries: frames.Request(self.id, entries)
+        )
 
-        It overtakes the calls that this thread has left to the loop.
+    def call_in_thread(self, body: bytes, call: ThreadCall) -> bool:
+        """Send an encoded request from another thread than the loop's.
+
+        It overtakes the calls that this thread has left to the loop, and that have not begun there.
 
         Args:
             body: The request.
-            ended: Called in the loop with the future when it is done; perhaps, if the session ends just now,
-                also if nothing was sent.
+            call: The call, which gets the reply.
 
         Returns:
-            The future of the reply; None if nothing was sent. Then the loop has to send the request.
+            Whether the call is made, or has failed. Otherwise the loop has to make it.
         """
-        link, pending = self.context.link, self.pending
-        channel, loop = link.channel, link.loop
-        if not isinstance(channel, ThreadChannel) or loop is None or not channel.takes(len(body)):
-            return None
+        link, pending, threads = self.context.link, self.pending, self._threads
+        channel = link.channel
+        if threads is None or not isinstance(channel, ThreadChannel) or len(body) > MAX_ENTRY_BYTES:
+            return False
         if not self.peers or self.destroyed or self._refused or self.service_events is not None:
-            return None
-        call = self._last_call = next(self._numbers)
-        future = CallFuture(self, call, None, loop)
-        entry = future.request = RequestEntry(call, None, None, body)
-        future.add_done_callback(ended)  # before the loop can complete it
-        pending[call] = future
+            return False
+        if len(pending) >= MAX_PENDING or channel.busy:
+            return False
+        call.number = self._last_call = next(self._numbers)
+        entry = call.request = RequestEntry(call.number, None, None, body)
+        pending[call.number] = call
         # The end of a session ends the calls in flight: from here on this one, too, unless it came before.
-        if (
-            self.pending is pending
-            and link.channel is channel
-            and channel.write_now(encode(frames.Request(self.id, (entry,))))
-        ):
-            return future
-        pending.pop(call, None)
-        return None
+        if self.pending is pending and link.channel is channel:
+            threads.add(entry, channel, last=len(pending) == 1)
+            return True
+        return pending.pop(call.number, None) is None
 
-    def _send(self, future: CallFuture, call: int, request: object, body: bytes, limit: float) -> None:
+    def _send(
+        self, future: CallFuture | ThreadCall, call: int, request: object, body: bytes, limit: float
+    ) -> None:
         attributes = None
         if self.service_events is not None:
             identity = CallIdentity(self.gid, call)
@@ -206,6 +210,8 @@ class ClientEndpoint(IntrospectedEndpoint):
                 self._deadlines.remove(call)
                 self._fail(self.pending.pop(call), overloaded(self.srv_name))
             return
+        if self._threads:  # to keep the order as well
+            self._threads.flush()
         self._outgoing.send(entry, self, self.context.link)
 
     def _no_broker(self) -> ServiceUnavailable:
@@ -236,15 +242,15 @@ class ClientEndpoint(IntrospectedEndpoint):
     def flush_turn(self) -> None:
         """Put the calls and cancellations of this loop turn into the outbox. Called by the link."""
         channel = self.context.link.channel
-        outgoing = self._outgoing.pop_all()
+        outgoing = self._outgoing.peek_all()
         cancelled, self._cancelled = self._cancelled, []
-        if channel is None or self.destroyed:
-            return
-        if cancelled:  # first, as they make space for the calls
-            channel.outbox.cancel_calls(self.id, cancelled)
-        if outgoing:
-            raw = encode(frames.Request(self.id, outgoing))
-            channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
+        if channel is not None and not self.destroyed:
+            if cancelled:  # first, as they make space for the calls
+                channel.outbox.cancel_calls(self.id, cancelled)
+            if outgoing:
+                raw = encode(frames.Request(self.id, outgoing))
+                channel.outbox.put_calls(raw, (self.id, outgoing[0].call))
+        self._outgoing.pop_all()  # only now: a thread must see them here or in the outbox
 
     def replied(self, entries: tuple[ReplyEntry, ...]) -> None:
         """End calls with their replies. Late replies are counted and ignored."""
@@ -287,7 +293,7 @@ class ClientEndpoint(IntrospectedEndpoint):
             return RemoteError(f"Status {entry.status}", text, self.srv_name)
         return failure(f"Service '{self.srv_name}': {text}")
 
-    def _fail(self, future: CallFuture, error: Exception) -> None:
+    def _fail(self, future: CallFuture | ThreadCall, error: Exception) -> None:
         future.ended()
         if not future.done():
             self.failed += 1
@@ -318,13 +324,17 @@ class ClientEndpoint(IntrospectedEndpoint):
         """Take back a request that has not been sent; cancel one that has."""
         if self._early.pop(call, None) is not None or self._refused.remove(call):
             return
+        if self._threads:
+            self._threads.flush()
         if not self._outgoing.withdraw(call):
             self._cancelled.append(call)
             self.context.link.flush_later(self)
 
-    def _pop_pending(self) -> list[CallFuture]:
+    def _pop_pending(self) -> list[CallFuture | ThreadCall]:
         pending, self.pending = self.pending, {}
         self._outgoing.pop_all()
+        if self._threads:
+            self._threads.clear()
         self._early.clear()
         self._refused.pop_all()
         self._deadlines.clear()
@@ -337,14 +347,14 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.context.link.require_thread()
         channel = self.context.link.channel
         if channel is not None:
-            # The rest of a large request need not be sent. A copy: `call_now` may add a call meanwhile.
+            # The rest of a large request need not be sent. A copy: a thread may add a call meanwhile.
             for call in tuple(self.pending):
                 channel.outbox.drop_call((self.id, call))
         # Not cancelled: in a task that nobody cancelled, CancelledError would look like a cancellation, and a
         # TaskGroup would swallow it.
         for future in self._pop_pending():
             self._fail(future, NodeDestroyed(f"Service '{self.srv_name}': the client has been destroyed"))
-            if not future.cancelled():
+            if isinstance(future, CallFuture) and not future.cancelled():
                 future.exception()  # if nobody awaits it, asyncio must not report what the caller did himself
         super().destroy()
 

@@ -6,30 +6,33 @@ Each request ends in a reply.
 from __future__ import annotations
 
 import asyncio
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, ClassVar, Final, cast
 
 from actors.callbacks.callback_future import CallbackFuture, is_own_future
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import ENDS_PROGRAM, as_coroutine, takes
+from actors.endpoints.service.late_reply import LateReply
 from actors.endpoints.service.replies import Replies
 from actors.endpoints.service.request_queue import MAX_QUEUED, RequestQueue
 from actors.endpoints.service_introspection import CallIdentity, EventKind, IntrospectedEndpoint
+from actors.endpoints.thread_entries import MAX_ENTRY_BYTES
 from actors.errors import CallFailed
 from actors.interfaces.codec import EncodedCodec, codec_for
 from actors.interfaces.errors import InvalidMessageError, MessageBudgetError
 from actors.interfaces.message import declared_type, definition, type_name
-from actors.session.thread_channel import ThreadChannel
 from proto.wire import frames
 from proto.wire.codec import encode
 from proto.wire.codes import Status
+from proto.wire.frames import ReplyEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.callbacks.callback_future import LateCallback
     from actors.callbacks.source import Share
     from actors.diagnostics.records import ServiceDiagnostics
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.thread_entries import ThreadEntries
     from proto.wire.frames import RequestEntry
 
 MAX_RUNNING: Final = 1000
@@ -99,19 +102,27 @@ class ServiceEndpoint(DeclaredService):
         self.calls = 0
         self.timing = context.watch.of(callback, "the service", name)
         self.waiting = RequestQueue(MAX_QUEUED)
-        self.running: dict[int, CallbackTask | CallbackFuture] = {}
+        self.running: dict[int, CallbackTask | LateCallback] = {}
         self._callback = callback
         self.concurrent = concurrent
-        self._last_awaited = 0
-        """The last call whose handler has returned a future."""
-        self._suspended: set[CallbackTask | CallbackFuture] = set()
+        self._suspended: set[CallbackTask | LateCallback] = set()
         """Suspended handlers, including those whose callers have given up."""
+        self._threads: ThreadEntries[ReplyEntry] | None = None
+        """Replies from other threads, if there are any."""
+        self._going_on = False
+        """Whether the loop will look at what has waited for late replies."""
         if replaced is None:
             context.link.add(self)
         else:
             self.id, self.peers, self.standard = replaced.id, replaced.peers, replaced.standard
             del context.endpoints[replaced]
             context.link.endpoints[self.id] = self
+
+    def cancel_all_late(self) -> None:
+        """Cancel the requests whose late replies have not come."""
+        for each in tuple(self._suspended):
+            if isinstance(each, LateReply):
+                each.cancel()
 
     def requested(self, entries: tuple[RequestEntry, ...]) -> None:
         """Queue requests for the callback."""
@@ -181,6 +192,9 @@ class ServiceEndpoint(DeclaredService):
         if type(result) is self._result_type:
             self._reply(call, result, entry.attributes)
             return None
+        if isinstance(result, LateReply):
+            self._reply_later(result, entry)
+            return None
         # Without a task: it need not be run, and there may be thousands of requests a second.
         awaited = result if self.concurrent and is_own_future(result) else as_coroutine(result)
         if awaited is None:
@@ -188,46 +202,69 @@ class ServiceEndpoint(DeclaredService):
             return None
         return self._suspend(call, awaited, entry.attributes)
 
-    def reply_now(self, future: asyncio.Future[Any], body: bytes) -> bool:
-        """Send an encoded response at once, from another thread than the loop's.
-
-        Many replies at a time are cheaper in one frame, which the loop makes.
-
-        Args:
-            future: What the handler has returned.
-            body: The response.
-
-        Returns:
-            Whether it was sent. Then nothing waits for the future any more. Otherwise, also while other
-            requests wait or are handled, its result has to be the response.
-        """
-        context, call = self.context, self._last_awaited
-        channel, loop = context.link.channel, context.link.loop
-        callback = self.running.get(call)
-        if not (loop and isinstance(channel, ThreadChannel) and isinstance(callback, CallbackFuture)):
-            return False
-        if not callback.awaits(future) or len(self.running) > 1 or self.waiting.entries:
-            return False
-        if not channel.takes(len(body)):
-            return False
-        if self.service_events is not None or self.reply_attributes is not None:
-            return False
-        if not channel.write_now(self.replies.encoded(call, body)):
-            return False
-        self.replies.sent += 1
-        # Here, as the loop would have to be woken for it. It may run between any two of these steps.
-        self.running.pop(call, None)
-        self._suspended.discard(callback)
-        context.mailbox.running.pop(callback, None)
-        callback.forget()
+    def send_late(self, late: LateReply, body: bytes) -> None:
+        """Send the encoded response to a request, unless it has ended; in any thread."""
+        link, running, threads = self.context.link, self.running, self._threads
+        channel = link.channel
+        # From here on nobody else answers it. The loop may run between any two of these steps.
+        if threads is None or not self._end_late(late):
+            return
+        extras = self.service_events is not None or self.reply_attributes is not None
+        if extras or len(body) > MAX_ENTRY_BYTES:
+            link.post(self._send_late, late, body)
+            return
+        # Otherwise the call was abandoned, and its number may be another call's by now.
+        if running.get(late.call) is late:
+            del running[late.call]
+            self.replies.sent += 1
+            entry = ReplyEntry(late.call, Status.OK, more=False, attributes=None, body=body)
+            threads.add(entry, channel, last=not (running or self.waiting.entries))
+        self.context.mailbox.running.pop(late, None)
         # After them: the loop may have waited for this handler.
-        if context.stopping or self.waiting.entries:
-            with suppress(RuntimeError):  # the loop is closed
-                loop.call_soon_threadsafe(self._replied, callback)
+        if (self.context.stopping or self.waiting.entries) and not self._going_on:
+            self._going_on = True
+            link.post(self._after_late, late)
+
+    def _end_late(self, late: LateReply) -> bool:
+        """End a request that gets its reply; return whether it had not ended."""
+        try:
+            self._suspended.remove(late)
+        except KeyError:
+            return False
+        late.end()
         return True
 
-    def _replied(self, callback: CallbackFuture) -> None:
-        self.context.mailbox.task_ended(callback)
+    def _send_late(self, late: LateReply, body: bytes) -> None:
+        if self.running.get(late.call) is late:
+            del self.running[late.call]
+            self._reply(late.call, body, late.attributes, body)
+        self._after_late(late)
+
+    def fail_late(self, late: LateReply, error: BaseException) -> None:
+        """Answer a request with an error, unless it has ended; in any thread.
+
+        One that ends the program cancels it.
+        """
+        self.context.link.post(self._fail_late, late, error)
+
+    def cancel_late(self, late: LateReply) -> None:
+        """Answer that a request was cancelled, unless it has ended; in the loop."""
+        self._fail_late(late, None)
+
+    def _fail_late(self, late: LateReply, error: BaseException | None) -> None:
+        if not self._end_late(late):
+            return
+        if self.running.get(late.call) is late:
+            del self.running[late.call]
+            if isinstance(error, Exception):
+                self._raised(late.call, error)
+            else:
+                self.replies.send_text(late.call, Status.CANCELLED, "the handler was cancelled")
+        self._after_late(late)
+
+    def _after_late(self, late: LateReply) -> None:
+        self._going_on = False
+        self.context.mailbox.task_ended(late)
         self._go_on()
 
     def _go_on(self) -> None:
@@ -247,7 +284,7 @@ class ServiceEndpoint(DeclaredService):
                 if error is not None and not isinstance(error, asyncio.CancelledError):
                     self.context.callback_failed(self.timing.what, error)
             else:
-                self.running.pop(call, None)  # `reply_now` may have removed it just now
+                del self.running[call]
                 if error is None:
                     self._reply(call, result, attributes)
                 elif callback.cancelled and isinstance(error, asyncio.CancelledError):
@@ -262,11 +299,19 @@ class ServiceEndpoint(DeclaredService):
             callback = self.running[call] = CallbackFuture(mailbox, awaited, ended, self.timing.name)
             mailbox.running[callback] = None
             self._suspended.add(callback)
-            self._last_awaited = call
             return None
         callback = callback_task = self.running[call] = CallbackTask(mailbox, awaited, ended, self.timing)
         self._suspended.add(callback)
         return callback_task
+
+    def _reply_later(self, late: LateReply, entry: RequestEntry) -> None:
+        if self._threads is None:
+            self._threads = self.replies.for_threads()
+        late.begin(self, self.timing.name, entry.call, entry.attributes)
+        self.running[entry.call] = late
+        self._suspended.add(late)
+        self.context.mailbox.running[late] = None
+        late.begun()  # the response may be there at once
 
     def _raised(self, call: int, error: BaseException) -> None:
         # A raw handler forwards the call, and this is how that has ended.
@@ -276,11 +321,13 @@ class ServiceEndpoint(DeclaredService):
         self.replies.send_error(call, Status.REMOTE_ERROR, error)
         self.context.callback_failed(self.timing.what, error)
 
-    def _reply(self, call: int, response: object, attributes: frames.Options | None) -> None:
+    def _reply(
+        self, call: int, response: object, attributes: frames.Options | None, body: bytes | None = None
+    ) -> None:
         try:
             if response is None:
                 raise TypeError(_NO_RESPONSE)
-            self.replies.send(call, response, self.reply_attributes and self.reply_attributes())
+            self.replies.send(call, response, self.reply_attributes and self.reply_attributes(), body)
         except (TypeError, InvalidMessageError) as error:
             self.replies.send_error(call, Status.INVALID_REPLY, error)
             self.context.callback_failed(
@@ -295,6 +342,8 @@ class ServiceEndpoint(DeclaredService):
         """Cancel all handlers: no caller waits for these replies any more."""
         self.waiting.clear()
         self.replies.discard()
+        if self._threads:
+            self._threads.clear()
         running, self.running = self.running, {}
         for callback_task in tuple(running.values()):
             callback_task.cancel()
@@ -320,6 +369,8 @@ class ServiceEndpoint(DeclaredService):
         if self.destroyed:
             return
         self.context.link.require_thread()
+        if self._threads:
+            self._threads.flush()
         self.replies.flush_turn()
         link = self.context.link
         link.remove(self, announce=False)

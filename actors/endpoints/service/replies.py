@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import msgpack
 
 from actors.endpoints.entries import TIMED_OUT, EntryBatch
+from actors.endpoints.thread_entries import ThreadEntries
 from actors.errors import (
     CallFailed,
     RemoteError,
@@ -51,23 +52,37 @@ class Replies:
         self._name = name
         self._outgoing: EntryBatch[ReplyEntry] = EntryBatch()
 
-    def send(self, call: int, response: Any, attributes: frames.Options | None = None) -> None:
+    def send(
+        self,
+        call: int,
+        response: Any,
+        attributes: frames.Options | None = None,
+        body: bytes | None = None,
+    ) -> None:
         """Send a response, with attributes for the client's runtime.
+
+        Args:
+            call: The call's number.
+            response: The response.
+            attributes: The attributes.
+            body: The response as bytes, if it is encoded already.
 
         Raises:
             TypeError, InvalidMessageError: It is not a valid response, or too large; nothing was sent.
         """
-        body = self._codec.encode(response)
+        if body is None:
+            body = self._codec.encode(response)
         if len(body) > self._link.largest:
             self._link.require_fits(f"A response of '{self._name}'", len(body))
         self.sent += 1
         entry = ReplyEntry(call, Status.OK, more=False, attributes=attributes, body=body)
         self._outgoing.send(entry, self, self._link)
 
-    def encoded(self, call: int, body: bytes) -> bytes:
-        """Return the frame of one encoded response."""
-        entry = ReplyEntry(call, Status.OK, more=False, attributes=None, body=body)
-        return encode(frames.Reply(self._endpoint.id, (entry,)))
+    def for_threads(self) -> ThreadEntries[ReplyEntry]:
+        """Return what sends replies of other threads than the loop's, which are counted by who adds them."""
+        return ThreadEntries(
+            self._link, self._outgoing, self, lambda entries: frames.Reply(self._endpoint.id, entries)
+        )
 
     def send_error(self, call: int, status: Status, error: BaseException) -> None:
         """Send an exception's type and text."""

@@ -8,6 +8,7 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.endpoints.client.thread_call import ThreadCall
 from actors.endpoints.endpoint import endpoint_of
 from actors.errors import NodeDestroyed
 from actors.interfaces.codec import codec_for
@@ -28,21 +29,6 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.qos import QoSProfile
 
 
-class _Call:
-    """A call of a service.
-
-    Attributes:
-        reply: The reply in the loop; None before the call is made there.
-        given_up: Whether its future will not be completed any more.
-    """
-
-    __slots__ = ("given_up", "reply")
-
-    def __init__(self) -> None:
-        self.reply: asyncio.Future[Any] | None = None
-        self.given_up = False
-
-
 RequestT = TypeVar("RequestT")
 ResponseT = TypeVar("ResponseT")
 EventT = TypeVar("EventT")
@@ -52,6 +38,45 @@ __getattr__ = imported_names(
     __name__,
     "CallbackGroup Clock Context QoSProfile ServiceIntrospectionState SrvType SrvTypeRequest SrvTypeResponse",
 )
+
+
+class _Call(ThreadCall):
+    """A call of a service; as work of the executor, it completes its future.
+
+    Args:
+        client: The client.
+        future: The program's.
+
+    Attributes:
+        client, future: The same.
+        reply: The reply in the loop, if the loop has made the call.
+        given_up: Whether its future will not be completed any more.
+    """
+
+    __slots__ = ("client", "future", "given_up", "reply")
+
+    def __init__(self, client: Client[Any, Any, Any], future: Future[Any]) -> None:
+        super().__init__()
+        self.client = client
+        self.future = future
+        self.reply: asyncio.Future[Any] | None = None
+        self.given_up = False
+
+    def completed(self) -> None:
+        """Let the executor complete the future, as it runs every callback of ROS 2; in the loop."""
+        # As in rclpy, the future of a client that is destroyed stays pending.
+        if not isinstance(self.error, NodeDestroyed):
+            self.client.enqueue(self)
+
+    def __call__(self) -> None:
+        """Complete the future, where the executor spins."""
+        if self.given_up:
+            return
+        self.future.set_executor(self.client.active_executor)
+        if self.error is None:
+            self.future.set_result(rosidl_values(self.response))
+        else:
+            self.future.set_exception(self.error)
 
 
 class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, ResponseT, EventT]):
@@ -74,6 +99,9 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         # Both are looked up once: requests are encoded in the calling thread, and sent by the loop.
         self._endpoint = endpoint_of(native)
         self._codec = codec_for(srv_type.Request)
+        self._endpoint.accept_threads()
+        self._in_loop: set[_Call] = set()
+        """Calls that the loop has not begun yet."""
         self._pending: dict[Future[ResponseT], _Call] = {}
         """Without a lock: a signal handler that holds it may wait for the loop, which would wait for it."""
 
@@ -122,24 +150,23 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         # Here, and not later in the loop: the program may change the request in the meantime.
         body = self._codec.encode(request)
         future: Future[ResponseT] = Future()  # `Future[ResponseT]()` takes 1 us longer
-        call = self._pending[future] = _Call()
+        call = self._pending[future] = _Call(self, future)
         # A program that cancels the future has given the call up, as much as one that calls
         # `remove_pending_request`.
         future.when_done(partial(self.remove_pending_request, future))
-        # One call is faster from this thread. Many at a time are cheaper in one frame, which the loop makes;
-        # and none may overtake those before it.
-        if len(self._pending) == 1:
-            call.reply = self._endpoint.call_now(body, partial(self._call_ended, future, call))
-        if call.reply is None:
-            self._thread.post(self._begin, body, future, call)
+        # None may overtake those that the loop makes.
+        if self._in_loop or not self._endpoint.call_in_thread(body, call):
+            self._in_loop.add(call)
+            self._thread.post(self._begin, body, call)
         return future
 
     def _check(self, request: RequestT) -> None:
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(f"Expected a {self.srv_type.Request.__qualname__}, got {request!r}")
 
-    def _begin(self, body: bytes, future: Future[ResponseT], call: _Call) -> None:
+    def _begin(self, body: bytes, call: _Call) -> None:
         if call.given_up:
+            self._in_loop.discard(call)
             return
         # Without a task in the usual case. A call without a server waits for one; callboard's own would fail
         # at once, which programs written for ROS 2 do not expect.
@@ -148,9 +175,10 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
         else:
             reply = asyncio.ensure_future(self._call(self._codec.decode(body)))
         call.reply = reply
+        self._in_loop.discard(call)
         if call.given_up:  # meanwhile, by a thread that has not seen the reply
             reply.cancel()
-        reply.add_done_callback(partial(self._call_ended, future, call))
+        reply.add_done_callback(partial(_end, call))
 
     def _call_now(self, body: bytes) -> asyncio.Future[Any]:
         endpoint = self._endpoint
@@ -165,32 +193,22 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             failed.set_exception(error)
             return failed
 
-    def _call_ended(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
-        # Reading the exception also keeps asyncio from reporting it if the program never spins again.
-        if reply.cancelled() or isinstance(reply.exception(), NodeDestroyed):
-            return  # as in rclpy, the future of a client that is destroyed stays pending
-        # Completed where the executor spins, like every callback of ROS 2.
-        self.enqueue(partial(self._complete, future, call, reply))
-
-    def _complete(self, future: Future[ResponseT], call: _Call, reply: asyncio.Future[ResponseT]) -> None:
-        if call.given_up:
-            return
-        future.set_executor(self.active_executor)
-        error = reply.exception()
-        if error is None:
-            future.set_result(rosidl_values(reply.result()))
-        else:
-            future.set_exception(error)
-
     def remove_pending_request(self, future: Future[ResponseT]) -> None:
         """Give a call up: its future will not be completed."""
         call = self._pending.pop(future, None)
         if call is None:
             return
         call.given_up = True
-        if call.reply is not None and not call.reply.done():
+        if call.response is None and call.error is None:
             with suppress(ThreadStopped):
-                self._thread.post(call.reply.cancel)
+                self._thread.post(self._cancel, call)
+
+    def _cancel(self, *calls: _Call) -> None:
+        for call in calls:
+            if call.reply is not None:
+                call.reply.cancel()
+            elif call.number:
+                self._endpoint.give_up(call.number)
 
     def service_is_ready(self) -> bool:
         """Return whether there is a server."""
@@ -220,5 +238,16 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             call.given_up = True
             calls.append(call)
         # In the loop, and waited for: after this nothing of the calls runs any more.
-        self._thread.call(lambda: [each.reply.cancel() for each in calls if each.reply is not None])
+        self._thread.call(lambda: self._cancel(*calls))
         super().destroy()
+
+
+def _end(call: _Call, reply: asyncio.Future[Any]) -> None:
+    if reply.cancelled():
+        return
+    # Reading the exception also keeps asyncio from reporting it if the program never spins again.
+    error = reply.exception()
+    if error is None:
+        call.set_result(reply.result())
+    elif isinstance(error, Exception):
+        call.set_exception(error)

@@ -6,6 +6,7 @@ import inspect
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.service.late_reply import LateReply
 from actors.interfaces.codec import codec_for
 from actors.ros.rclpy.entity import destroy_with, weakly
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
@@ -13,7 +14,6 @@ from actors.ros.values import convert_assignments, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
 if TYPE_CHECKING:
-    import asyncio
     from collections.abc import Callable, Coroutine
 
     from actors.endpoints.service.service import ServiceServer as NativeService
@@ -32,17 +32,60 @@ __getattr__ = imported_names(
 )
 
 
-class RequestHeader:
-    """Which request a response is for.
+class RequestHeader(LateReply):
+    """Which request a response is for; as work of the executor, it calls the handler.
+
+    Args:
+        service: The service.
+        request: The request.
 
     Attributes:
+        request: The request.
         body: The encoded response; None until there is one.
     """
 
-    __slots__ = ("body",)
+    __slots__ = ("_server", "body", "request")
 
-    def __init__(self) -> None:
+    def __init__(self, service: Service[Any, Any, Any], request: Any) -> None:
+        super().__init__()
+        self._server = service
+        self.request = request
         self.body: bytes | None = None
+
+    def begun(self) -> None:
+        """Let the executor answer; in the loop. callboard has at most 1,000 requests handled at once."""
+        self._server.answer_soon(self)
+
+    def __call__(self) -> Any:
+        """Answer the request, where the executor spins; return a coroutine that does, or None.
+
+        If the handler raises, this does, and the caller gets the error.
+        """
+        if self.ended:
+            return None
+        try:
+            response = self._server.callback(rosidl_values(self.request), self._server.srv_type.Response())
+            if inspect.iscoroutine(response):
+                return self._send_later(response)
+            self._send(response)
+        except BaseException as error:
+            self.fail(error)
+            raise
+        return None
+
+    async def _send_later(self, response: Coroutine[Any, Any, Any]) -> None:
+        try:
+            self._send(await response)
+        except BaseException as error:
+            self.fail(error)
+            raise
+
+    def _send(self, response: Any) -> None:
+        self._server.send_response(response, self)
+        if self.body is None:  # a program's own `send_response`
+            self.fail(TypeError(f"There is no response of {self._server.service_name}"))
+        else:
+            self.send(self.body)
 
 
 class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, ResponseT, EventT]):
@@ -66,28 +109,20 @@ class Service(ServiceEndpoint["NativeService[Any, Any]"], Generic[RequestT, Resp
         destroy_with(self, thread, self._native.destroy)
         convert_assignments(srv_type.Response)
 
-    def _handle(self, request: RequestT) -> asyncio.Future[ResponseT]:
-        """Let the executor answer: callboard has at most 1,000 requests of a service handled at once."""
-        return self.answer_of(self._respond, request, RequestHeader())
+    def _handle(self, request: RequestT) -> RequestHeader:
+        return RequestHeader(self, request)
 
-    def _answer(self, answer: asyncio.Future[Any], result: Any, error: BaseException | None) -> None:
-        if error is None and result is not None:  # None: a program's own `send_response`
-            if self._endpoint.reply_now(answer, result):
-                self._unanswered.pop(answer, None)
-                return
-            result = self._codec.decode(result)
-        super()._answer(answer, result, error)
+    def answer_soon(self, header: RequestHeader) -> None:
+        """Call the handler where the executor spins; in the loop."""
+        if self._given_up:
+            header.cancel()
+        else:
+            self.enqueue(header)
 
-    def _respond(self, request: RequestT, header: RequestHeader) -> Any:
-        response = self.callback(rosidl_values(request), self.srv_type.Response())
-        if inspect.iscoroutine(response):
-            return self._respond_later(response, header)
-        self.send_response(response, header)
-        return header.body
-
-    async def _respond_later(self, response: Coroutine[Any, Any, ResponseT], header: RequestHeader) -> Any:
-        self.send_response(await response, header)
-        return header.body
+    def give_up(self) -> None:
+        """Cancel the requests that wait for an answer, later ones, too. In the loop."""
+        super().give_up()
+        self._endpoint.cancel_all_late()
 
     def send_response(self, response: ResponseT, header: RequestHeader) -> None:
         """Answer a request. Called with what the handler returns; programs may replace it.

@@ -126,7 +126,7 @@ async def test_without_a_free_descriptor_the_loop_writes() -> None:
         patch.setattr(os, "dup", fail)
         channel = await connected(own)
         assert channel.connected
-        assert not channel.takes(1)
+        assert not written_in_thread(channel, FRAME)
         assert not written_in_thread(channel, FRAME)
         channel.abort()
         await asyncio.sleep(0)

@@ -1,4 +1,4 @@
-"""One call at a time needs no change of threads to be sent, and neither does its reply."""
+"""Calls, one or many at a time, need no change of threads to be sent, and neither do their replies."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import actors
+from actors.endpoints.thread_entries import BURST
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
 from actors.interfaces.rcl_interfaces.srv import SetParameters
@@ -19,7 +20,7 @@ from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
 from actors.threads import NodeThread
 from tests.actors.ros.rclpy.test_queued_calls import DEADLINE_SEC, spun
-from tests.seams.ros import counted_calls
+from tests.seams.ros import counted_calls, requests_waiting
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -109,6 +110,83 @@ def test_a_response_leaves_in_the_thread_that_spins(
         assert reply.result(DEADLINE_SEC).message == "here"
     finally:
         blocking.__exit__(None, None, None)
+
+
+@on_linux
+def test_many_requests_leave_in_the_thread_that_calls(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """A server gets each whole frame while the loop of the client is blocked."""
+    thread, server = peer
+    served, enough = list[int](), threading.Event()
+    first = 1 + 2 * BURST  # the first is alone
+
+    def serve(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        served.append(request.a)
+        if len(served) == first:
+            enough.set()
+        return response
+
+    thread.call(lambda: server.create_service(AddTwoInts, "add", serve))
+    client = executor.get_nodes()[0].create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    with blocked_loop(context):
+        futures = [client.call_async(AddTwoInts.Request(a=each)) for each in range(first + 3)]
+        assert enough.wait(DEADLINE_SEC)
+    for future in futures:
+        spun(executor, future)
+    assert served == list(range(first + 3))
+
+
+@on_linux
+def test_many_responses_leave_in_the_thread_that_spins(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """A client gets all of them while the loop of the server is blocked."""
+    thread, node = peer
+    count = 2 * BURST + 5
+
+    def serve(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        response.sum = request.a
+        return response
+
+    service = executor.get_nodes()[0].create_service(AddTwoInts, "add", serve)
+    client = thread.call(lambda: node.create_client(AddTwoInts, "add"))
+    assert thread.call(client.wait_for_service)
+
+    async def call_all() -> list[AddTwoInts.Response]:
+        return await asyncio.gather(*(client.call(AddTwoInts.Request(a=each)) for each in range(count)))
+
+    replies = thread.submit(call_all)
+    while requests_waiting(service) < count:
+        context.thread.call(lambda: None)
+    with blocked_loop(context):
+        for _ in range(count):
+            executor.spin_once(DEADLINE_SEC)
+        assert [each.sum for each in replies.result(DEADLINE_SEC)] == list(range(count))
+
+
+def test_a_request_that_has_not_left_can_be_given_up(
+    context: Context, executor: SingleThreadedExecutor, peer: tuple[NodeThread, actors.Node]
+) -> None:
+    """It waits for a whole frame, and no server gets it."""
+    thread, server = peer
+    served = list[int]()
+
+    def serve(request: AddTwoInts.Request, response: AddTwoInts.Response) -> AddTwoInts.Response:
+        served.append(request.a)
+        return response
+
+    thread.call(lambda: server.create_service(AddTwoInts, "add", serve))
+    client = executor.get_nodes()[0].create_client(AddTwoInts, "add")
+    assert client.wait_for_service(DEADLINE_SEC)
+    with blocked_loop(context):
+        client.call_async(AddTwoInts.Request(a=1))
+        second = client.call_async(AddTwoInts.Request(a=2))
+        client.remove_pending_request(second)
+        last = client.call_async(AddTwoInts.Request(a=3))
+    spun(executor, last)
+    assert served == [1, 3]
 
 
 def test_requests_that_have_been_answered_do_not_count(

@@ -12,6 +12,8 @@ import pytest
 
 from actors.errors import NodeDestroyed
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
+from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.std_msgs.msg import Int64
 from actors.ros.rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
@@ -198,7 +200,7 @@ def call(node: Node, chance: random.Random) -> None:
     client = node.create_client(AddTwoInts, "add")
     assert client.wait_for_service(DEADLINE_SEC)
     for number in range(30):
-        count = chance.choice((1, 1, 1, 3))
+        count = chance.choice((1, 1, 1, 3, 40))
         calls = [client.call_async(AddTwoInts.Request(a=number, b=each)) for each in range(count)]
         if chance.random() < 0.2:
             client.remove_pending_request(calls.pop())
@@ -239,6 +241,49 @@ def test_each_call_gets_its_own_reply(context: Context, seed: int) -> None:
         thread.join(DEADLINE_SEC)
         assert not thread.is_alive()
     assert served
+
+
+@pytest.mark.parametrize("seed", SEEDS[:4])
+def test_the_calls_of_a_thread_stay_in_order(context: Context, seed: int) -> None:
+    """Threads share a client; each calls in bursts, also of large requests, which the loop sends."""
+    chance = random.Random(seed)
+    served: dict[str, list[int]] = {"a": [], "b": []}
+
+    def serve(request: SetParameters.Request, response: SetParameters.Response) -> SetParameters.Response:
+        parameter = request.parameters[0]
+        served[parameter.name].append(parameter.value.integer_value)
+        return response
+
+    server, caller = Node("server", context=context), Node("caller", context=context)
+    server.create_service(SetParameters, "set", serve)
+    client = caller.create_client(SetParameters, "set")
+    executors = [SingleThreadedExecutor(context=context) for _ in range(2)]
+    for node, executor in zip((server, caller), executors, strict=True):
+        executor.add_node(node)
+    threads = [spin(executor) for executor in executors]
+    assert client.wait_for_service(DEADLINE_SEC)
+
+    def call_in_bursts(name: str, chance: random.Random) -> None:
+        number = 0
+        while number < 300:
+            futures = list[Future[SetParameters.Response]]()
+            for _ in range(chance.choice((1, 2, 16, 50))):
+                text = "x" * chance.choice((0, 0, 0, 100, 5000))
+                value = ParameterValue(integer_value=number, string_value=text)
+                parameter = Parameter(name=name, value=value)
+                futures.append(client.call_async(SetParameters.Request(parameters=[parameter])))
+                number += 1
+            for future in futures:
+                done = threading.Event()
+                future.when_done(done.set)
+                assert done.wait(DEADLINE_SEC)
+
+    run_all(*(partial(call_in_bursts, name, random.Random(chance.random())) for name in served))
+    context.shutdown()
+    for thread in threads:
+        thread.join(DEADLINE_SEC)
+    assert [len(numbers) >= 300 for numbers in served.values()] == [True, True]
+    assert served == {name: list(range(len(numbers))) for name, numbers in served.items()}
 
 
 @pytest.mark.parametrize("seed", SEEDS)
