@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import actors
+from tests.ros2.edge import Edge
 from tests.ros2.network import Network
 
 if TYPE_CHECKING:
@@ -79,6 +80,34 @@ async def pair(shared: Shared) -> AsyncIterator[Pair]:
         yield Pair(here, there, f"/{name}", shared.ros, shared.network)
     await shared.ros.ask("destroy_all")
     sys.stderr.write(bridge.output())
+
+
+@pytest.fixture(scope="session")
+def shared_edge(shared: Shared) -> Iterator[Edge]:
+    """A process with the edge of a bridge."""
+    made = Edge(shared.network.environ, "tested")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+async def edge(shared_edge: Edge, shared: Shared) -> AsyncIterator[Edge]:
+    """The edge of a bridge, without mirrors; ROS's nodes of the test end as well."""
+    yield shared_edge
+    await shared_edge.reset()
+    await shared.ros.ask("destroy_all")
+
+
+@pytest.fixture
+def ros(shared: Shared) -> Ros:
+    """A process of real ROS 2 beside the edge."""
+    return shared.ros
+
+
+@pytest.fixture
+def name() -> str:
+    """What the names of a test begin with."""
+    return f"test_{next(_numbers)}"
 
 
 @pytest.fixture

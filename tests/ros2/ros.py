@@ -187,6 +187,10 @@ class RosPublisher:
         """Wait until so many subscriptions are there."""
         assert await self.ros.ask("count_subscriptions", self.number, count, WAIT_SEC) == count
 
+    async def acknowledged(self) -> None:
+        """Wait until the subscriptions have got what was published."""
+        assert await self.ros.ask("acknowledged", self.number, WAIT_SEC)
+
     async def destroy(self) -> None:
         """End it."""
         await self.ros.ask("destroy_publisher", self.number)

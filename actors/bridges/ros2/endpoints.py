@@ -304,4 +304,5 @@ def ros_errors(ros: Ros, text: str) -> Generator[None]:
     try:
         yield
     except (*errors, names, ros.implementation.InvalidHandle) as error:
-        raise RosError(f"{text}: {error}") from error
+        reason = (str(error).splitlines() or [type(error).__name__])[0]  # the name with a caret may follow
+        raise RosError(f"{text}: {reason.rstrip(':')}") from error

@@ -60,6 +60,17 @@ def _keep(entity):
     return number
 
 
+def _nodes():
+    return [each for each in _made.values() if isinstance(each, rclpy.node.Node)]
+
+
+def _end(number):
+    """End a publisher, subscription or service by its node, which would give it to the executor otherwise."""
+    entity = _made.pop(number).entity
+    destroy = f"destroy_{type(entity).__name__.lower()}"
+    assert _do(lambda: any(getattr(each, destroy)(entity) for each in _nodes()))
+
+
 def _until(condition, seconds):
     """Wait for a condition; return what it gave at last."""
     end = time.monotonic() + seconds
@@ -134,9 +145,14 @@ def publish(number, messages, raw=False):
     _do(send)
 
 
+def acknowledged(number, seconds):
+    """Wait until the reliable subscriptions of a publisher have got everything; return whether they have."""
+    return _made[number].entity.wait_for_all_acked(Duration(seconds=seconds))
+
+
 def destroy_publisher(number):
     """End a publisher."""
-    _do(_made.pop(number).entity.destroy)
+    _end(number)
 
 
 def count_subscriptions(number, count, seconds):
@@ -164,7 +180,7 @@ def make_subscription(node, topic, type_name, qos, raw=False):
 
 def destroy_subscription(number):
     """End a subscription."""
-    _do(_made.pop(number).entity.destroy)
+    _end(number)
 
 
 def count_publishers(number, count, seconds):
@@ -234,7 +250,7 @@ def release(number):
 
 def destroy_service(number):
     """End a service."""
-    _do(_made.pop(number).entity.destroy)
+    _end(number)
 
 
 def make_client(node, name, type_name):
@@ -482,7 +498,7 @@ def kill():
 
 def destroy_all():
     """End all nodes: the next test begins without any."""
-    nodes = [each for each in _made.values() if isinstance(each, rclpy.node.Node)]
+    nodes = _nodes()
     _made.clear()
     if nodes:
         _do(lambda: [(_thread.executor.remove_node(each), each.destroy_node()) for each in nodes])
