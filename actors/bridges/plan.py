@@ -12,9 +12,18 @@ the graphs: a topic is received where it has publishers exactly while the other 
 from __future__ import annotations
 
 from collections import defaultdict
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
-from actors.bridges.qos import intake_profiles, is_latched, merged_offer, mirror_offer, mirror_request
+from actors.bridges.qos import (
+    common_offer,
+    intake_profiles,
+    is_latched,
+    merged_offer,
+    mirror_offer,
+    mirror_request,
+    receiver_of,
+)
 from actors.bridges.report import Reason, Refusal
 from actors.bridges.rules import GLOBAL_TOPICS, action_of
 from proto.errors import InvalidNameError
@@ -103,16 +112,20 @@ class SidePlan(NamedTuple):
     Attributes:
         nodes: The full names of mirror nodes, with those of their originals.
         mirrors: Their endpoints: one for each node, kind, name and type.
-        intake: The topics of this side to receive, each with the QoS of the subscriptions that it needs (see
-            `qos.receiver_of`). Only messages of native nodes that have a mirror on the other side cross.
+        intake: The topics of this side to receive, each with the QoS of the subscriptions that it needs. Only
+            messages of native nodes that have a mirror on the other side cross.
         latched: Topics that nobody needs now, but whose latched messages have been received already if they
             were in the intake before: a subscription that exists may stay, so that they do not arrive twice.
+        receivers: For topics with more than one subscription: by the names of the topic and of a publishing
+            node, the index of the subscription whose messages of that node are accepted. The others are
+            received twice, and dropped.
     """
 
     nodes: dict[str, str]
     mirrors: frozenset[Mirror]
     intake: dict[Topic, tuple[QoSProfile, ...]]
     latched: dict[Topic, tuple[QoSProfile, ...]]
+    receivers: dict[tuple[str, str], int]
 
 
 class Plan(NamedTuple):
@@ -129,7 +142,8 @@ class Plan(NamedTuple):
     refusals: tuple[Refusal, ...]
 
 
-EMPTY_PLAN: Final = Plan(SidePlan({}, frozenset(), {}, {}), SidePlan({}, frozenset(), {}, {}), ())
+_EMPTY_SIDE: Final = SidePlan({}, frozenset(), {}, {}, {})
+EMPTY_PLAN: Final = Plan(_EMPTY_SIDE, _EMPTY_SIDE, ())
 """The plan of a bridge that shows nothing, such as one that waits for another one to end."""
 
 
@@ -200,12 +214,22 @@ class _Planner:
         our_names = self._names_here(self._visible_there(channels))
         their_names = self._names_there({each.node for channel in channels for each in channel.ours})
         here, there = _Side(our_names), _Side(their_names)
+        surplus: list[_Channel] = []
+        most = self._rules.max_endpoints
+        if sum(len(channel.ours) + len(channel.theirs) for channel in channels) > most:
+            channels.sort(key=lambda channel: (channel.their_name, channel.is_service))
         for channel in channels:
             # Of a node that is not shown nothing crosses.
             channel.ours = [each for each in channel.ours if each.node in their_names]
             channel.theirs = [each for each in channel.theirs if each.node in our_names]
+            if here.size + len(channel.theirs) > most or there.size + len(channel.ours) > most:
+                surplus.append(channel)
+                continue
             here.show(channel, channel.our_name, channel.ours, channel.their_name, channel.theirs)
             there.show(channel, channel.their_name, channel.theirs, channel.our_name, channel.ours)
+        if surplus:
+            text = f"{len(surplus)} topics and services are beyond max_endpoints = {most}: allow fewer"
+            self._refuse(surplus[0].name, Reason.LIMIT, text)
         return Plan(here.plan(), there.plan(), tuple(sorted(self._refusals)))
 
     # What could cross.
@@ -290,13 +314,10 @@ class _Planner:
         return True
 
     def _check_name(self, channel: _Channel) -> bool:
-        for name in {channel.our_name, channel.their_name}:
-            try:
-                validate_full_topic_name(name)
-            except InvalidNameError as error:
-                self._refuse(channel.name, Reason.INVALID_NAME, str(error))
-                return False
-        return True
+        fault = _name_fault(channel.our_name) or _name_fault(channel.their_name)
+        if fault:
+            self._refuse(channel.name, Reason.INVALID_NAME, fault)
+        return not fault
 
     def _check_types(self, channel: _Channel) -> None:
         """Leave the endpoints of the one type that crosses."""
@@ -374,6 +395,11 @@ class _Planner:
         names: dict[str, str] = {}
         # Free names come first, then those that only lose the namespace: both keep exactly their name.
         order = sorted(wanted.items(), key=lambda item: (item[1] in used, item[0] == item[1], item))
+        most = self._rules.max_nodes
+        if len(order) > most:
+            text = f"{len(order) - most} nodes are beyond max_nodes = {most}: allow fewer topics and services"
+            self._refuse(order[most][0], Reason.LIMIT, text)
+            del order[most:]
         for original, name in order:
             chosen = name
             while chosen in used:
@@ -397,6 +423,12 @@ class _Side:
         self._mirrors: list[Mirror] = []
         self._intake: dict[Topic, tuple[QoSProfile, ...]] = {}
         self._latched: dict[Topic, tuple[QoSProfile, ...]] = {}
+        self._receivers: dict[tuple[str, str], int] = {}
+
+    @property
+    def size(self) -> int:
+        """The number of mirrors."""
+        return len(self._mirrors)
 
     def show(
         self,
@@ -415,16 +447,21 @@ class _Side:
             source: Its name on the other side.
             originals: Its endpoints of the other side, to be shown here.
         """
+        if channel.is_service:
+            self._mirrors.extend(
+                Mirror(self._names[node], kind, name, originals[0].type_name, None, source, node)
+                for node, kind in {(each.node, each.kind) for each in originals}
+            )
+            return
         merged: dict[tuple[str, EntryKind], list[SideEndpoint]] = defaultdict(list)
         for each in originals:
             merged[each.node, each.kind].append(each)
-        profiles = None if channel.is_service else self._receive(channel, name, natives, originals)
+        profiles = self._receive(channel, name, natives, originals)
         for (node, kind), endpoints in merged.items():
-            qos = None
             if kind is _PUBLISHER:
                 offers = [mirror_offer(channel.their_name, _qos(each), channel.depth) for each in endpoints]
                 qos = merged_offer(offers)
-            elif kind is _SUBSCRIPTION:
+            else:
                 qos = profiles[-1] if profiles else mirror_request(_qos(endpoints[0]))
             type_name = endpoints[0].type_name
             self._mirrors.append(Mirror(self._names[node], kind, name, type_name, qos, source, node))
@@ -433,17 +470,35 @@ class _Side:
         self, channel: _Channel, name: str, natives: list[SideEndpoint], originals: list[SideEndpoint]
     ) -> tuple[QoSProfile, ...] | None:
         """Add a topic to the intake if it has publishers here and subscriptions there."""
-        offers = [_qos(each) for each in natives if each.kind is _PUBLISHER]
+        publishers: dict[str, list[QoSProfile]] = defaultdict(list)
+        for each in natives:
+            if each.kind is _PUBLISHER:
+                publishers[each.node].append(_qos(each))
+        offers = {node: common_offer(each) for node, each in publishers.items()}
         demanded = any(each.kind is _SUBSCRIPTION for each in originals)
-        if not offers or not (demanded or any(map(is_latched, offers))):
+        if not offers or not (demanded or any(map(is_latched, offers.values()))):
             return None
-        profiles = intake_profiles(channel.their_name, offers, channel.depth)
+        profiles = intake_profiles(channel.their_name, offers.values(), channel.depth)
         (self._intake if demanded else self._latched)[name, natives[0].type_name] = profiles
+        if len(profiles) > 1:
+            self._receivers.update(
+                ((name, node), receiver_of(profiles, each)) for node, each in offers.items()
+            )
         return profiles if demanded else None
 
     def plan(self) -> SidePlan:
         nodes = {name: original for original, name in self._names.items()}
-        return SidePlan(nodes, frozenset(self._mirrors), self._intake, self._latched)
+        return SidePlan(nodes, frozenset(self._mirrors), self._intake, self._latched, self._receivers)
+
+
+@lru_cache(maxsize=10_000)  # each plan asks for all names, and few of them are new
+def _name_fault(name: str) -> str:
+    """Return why a topic or service cannot have a name, "" if it can."""
+    try:
+        validate_full_topic_name(name)
+    except InvalidNameError as error:
+        return str(error)
+    return ""
 
 
 def _qos(endpoint: SideEndpoint) -> QoSProfile:

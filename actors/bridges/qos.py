@@ -94,6 +94,27 @@ def merged_offer(offers: Collection[QoSProfile]) -> QoSProfile:
     )
 
 
+def common_offer(offers: Collection[QoSProfile]) -> QoSProfile:
+    """Return what all publishers of a node on one topic offer: the edge tells nodes apart, not publishers.
+
+    Args:
+        offers: What each offers; at least one.
+    """
+    first = max(offers, key=lambda offer: (offer.history is HistoryPolicy.KEEP_ALL, offer.depth))
+    if len(offers) == 1:
+        return first
+    pairs = [_pair(offer) for offer in offers]
+    return QoSProfile(
+        history=first.history,
+        depth=first.depth,
+        reliability=max(reliability for reliability, _ in pairs),
+        durability=max(durability for _, durability in pairs),
+        deadline=_longest(offer.deadline for offer in offers),
+        liveliness=min(offer.liveliness for offer in offers),
+        liveliness_lease_duration=_longest(offer.liveliness_lease_duration for offer in offers),
+    )
+
+
 def intake_profiles(
     name: str, offers: Collection[QoSProfile], depth: int | None = None
 ) -> tuple[QoSProfile, ...]:
@@ -101,7 +122,7 @@ def intake_profiles(
 
     Args:
         name: The topic's full name, without a bridge's namespace.
-        offers: What its publishers offer; at least one. Publishers with equal offers count each.
+        offers: What the publishers of each node have in common; at least one.
         depth: The depth that a rule sets, in messages; None for none.
 
     Returns:

@@ -23,6 +23,8 @@ class Reason(StrEnum):
     """A node crosses under another name."""
     INVALID_NAME = "invalid name"
     """The other side does not allow the name."""
+    LIMIT = "limit"
+    """More than the rules allow."""
 
 
 class Refusal(NamedTuple):

@@ -28,6 +28,14 @@ MAX_PATTERN_CHARACTERS: Final = 250
 MAX_DECISIONS: Final = 10_000
 """Names whose decision is kept; then it is made again. More than a side has at once."""
 
+MAX_NODES: Final = 1000
+"""Mirror nodes on one side by default; 50 are a large robot."""
+MAX_ENDPOINTS: Final = 5000
+"""Mirrors on one side by default. In ROS 2 one takes some 60 KiB: 300 MiB."""
+_MOST_NODES: Final = 10_000
+_MOST_ENDPOINTS: Final = 20_000
+"""The most that can be configured: what a broker allows on one link by default."""
+
 GLOBAL_TOPICS: Final = frozenset({"/rosout", "/parameter_events"})
 """Topics of all nodes, which have one name everywhere: a namespace is not put before them."""
 _ACTION: Final = "/_action/"
@@ -42,15 +50,19 @@ class Rules:
         deny: Patterns of the names that do not cross, also if `allow` has them.
         namespace: The namespace in callboard of what the other network has; "/" for none.
         depths: Patterns of topics with the depth of their mirrors, in messages. The first match decides.
+        max_nodes: Mirror nodes on each side, 1 to 10,000; further nodes are refused.
+        max_endpoints: Mirrors on each side, 1 to 20,000; topics and services beyond are refused.
 
     Raises:
-        InvalidBridgeOptionError: A pattern, the namespace or a depth is invalid, or a list is too long.
+        InvalidBridgeOptionError: A pattern, the namespace or a number is invalid, or a list is too long.
     """
 
     allow: tuple[str, ...] = ()
     deny: tuple[str, ...] = ()
     namespace: str = "/"
     depths: tuple[tuple[str, int], ...] = ()
+    max_nodes: int = MAX_NODES
+    max_endpoints: int = MAX_ENDPOINTS
     _decisions: dict[str, bool] = field(
         default_factory=dict[str, bool], init=False, repr=False, compare=False
     )
@@ -64,8 +76,9 @@ class Rules:
                 _require_pattern(key, pattern)
         for pattern, depth in self.depths:
             _require_pattern("depths", pattern)
-            if type(depth) is not int or not 1 <= depth <= MAX_DEPTH:
-                raise InvalidBridgeOptionError(f"depths: {pattern} must have a depth from 1 to {MAX_DEPTH}")
+            require_number(f"depths: the depth of {pattern}", depth, 1, MAX_DEPTH)
+        require_number("max_nodes", self.max_nodes, 1, _MOST_NODES)
+        require_number("max_endpoints", self.max_endpoints, 1, _MOST_ENDPOINTS)
         namespace = normalize_namespace(self.namespace.rstrip("/"))
         try:
             validate_namespace(namespace)
@@ -139,6 +152,40 @@ class Rules:
 def action_of(name: str) -> str:
     """Return the name of the action that a topic or service belongs to, "" if it belongs to none."""
     return name.partition(_ACTION)[0] if _ACTION in name else ""
+
+
+def parse_depth(text: str) -> tuple[str, int]:
+    """Return the pattern and the depth of an option on the command line, such as "/camera/**=1".
+
+    Args:
+        text: The option's value.
+
+    Raises:
+        InvalidBridgeOptionError: It has another form.
+    """
+    pattern, _, digits = text.rpartition("=")
+    if not pattern or not (digits.isascii() and digits.isdigit() and len(digits) <= len(str(MAX_DEPTH))):
+        shown = escape(text)[:MAX_PATTERN_CHARACTERS]
+        raise InvalidBridgeOptionError(f"expected a pattern and a depth, such as /camera/**=1, not '{shown}'")
+    return pattern, int(digits)
+
+
+def require_number(name: str, value: object, least: int, most: int) -> None:
+    """Raise InvalidBridgeOptionError if an option is no integer in a range.
+
+    Args:
+        name: The option.
+        value: Its value.
+        least: The smallest that is allowed.
+        most: The largest.
+
+    Raises:
+        InvalidBridgeOptionError: The value is not an int, or out of the range.
+    """
+    # Not isinstance: in Python `true` is an integer, too.
+    if type(value) is not int or not least <= value <= most:
+        shown = escape(str(value))[:MAX_PATTERN_CHARACTERS]
+        raise InvalidBridgeOptionError(f"{name} must be an integer from {least} to {most}, not {shown}")
 
 
 def _any_matches(patterns: tuple[str, ...], names: list[str]) -> bool:

@@ -361,6 +361,33 @@ def test_a_name_that_becomes_too_long() -> None:
     assert plan.ours.nodes == {"/robot_with_a_name/a": "/a"}
 
 
+def test_a_side_has_a_limit_of_mirrors() -> None:
+    """Beyond the limit whole topics and services are left out on both sides, always the same."""
+    there = side(*(endpoint(f"/n{index}", PUBLISHER, f"/t{index}") for index in range(5)))
+    here = side(endpoint("/ui", SUBSCRIPTION, "/t4"))
+    plan = planned(here, there, max_endpoints=3)
+    assert {each.name for each in plan.ours.mirrors} == {"/t0", "/t1", "/t2"}
+    assert not plan.theirs.mirrors
+    assert not plan.theirs.intake
+    assert refused(plan) == {"/t3": Reason.LIMIT}
+    nodes = planned(here, there, max_nodes=3)
+    assert nodes.ours.nodes.keys() == {"/n0", "/n1", "/n2"}
+    assert refused(nodes) == {"/n3": Reason.LIMIT}
+
+
+def test_a_topic_with_several_subscriptions() -> None:
+    """Each node's messages are accepted from one of them: the strongest that all its publishers match."""
+    there = side(
+        endpoint("/static", PUBLISHER, "/t", qos=LATCHED),
+        endpoint("/lossy", PUBLISHER, "/t", qos=BEST_EFFORT),
+        endpoint("/both", PUBLISHER, "/t", qos=LATCHED),
+        endpoint("/both", PUBLISHER, "/t", qos=BEST_EFFORT),
+    )
+    plan = planned(side(endpoint("/ui", SUBSCRIPTION, "/t")), there)
+    assert len(plan.theirs.intake["/t", STRING]) == 2
+    assert plan.theirs.receivers == {("/t", "/static"): 0, ("/t", "/lossy"): 1, ("/t", "/both"): 1}
+
+
 def test_hidden_names_cross() -> None:
     """Names with a part that begins with an underscore are mirrored like others."""
     assert shown(planned(side(endpoint("/_tool", PUBLISHER, "/_x"))).theirs) == {("/_tool", PUBLISHER, "/_x")}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from actors.bridges.errors import InvalidBridgeOptionError
-from actors.bridges.rules import MAX_DECISIONS, MAX_PATTERNS, Rules, action_of
+from actors.bridges.rules import MAX_DECISIONS, MAX_PATTERNS, Rules, action_of, parse_depth
 
 
 def test_without_rules_everything_crosses_under_its_name() -> None:
@@ -91,12 +91,28 @@ def test_what_is_no_pattern(pattern: str) -> None:
 def test_wrong_depths_namespaces_and_long_lists() -> None:
     """Each wrong value is refused with its name."""
     for depth in (0, -1, 10**9, True):
-        with pytest.raises(InvalidBridgeOptionError, match="depths: /a must have a depth from 1 to"):
+        with pytest.raises(
+            InvalidBridgeOptionError, match="depths: the depth of /a must be an integer from 1 to"
+        ):
             Rules(depths=(("/a", depth),))
     with pytest.raises(InvalidBridgeOptionError, match="namespace: "):
         Rules(namespace="/ro bot")
     with pytest.raises(InvalidBridgeOptionError, match=f"allow: at most {MAX_PATTERNS} patterns"):
         Rules(allow=("/a",) * (MAX_PATTERNS + 1))
+    with pytest.raises(InvalidBridgeOptionError, match="max_nodes must be an integer from 1 to 10000, not 0"):
+        Rules(max_nodes=0)
+    with pytest.raises(InvalidBridgeOptionError, match="max_endpoints must be an integer from 1 to 20000"):
+        Rules(max_endpoints=20_001)
+
+
+def test_depths_of_the_command_line() -> None:
+    """A depth is written behind its pattern."""
+    assert parse_depth("/camera/**=1") == ("/camera/**", 1)
+    for wrong in ("", "/camera", "=1", "/camera=", "/camera=x", "/camera=-1", "/camera=99999999"):
+        with pytest.raises(
+            InvalidBridgeOptionError, match=r"expected a pattern and a depth, such as /camera"
+        ):
+            parse_depth(wrong)
 
 
 def test_names_of_actions() -> None:

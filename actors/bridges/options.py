@@ -1,0 +1,129 @@
+"""The options of a bridge: from a TOML file and the command line.
+
+    options = load_options({"allow": ("/camera/**",)}, Path("bridge.toml"))
+    options.rules      # what may cross
+
+A file has the same options: lists `allow` and `deny`, `namespace`, `domain_id`, a table `depths` with a depth
+for each pattern, `max_nodes` and `max_endpoints`. The command line takes precedence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from actors.bridges.errors import InvalidBridgeOptionError
+from actors.bridges.rules import MAX_ENDPOINTS, MAX_NODES, Rules, require_number
+from actors.tools.suggestions import did_you_mean
+from proto.limits import MAX_DOMAIN
+from proto.untrusted_text import escape
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+MAX_FILE_BYTES: Final = 1024 * 1024
+_SHOWN: Final = 60
+"""Characters of a wrong key in an error."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BridgeOptions:
+    """The options of a bridge.
+
+    Args:
+        allow: Patterns of the topics, services and actions that cross; empty for all (default).
+        deny: Patterns of those that do not cross, also if `allow` has them; none by default.
+        namespace: The namespace in callboard of what the other network has; "/" for none (default).
+        depths: Patterns of topics with the depth of their mirrors, in messages; none by default.
+        domain_id: The domain of the other network; None for ROS_DOMAIN_ID (default).
+        max_nodes: Nodes shown on each side; 1,000 by default.
+        max_endpoints: Endpoints shown on each side; 5,000 by default.
+
+    Raises:
+        InvalidBridgeOptionError: One of them is invalid; the text names it.
+    """
+
+    allow: tuple[str, ...] = ()
+    deny: tuple[str, ...] = ()
+    namespace: str = "/"
+    depths: tuple[tuple[str, int], ...] = ()
+    domain_id: int | None = None
+    max_nodes: int = MAX_NODES
+    max_endpoints: int = MAX_ENDPOINTS
+
+    def __post_init__(self) -> None:
+        if self.domain_id is not None:
+            require_number("domain_id", self.domain_id, 0, MAX_DOMAIN)
+        _ = self.rules
+
+    @property
+    def rules(self) -> Rules:
+        """What may cross, by these options."""
+        return Rules(
+            allow=self.allow,
+            deny=self.deny,
+            namespace=self.namespace,
+            depths=self.depths,
+            max_nodes=self.max_nodes,
+            max_endpoints=self.max_endpoints,
+        )
+
+
+_KEYS: Final = tuple(each.name for each in fields(BridgeOptions))
+
+
+def load_options(given: Mapping[str, Any], path: Path | None = None) -> BridgeOptions:
+    """Return the options: values of the command line first, then of the file, then the defaults.
+
+    Args:
+        given: Values from the command line, by the names of their options.
+        path: The file; None for none.
+
+    Raises:
+        InvalidBridgeOptionError: The file cannot be read, or an option is invalid.
+    """
+    values: dict[str, Any] = {} if path is None else _read(path)
+    return BridgeOptions(**{**values, **given})
+
+
+def _read(path: Path) -> dict[str, object]:
+    """Return the valid values in a file."""
+    import tomllib  # noqa: PLC0415 - only with a file
+
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_FILE_BYTES + 1)
+        if len(content) > MAX_FILE_BYTES:
+            raise InvalidBridgeOptionError(f"it is longer than {MAX_FILE_BYTES} bytes")
+        values = {key: _value(key, value) for key, value in tomllib.loads(content.decode()).items()}
+        BridgeOptions(**cast("Any", values))
+    except OSError as error:
+        raise InvalidBridgeOptionError(f"cannot read {path}: {error.strerror or error}") from error
+    except InvalidBridgeOptionError as error:
+        raise InvalidBridgeOptionError(f"{path}: {error}") from None
+    except RecursionError:
+        raise InvalidBridgeOptionError(f"{path}: arrays or tables are nested too deeply") from None
+    except ValueError as error:
+        raise InvalidBridgeOptionError(f"{path} is not TOML: {escape(str(error))}") from error
+    return values
+
+
+def _value(key: str, value: object) -> object:
+    """Return a value of a file as an option has it."""
+    if key not in _KEYS:
+        shown = escape(key)[:_SHOWN]
+        known = did_you_mean(key, _KEYS) or f"; the options are {', '.join(_KEYS)}"
+        raise InvalidBridgeOptionError(f"there is no option '{shown}'{known}")
+    if key in {"allow", "deny"}:
+        items = cast("list[object]", value) if isinstance(value, list) else [None]
+        if not all(isinstance(each, str) for each in items):
+            raise InvalidBridgeOptionError(f"{key} must be a list of patterns, such as ['/camera/**']")
+        return tuple(items)
+    if key == "depths":
+        if not isinstance(value, dict):
+            raise InvalidBridgeOptionError("depths must be a table, such as {'/camera/**' = 1}")
+        return tuple(cast("dict[str, object]", value).items())
+    if key == "namespace" and not isinstance(value, str):
+        raise InvalidBridgeOptionError("namespace must be a string, such as '/robot1'")
+    return value
