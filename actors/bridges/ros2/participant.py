@@ -246,6 +246,14 @@ class RosNode:
             )
         return RosService(self._context, endpoint, callback, service_class)
 
+    def count_servers(self, name: str) -> int:
+        """Return how many servers a service has, as far as ROS 2 shows.
+
+        Args:
+            name: Its full name.
+        """
+        return int(self.rclpy_node.count_services(name))
+
     def destroy(self) -> None:
         """Destroy the node and its endpoints."""
         for endpoint in list(self._context.endpoints):
