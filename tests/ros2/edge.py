@@ -48,11 +48,11 @@ class Edge:
 
     async def mirror(self, name: str) -> int:
         """Show a node."""
-        return await self.ask("mirror", name)
+        return int(await self.ask("mirror", name))
 
     async def publisher(self, node: int, topic: str, cls: Any, qos: QoSProfile = DEPTH_10) -> int:
         """Show a publisher of one of callboard's message classes."""
-        return await self.ask("publisher", node, topic, type_name(cls), dict(qos.to_wire()))
+        return int(await self.ask("publisher", node, topic, type_name(cls), dict(qos.to_wire())))
 
     async def publish(self, publisher: int, *messages: Message) -> None:
         """Publish messages."""
@@ -62,11 +62,12 @@ class Edge:
         self, node: int, topic: str, cls: Any, qos: QoSProfile = DEPTH_10, *, listens: bool = True
     ) -> int:
         """Show a subscription."""
-        return await self.ask("subscription", node, topic, type_name(cls), dict(qos.to_wire()), listens)
+        parts = topic, type_name(cls), dict(qos.to_wire())
+        return int(await self.ask("subscription", node, *parts, listens))
 
     async def received(self, subscription: int, count: int) -> list[list[Any]]:
         """Wait for so many messages; return CDR, gid, sequence number and source stamp of all."""
-        found = await self.ask("received", subscription, count, WAIT_SEC)
+        found: list[list[Any]] = await self.ask("received", subscription, count, WAIT_SEC)
         assert len(found) >= count, found
         return found
 

@@ -127,6 +127,7 @@ async def test_an_action_is_called_by_its_services_and_topics(edge: Edge, ros: R
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     status = await edge.subscription(node, f"{inside}/status", GoalStatusArray, latched)
     await edge.matched(feedback)
+    found: list[list[str]] = []
     for number in range(20):  # the server may match the subscription to feedback after the first goals
         goal = cls.Impl.SendGoalService.Request(goal=cls.Goal(order=2))
         goal.goal_id.uuid = bytes([number] * 16)
