@@ -75,7 +75,7 @@ class ClockSubscription(SubscriptionEndpoint):
         from actors.interfaces.rosgraph_msgs.msg import Clock  # noqa: PLC0415 - only with simulated time
 
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        super().__init__(context, Clock, topic, None, qos, concurrent=False, event_callbacks=None)
+        super().__init__(context, Clock, topic, None, qos, concurrent=False, event_callbacks=None, raw=False)
 
     def receive(self, attachment: Attachment, batch: Batch | Replay) -> None:
         """Reader: set the time."""
