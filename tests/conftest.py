@@ -20,6 +20,7 @@ from actors.config import environment
 from actors.logging.logger import get_logger  # the import sets the log's level, which `_process` remembers
 from actors.logging.severity import ROOT_NAME
 from tests import real_ros
+from tests.seams.limits import be_patient
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
@@ -109,6 +110,12 @@ def _cache_bytecode(cache: Path) -> None:
     temporary = Path(tempfile.gettempdir()).resolve()
     if temporary not in cache.resolve().parents:  # a checkout there keeps its own
         atexit.register(shutil.rmtree, cache / temporary.relative_to(temporary.anchor), ignore_errors=True)
+
+
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes of this process wait long for a broker, for tests that start one themselves."""
+    be_patient(monkeypatch)
 
 
 @pytest.fixture(autouse=True)

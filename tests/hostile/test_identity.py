@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
+
 import actors
 from actors.interfaces.message import type_hash, type_name
 from actors.interfaces.std_msgs.msg import Int64
@@ -18,6 +20,8 @@ from tests.ports import held_port
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+pytestmark = pytest.mark.usefixtures("patience")
 
 HUGE = 2**60
 

@@ -24,6 +24,8 @@ from tests.seams.limits import set_limits
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+pytestmark = pytest.mark.usefixtures("patience")
+
 
 def test_watches_of_a_large_graph_are_answered_over_many_turns() -> None:
     """Case 54: a turn answers WATCHes with at most 20,000 entries; each is answered, completely."""

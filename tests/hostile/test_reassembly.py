@@ -6,6 +6,8 @@ import asyncio
 from contextlib import AsyncExitStack
 from typing import cast
 
+import pytest
+
 import actors
 from actors.interfaces.std_msgs.msg import String
 from broker import Broker, BrokerOptions
@@ -18,6 +20,8 @@ from tests.allocations import peak_bytes
 from tests.broker import frame_makers as make
 from tests.broker.rawclient import link, until
 from tests.seams.nodes import link_of
+
+pytestmark = pytest.mark.usefixtures("patience")
 
 KIB = 1024
 

@@ -27,6 +27,8 @@ from tests.broker.rawclient import link, until
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
+pytestmark = pytest.mark.usefixtures("patience")
+
 HOSTILE = "\x1b[2J\nNode /forged joined\x00" * 400
 CLEAN = "日本語, ünicode and €"
 

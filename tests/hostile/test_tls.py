@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from tests.certificates import Pair
 
+pytestmark = pytest.mark.usefixtures("patience")
+
 
 def use(monkeypatch: pytest.MonkeyPatch, files: TlsFiles) -> None:
     """Let the clients of this test use these files."""

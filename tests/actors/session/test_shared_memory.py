@@ -32,7 +32,10 @@ if TYPE_CHECKING:
     from proto.wire.frames import Batch
     from tests.actors.meeting import Meeting
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds")
+pytestmark = [
+    pytest.mark.skipif(sys.platform != "linux", reason="arenas are memfds"),
+    pytest.mark.usefixtures("patience"),
+]
 
 LARGE = 300_000
 

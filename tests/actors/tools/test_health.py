@@ -22,6 +22,8 @@ from tests.certificates import Authority
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.usefixtures("patience")
+
 
 async def look(
     url: str | None = None, domain: int | None = None, context: str | None = None

@@ -24,6 +24,8 @@ from tests.seams.limits import set_limits
 if TYPE_CHECKING:
     from pathlib import Path
 
+pytestmark = pytest.mark.usefixtures("patience")
+
 
 @pytest.fixture
 def authority(tmp_path: Path) -> Authority:

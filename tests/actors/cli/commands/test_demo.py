@@ -26,8 +26,8 @@ def test_the_demo_talks_and_sums_up(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     for line in (
         r'minimal_publisher +\| Publishing: "Hi Automatic Addison: 0"',
-        r'minimal_subscriber +\| I heard: "Hi Automatic Addison: 0"',
-        r"publishing_subscriber +\| I heard Hi Automatic Addison: 0",
+        r'minimal_subscriber +\| I heard: "Hi Automatic Addison: \d+"',
+        r"publishing_subscriber +\| I heard Hi Automatic Addison: \d+",
         r"add_two_ints_server +\| Incoming request: 5 \+ 3",
         r"add_two_ints_client +\| Sum: 8",
         r"\d+ messages sent, \d+ heard; \d+ service calls, p50 \d+\.\d\d ms\.",
@@ -46,7 +46,7 @@ def test_the_demo_does_without_a_network(
         raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
     monkeypatch.setattr(socket, "create_connection", unreachable)
-    assert main(["demo", "--seconds", "1"]) == 0
+    assert main(["demo", "--seconds", "3"]) == 0
     out = capsys.readouterr().out
     assert "A broker at callboard+unix://" in out
     assert "| Sum: 8\n" in out

@@ -165,7 +165,7 @@ async def test_send_goal_fails_if_the_goal_does_not_succeed(desk: Desk) -> None:
 async def test_send_goal_cancels_the_goal_after_its_timeout(desk: Desk) -> None:
     """The server sees the cancellation; without a server there is nothing to cancel."""
     async with kitchen(desk) as server:
-        ended = await desk.callboard(*SEND, "{order: 99}", "--timeout", "2")
+        ended = await desk.callboard(*SEND, "{order: 99}", "--timeout", "3")
         assert server.active == 0
     assert ended.code == 124
     assert "Canceling goal...\nGoal finished with status: CANCELED\n" in ended.err
@@ -177,7 +177,7 @@ async def test_echo_prints_feedback_and_states(desk: Desk) -> None:
     """`action echo` prints the messages of both topics, each as a document of its own."""
     async with kitchen(desk), desk.node("sender") as node:
         client = node.create_action_client(Fibonacci, "fibonacci")
-        echo = desk.start("action", "echo", "/fibonacci", "--json", "--timeout", "2")
+        echo = desk.start("action", "echo", "/fibonacci", "--json", "--timeout", "3")
         for topic in ("feedback", "status"):  # of both clients, and of the command
             while await node.count_subscribers(f"/fibonacci/_action/{topic}") < 3:
                 await asyncio.sleep(0)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tests.actors.cli.conftest import Desk, Ended
 
 LATCHED = actors.QoSProfile(depth=10, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
-PATIENCE = ("--timeout", "2")
+PATIENCE = ("--timeout", "3")
 
 
 def told(node: actors.Node, state: ServiceIntrospectionState, srv_type: Any = AddTwoInts) -> Any:

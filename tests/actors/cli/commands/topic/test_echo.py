@@ -122,7 +122,7 @@ async def test_two_types_on_one_topic_are_both_printed(desk: Desk) -> None:
         node.create_publisher(String, "said", LATCHED).publish(String(data="x"))
         node.create_publisher(Vector3, "said", LATCHED).publish(Vector3())
         await node.get_graph()
-        first = await desk.callboard("topic", "echo", "/said", "--json", "--timeout", "2")
+        first = await desk.callboard("topic", "echo", "/said", "--json", "--timeout", "3")
     assert first.code == 124
     assert sorted(map(str, first.documents)) == ["{'data': 'x'}", "{'x': 0.0, 'y': 0.0, 'z': 0.0}"]
 
@@ -190,7 +190,7 @@ async def test_echo_of_some_messages(desk: Desk) -> None:
             publisher.publish(Int32(data=number))
         await node.get_graph()
         wanted = ("topic", "echo", "/said", "--filter", "m.data % 4 == 3")
-        some = await desk.callboard(*wanted, "--csv", "--timeout", "2")
+        some = await desk.callboard(*wanted, "--csv", "--timeout", "3")
         one = await desk.callboard(*wanted, "--once")
         typed = await desk.callboard("topic", "echo", "/said", "std_msgs/msg/Int32", *wanted[3:], "--once")
         raw = await desk.callboard(*wanted, "--once", "--raw")
@@ -286,7 +286,7 @@ async def test_echo_outlives_hostile_messages(desk: Desk, options: list[str]) ->
             endpoint_of(publisher).collect(data)
         publisher.publish(String(data="end"))
         await node.get_graph()
-        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
+        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "3")
     assert ended.code == 124
     assert ended.err.count("Not a message") == 2
     assert "1970-01-01T00:00:01+00:00" in ended.out.splitlines()[0]
@@ -302,7 +302,7 @@ async def test_a_stranger_does_not_end_an_echo(desk: Desk, options: list[str]) -
         for data in (b"\x81\xa4data\xa1x", b"\x81\xa4data\x05", b"\x81\xa4data\xa1x"):
             endpoint_of(publisher).collect(data)
         await node.get_graph()
-        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "1")
+        ended = await desk.callboard("topic", "echo", "/said", *options, "--timeout", "3")
     assert ended.code == 124
     assert ended.out.count("x") == 2
 

@@ -107,7 +107,7 @@ async def test_hz_by_counters(desk: Desk, capsys: pytest.CaptureFixture[str]) ->
         speaking(node, "other")
         await node.get_graph()
         commands = [
-            desk.start("topic", "hz", "said", *options, "--timeout", "2")
+            desk.start("topic", "hz", "said", *options, "--timeout", "3")
             for options in ((), ("--json",), ("other",))
         ]
         await until(has_printed_all)
