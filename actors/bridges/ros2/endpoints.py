@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
@@ -89,8 +90,9 @@ class RosPublisher(Endpoint):
         Raises:
             RosError: ROS 2 refuses it.
         """
-        try:  # not by `ros_errors`: this is called for each message
-            self._endpoint.publish(cdr)
+        try:  # not by `ros_errors`, nor by rclpy's publisher: this is called for each message
+            with self._handle:
+                self._handle.publish_raw(cdr)
         except (RuntimeError, self._context.ros.implementation.InvalidHandle) as error:
             raise RosError(f"ROS 2 refuses a message: {error}") from error
 
@@ -274,15 +276,25 @@ class RosService(Listener["Callable[[Any, Any], None]"]):
     def respond(self, response: Any, header: Any) -> None:
         """Send the response to a request, at any time.
 
+        Nothing happens if ROS 2 knows that the client has gone. As long as it has not found out how to reach
+        the client, Fast DDS waits for up to 0.1 s.
+
         Args:
             response: rclpy's message.
             header: That of the request.
 
         Raises:
-            RosError: ROS 2 refuses it.
+            RosError: ROS 2 refuses it, or does not reach the client.
         """
-        with ros_errors(self._context.ros, "ROS 2 refuses a response"), self._handle:
+        with (
+            ros_errors(self._context.ros, "ROS 2 refuses a response"),
+            warnings.catch_warnings(record=True) as caught,
+            self._handle,
+        ):
+            warnings.simplefilter("always")
             self._handle.service_send_response(response, header.request_id)
+        if caught:  # that the client was not reached; rclpy has no exception for it
+            raise RosError(f"ROS 2 loses a response: {caught[0].message}")
 
     def _take_one(self) -> tuple[Any, Any] | None:
         request, header = self._handle.service_take_request(self._class)
