@@ -15,7 +15,6 @@ from actors.actions.client_goal import (
     ResultT,
     goal_result,
 )
-from actors.actions.feedback_order import HeldResults
 from actors.actions.names import ActionNames
 from actors.actions.server_goal import GoalT
 from actors.actions.states import STATES, GoalState
@@ -71,11 +70,11 @@ class ActionClientEndpoint(Endpoint):
                 GoalStatusArray, names.status, self._status_received, qos_profile_action_status_default
             ),
         ]
-        self._held = HeldResults(endpoint_of(subscriptions[0]))
         self._send = self._client(types.send_goal, names.send_goal)
         self._cancel: Client[CancelGoal.Request, CancelGoal.Response]
         self._cancel = self._client(CancelGoal, names.cancel_goal)
         self._results = self._client(types.get_result, names.get_result)
+        self._results.receive_after(subscriptions[0])
         self._parts: list[Handle[Any]] = [*subscriptions, self._send, self._cancel, self._results]
 
     def _subscribe(
@@ -116,16 +115,13 @@ class ActionClientEndpoint(Endpoint):
                 # At once, not when the user asks for it: a server keeps results for a limited time, and the
                 # end of the goal is news for `async for`, too.
                 reply = self._request_result(receiver.goal_id)
-                reply.add_done_callback(partial(self._result_replied, key, receiver))
+                reply.add_done_callback(partial(self._ended, key, receiver))
             receiver.decided(accepted=response.accepted, stamp=response.stamp)
         finally:
             # Rejected, failed or cancelled: there is nothing to receive. An accepted goal stays until its
             # result.
             if not receiver.accepted:
                 del self.goals[key]
-
-    def _result_replied(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
-        self._held.hold(reply.attributes, partial(self._ended, key, receiver, reply))
 
     def _ended(self, key: bytes, receiver: GoalReceiver, reply: CallFuture) -> None:
         del self.goals[key]
@@ -161,11 +157,7 @@ class ActionClientEndpoint(Endpoint):
 
     def _feedback_received(self, message: Any) -> Any:
         receiver = self.goals.get(bytes(message.goal_id.uuid))
-        try:
-            return None if receiver is None else receiver.feedback_received(message)
-        # Also if the callback has raised: this message has been handed over all the same.
-        finally:
-            self._held.check()
+        return None if receiver is None else receiver.feedback_received(message)
 
     def _status_received(self, message: GoalStatusArray) -> None:
         self.statuses = message.status_list
@@ -182,8 +174,6 @@ class ActionClientEndpoint(Endpoint):
         if self.destroyed:
             return
         super().destroy()
-        # Results that have arrived are given to the users; what has not ends with its client, below.
-        self._held.release_all()
         for part in self._parts:
             part.destroy()
 

@@ -6,10 +6,8 @@ import asyncio
 import inspect
 import math
 from dataclasses import fields
-from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from actors.actions.feedback_order import attributes_after
 from actors.actions.names import ActionNames
 from actors.actions.results import KeptResults
 from actors.actions.server_callbacks import CancelResponse, GoalResponse, ServerCallbacks, awaited
@@ -17,7 +15,7 @@ from actors.actions.server_goal import GoalProgress
 from actors.actions.states import GoalEvent, GoalState
 from actors.callbacks.callback_task import CallbackTask
 from actors.callbacks.functions import takes
-from actors.endpoints.endpoint import Endpoint, Handle, endpoint_of
+from actors.endpoints.endpoint import Endpoint, Handle
 from actors.endpoints.publisher.publisher import Publisher
 from actors.endpoints.service.service import ServiceServer
 from actors.interfaces.action import action_types
@@ -125,8 +123,7 @@ class ActionServerEndpoint(Endpoint):
                 (self._types.get_result, names.get_result, self._result_requested),
             )
         ]
-        # Only for results: the reply says how far the feedback had come (`feedback_order.py`).
-        endpoint_of(services[-1]).reply_attributes = partial(attributes_after, self._feedback)
+        services[-1].reply_after(self._feedback)  # the results, and only these
         return services
 
     # Requests

@@ -21,7 +21,7 @@ PROGRAMS = re.findall(
 )
 
 
-@pytest.mark.parametrize("number", range(2))
+@pytest.mark.parametrize("number", range(len(PROGRAMS)))
 async def test_the_programs_print_what_the_page_shows(system: System, tmp_path: Path, number: int) -> None:
     """Each runs to its end and prints exactly the lines below it."""
     program, expected = PROGRAMS[number]

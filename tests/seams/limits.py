@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.actions import client_goal, feedback_order, server_endpoint
+from actors.actions import client_goal, server_endpoint
 from actors.cli import broker_target, completion, hidden_node
-from actors.endpoints import service_introspection
+from actors.endpoints import reply_order, service_introspection
 from actors.endpoints.client import endpoint as client_endpoint
 from actors.endpoints.client import refused_calls
 from actors.endpoints.publisher import queue_limits
@@ -45,7 +45,7 @@ _HOMES: Final[dict[str, tuple[ModuleType, str]]] = {
     "running_requests": (service_endpoint, "MAX_RUNNING"),
     "goals": (server_endpoint, "MAX_GOALS"),
     "feedback_depth": (client_goal, "FEEDBACK_DEPTH"),
-    "feedback_wait_sec": (feedback_order, "MAX_WAIT_SEC"),
+    "feedback_wait_sec": (reply_order, "MAX_WAIT_SEC"),
     "first_answer_sec": (first_attempt, "FIRST_ANSWER_SEC"),
     "first_retry_sec": (connector, "FIRST_RETRY_SEC"),
     "reconnect_sec": (connector, "LAST_RETRY_SEC"),

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.callbacks.must_await import must_await
 from actors.endpoints.client.endpoint import ClientEndpoint
+from actors.endpoints.endpoint import endpoint_of
+from actors.endpoints.reply_order import HeldReplies
 from actors.endpoints.service_introspection import Introspectable
 from actors.errors import ServiceUnavailable, WaitTimeout
 from actors.interfaces.codec import EncodedCodec, codec_for
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     import asyncio
 
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.subscription.subscription import Subscription
     from actors.time.timeout import Timeout
 
 Q = TypeVar("Q")
@@ -165,6 +168,23 @@ class Client(Introspectable[ClientEndpoint], Generic[Q, A]):
         if not limit >= 0:  # not a number, too
             raise ValueError(f"timeout_sec must be zero or more, got {timeout_sec}")
         return endpoint.call(request, body, limit)
+
+    def receive_after(self, subscription: Subscription[Any]) -> None:
+        """Hold replies back until messages have been handed over that the server published before them.
+
+        For at most 1 s, and only replies of a server that says which messages they follow: one with
+        `reply_after`, or an action server with its results. At most 1,000 replies wait.
+
+        Args:
+            subscription: To the server's topic, with a callback.
+
+        Raises:
+            TypeError: The subscription has no callback.
+        """
+        endpoint = endpoint_of(subscription)
+        if endpoint.consumer.callback is None:
+            raise TypeError("receive_after() needs a subscription with a callback")
+        self._endpoint.held = HeldReplies(endpoint)
 
     def destroy(self) -> None:
         """Take the client out of service; calls in flight raise NodeDestroyed."""

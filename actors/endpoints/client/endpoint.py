@@ -6,6 +6,7 @@ import asyncio
 import itertools
 import math
 import secrets
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import msgpack
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from actors.diagnostics.records import ClientDiagnostics
     from actors.endpoints.client.thread_call import ThreadCall
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.reply_order import HeldReplies
     from actors.interfaces.codec import Codec, EncodedCodec
 
 MAX_PENDING: Final = 200_000
@@ -62,8 +64,6 @@ class CallFuture(asyncio.Future[Any]):
 
     request: RequestEntry | None = None
     """What was sent, for as long as it may have to be sent again."""
-    attributes: frames.Options | None = None
-    """Those of the response."""
 
     def __init__(
         self,
@@ -101,6 +101,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         failed: Calls that have ended in an error so far, timeouts included.
         timeouts: Calls whose deadline has passed so far.
         late: Replies that arrived after their call had ended.
+        held: Replies that wait for messages, if they do.
     """
 
     kind: ClassVar = "client"
@@ -113,6 +114,7 @@ class ClientEndpoint(IntrospectedEndpoint):
         self.gid = secrets.token_bytes(limits.INSTANCE_BYTES)
         self.pending: dict[int, CallFuture | ThreadCall] = {}
         self.failed = self.timeouts = self.late = 0
+        self.held: HeldReplies | None = None
         self._deadlines = Deadlines(self._expired)
         self._numbers = itertools.count(1)  # other threads take them, too
         self._last_call = 0
@@ -277,9 +279,9 @@ class ClientEndpoint(IntrospectedEndpoint):
                 identity = CallIdentity(self.gid, entry.call)
                 self.service_events.response(EventKind.RESPONSE_RECEIVED, identity, reply)
             future.ended()
-            if not future.done():
-                if entry.attributes is not None:
-                    future.attributes = entry.attributes
+            if entry.attributes is not None and self.held is not None:
+                self.held.hold(entry.attributes, partial(_set_result, future, reply))
+            elif not future.done():
                 future.set_result(reply)
 
     def _failure(self, entry: ReplyEntry) -> CallFailed:
@@ -356,6 +358,8 @@ class ClientEndpoint(IntrospectedEndpoint):
             self._fail(future, NodeDestroyed(f"Service '{self.srv_name}': the client has been destroyed"))
             if isinstance(future, CallFuture) and not future.cancelled():
                 future.exception()  # if nobody awaits it, asyncio must not report what the caller did himself
+        if self.held is not None:
+            self.held.release_all()  # they have arrived
         super().destroy()
 
     def refused(self, code: int, text: str) -> None:
@@ -391,6 +395,11 @@ class ClientEndpoint(IntrospectedEndpoint):
             timeouts=self.timeouts,
             late=self.late,
         )
+
+
+def _set_result(future: CallFuture | ThreadCall, reply: Any) -> None:
+    if not future.done():
+        future.set_result(reply)
 
 
 def remote_error(body: bytes) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from proto.wire.frames import Options, RequestEntry
+    from proto.wire.frames import RequestEntry
 
 
 class ThreadCall:
@@ -14,17 +14,15 @@ class ThreadCall:
     Attributes:
         number: The client's number for the call; 0 before it is made.
         request: What was sent, for as long as it may have to be sent again.
-        attributes: Those of the response.
         response: The response.
         error: The error with which it has failed.
     """
 
-    __slots__ = ("attributes", "error", "number", "request", "response")
+    __slots__ = ("error", "number", "request", "response")
 
     def __init__(self) -> None:
         self.number = 0
         self.request: RequestEntry | None = None
-        self.attributes: Options | None = None
         self.response: Any = None
         self.error: Exception | None = None
 

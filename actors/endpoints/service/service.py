@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.endpoints.reply_order import attributes_after
 from actors.endpoints.service.endpoint import ServiceEndpoint
 from actors.endpoints.service_introspection import Introspectable
 
@@ -11,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.endpoints.context import NodeContext
+    from actors.endpoints.publisher.publisher import Publisher
 
 Q = TypeVar("Q")
 A = TypeVar("A")
@@ -66,6 +69,17 @@ class ServiceServer(Introspectable[ServiceEndpoint], Generic[Q, A]):
     def errors(self) -> int:
         """Requests answered with an error so far."""
         return self._endpoint.replies.errors
+
+    def reply_after(self, publisher: Publisher[Any]) -> None:
+        """Let replies say which messages they follow: those published before may arrive after them.
+
+        Clients with `receive_after` hold them back, as action clients do with results until they have the
+        feedback.
+
+        Args:
+            publisher: What it has published when a reply is made comes before the reply.
+        """
+        self._endpoint.reply_attributes = partial(attributes_after, publisher)
 
     def destroy(self) -> None:
         """Take the service out of service: handlers are cancelled, their callers get ServiceUnavailable."""

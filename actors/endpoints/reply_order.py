@@ -1,7 +1,8 @@
-"""Results that have overtaken feedback: they wait for it.
+"""Replies that have overtaken messages: they wait for them.
 
-Replies overtake messages on a link that is congested. So the reply with a result says how far the server's
-feedback had come, and the client holds the result back until that feedback has been handed over.
+Replies overtake messages on a link that is congested. So a reply says how far a publisher of the server had
+come, as the reply with a goal's result does of the feedback, and the client holds it back until the messages
+before it have been handed over.
 """
 
 from __future__ import annotations
@@ -17,22 +18,25 @@ if TYPE_CHECKING:
     from proto.wire.frames import Options
 
 MAX_WAIT_SEC: Final = 1.0
-"""How long a result waits for feedback: it may wait for the node's other callbacks, or never arrive."""
+"""How long a reply waits for messages: they may wait for the node's other callbacks, or never arrive."""
+
+MAX_HELD: Final = 1000
+"""Replies of one client that wait; others do not."""
 
 GID: Final = "after_gid"
 SEQUENCE: Final = "after_sequence"
 
 
-class FeedbackEnd(NamedTuple):
-    """The last feedback that a server had published when it replied."""
+class LastMessage(NamedTuple):
+    """The last message that a server had published when it replied."""
 
     gid: bytes
-    """Identifies the publisher of the feedback."""
+    """Identifies the publisher."""
     sequence: int
     """The number after its last message."""
 
     @classmethod
-    def of(cls, attributes: Options | None) -> FeedbackEnd | None:
+    def of(cls, attributes: Options | None) -> LastMessage | None:
         """Return what the attributes of a reply say; None if they do not, or are not valid."""
         # From another process, perhaps another version: anything may be missing, or of another type.
         values: Options = attributes or {}
@@ -42,41 +46,52 @@ class FeedbackEnd(NamedTuple):
         return None
 
 
-def attributes_after(feedback: Publisher[Any]) -> Options | None:
+def attributes_after(publisher: Publisher[Any]) -> Options | None:
     """Return the attributes of a reply that follows what was published so far."""
-    return {GID: feedback.gid, SEQUENCE: feedback.published} if feedback.published else None
+    return {GID: publisher.gid, SEQUENCE: publisher.published} if publisher.published else None
 
 
-class HeldResults:
-    """The results of one action client that wait for feedback.
+class HeldReplies:
+    """The replies of one client that wait for messages.
 
     Args:
-        subscription: To the feedback.
+        subscription: To these messages, with a callback.
     """
 
     def __init__(self, subscription: SubscriptionEndpoint) -> None:
         self._subscription = subscription
-        self._held: dict[Callable[[], None], tuple[FeedbackEnd, asyncio.TimerHandle]] = {}
+        callback = subscription.consumer.callback
+        assert callback is not None
+
+        def handed_over(*args: Any) -> Any:
+            try:
+                return callback(*args)
+            # Also if the callback has raised: this message has been handed over all the same.
+            finally:
+                self.check()
+
+        subscription.consumer.callback = handed_over
+        self._held: dict[Callable[[], None], tuple[LastMessage, asyncio.TimerHandle]] = {}
 
     def hold(self, attributes: Options | None, release: Callable[[], None]) -> None:
-        """Call `release` when the feedback has been handed over, or lost, that a reply's attributes name."""
-        end = FeedbackEnd.of(attributes)
-        if end is None or self._subscription.destroyed or self._arrived(end):
+        """Call `release` when the messages have been handed over, or lost, that a reply's attributes name."""
+        end = LastMessage.of(attributes)
+        if end is None or self._subscription.destroyed or self._arrived(end) or len(self._held) >= MAX_HELD:
             release()
             return
         loop = self._subscription.context.require_loop()
-        # With a limit: feedback may have been dropped by a depth, or wait for a callback that does not end,
-        # and the result must not wait for ever.
+        # With a limit: messages may have been dropped by a depth, or wait for a callback that does not end,
+        # and the reply must not wait for ever.
         self._held[release] = end, loop.call_later(MAX_WAIT_SEC, self._release, release)
 
     def check(self) -> None:
-        """Release results, after feedback has been handed over."""
+        """Release replies, after a message has been handed over."""
         for release, (end, _) in tuple(self._held.items()):
             if self._arrived(end):
                 self._release(release)
 
     def release_all(self) -> None:
-        """Release all results: no more feedback is handed over."""
+        """Release all replies: nobody waits for messages any more."""
         for release in tuple(self._held):
             self._release(release)
 
@@ -85,7 +100,7 @@ class HeldResults:
         timer.cancel()
         release()
 
-    def _arrived(self, end: FeedbackEnd) -> bool:
+    def _arrived(self, end: LastMessage) -> bool:
         subscription = self._subscription
         attachment = subscription.tracker.attachments.get(end.gid)
         if attachment is None:
