@@ -426,10 +426,12 @@ class PendingCall(NamedTuple):
 class ServiceGroup:
     """All endpoints of one service name."""
 
-    __slots__ = ("clients", "pools", "servers")
+    __slots__ = ("apart", "clients", "pools", "servers")
 
     def __init__(self) -> None:
         self.servers: dict[int, ServiceRecord] = {}
         self.clients: dict[int, ClientRecord] = {}
+        self.apart = 0
+        """How many servers are kept apart from some clients."""
         self.pools: dict[tuple[str, str, bool], Pool[ServiceRecord]] = {}
         """The servers of each type name and hash, those of other brokers apart, while there are clients."""

@@ -56,13 +56,13 @@ class Services:
         if group is None:
             return None
         of_type = client.type_name, client.type_hash
-        apart = client.apart
-        for mirrored in (False,) if client.private else (False, True):
-            pool = group.pools.get((*of_type, mirrored))
-            if pool is not None and apart:
-                pool = pool.without(apart)
-            if pool:
-                return pool
+        own = group.pools.get((*of_type, False))
+        if not group.apart:  # nearly always
+            return own or (None if client.private else group.pools.get((*of_type, True)))
+        others = None if client.private else group.pools.get((*of_type, True))
+        for pool in (own, others):
+            if pool is not None and (allowed := pool.without(client.apart)):
+                return allowed
         return None
 
     def only(self, client: ClientRecord, server_key: int) -> OneServer | None:
@@ -93,6 +93,7 @@ class Services:
             pairs = [(endpoint, server) for server in group.servers.values()]
         else:
             group.servers[endpoint.key] = endpoint
+            group.apart += bool(endpoint.apart)
             if group.clients:
                 _join_pool(group, endpoint)
             pairs = [(client, endpoint) for client in group.clients.values()]
@@ -134,6 +135,7 @@ class Services:
             counterparts = group.servers.values()
         else:
             del group.servers[endpoint.key]
+            group.apart -= bool(endpoint.apart)
             _leave_pool(group, endpoint)
             counterparts = group.clients.values()
         for other in counterparts:

@@ -12,6 +12,7 @@ import actors
 from actors.interfaces.std_msgs.msg import Int64
 from actors.interfaces.std_srvs.srv import Trigger
 from proto.wire.codes import EntryKind
+from tests.actors.meeting import KEEP_ALL
 from tests.simulation.network import LinkFaults
 from tests.simulation.stage import Stage, play
 
@@ -41,7 +42,8 @@ class Gateway:
             f"n{draw.randrange(30)}", labels={"apart": apart}, apart=apart, shared_name=True
         )
         sent = APART.index(apart) + 1
-        qos = draw.choice([1, 10, actors.QoSProfile(history=actors.HistoryPolicy.KEEP_ALL)])
+        profiles: list[int | actors.QoSProfile] = [1, 10, KEEP_ALL]
+        qos = draw.choice(profiles)
         self.bare[bare] = [bare.create_publisher(Int64, topic, qos) for topic in draw.sample(TOPICS, 1)]
 
         def read(message: Int64) -> None:

@@ -42,7 +42,7 @@ async def test_it_is_a_node_with_what_it_has_and_nothing_else(meeting: Meeting) 
         ("/robot/talker/add", "SERVICE"),
         ("/robot/add", "CLIENT"),
     ]
-    assert graph.node_labels() == {"/owner": [{"role": "bridge"}], "/robot/talker": [{"origin": "ros2/7"}]}
+    assert graph.node_labels() == {"/owner": {"role": "bridge"}, "/robot/talker": {"origin": "ros2/7"}}
     assert (bare.labels, bare.apart, bare.refusal, bare.destroyed) == ({"origin": "ros2/7"}, "", "", False)
     assert len((await owner.get_broker_stats()).links) == 1
 
@@ -242,7 +242,7 @@ async def test_every_session_declares_all_of_them_again(meeting: Meeting) -> Non
     graph = await owner.get_graph()
     assert len(graph.nodes()) == 50
     assert len(list(graph.of_kind(EntryKind.PUBLISHER))) == 49
-    assert graph.node_labels()["/n9"] == [{"n": "9"}]
+    assert graph.node_labels()["/n9"] == {"n": "9"}
     assert endpoints[7].destroyed
 
 
@@ -323,20 +323,23 @@ async def test_what_is_wrong_is_refused_at_once(meeting: Meeting) -> None:
     assert await owner.get_node_names() == ["a", "owner"]
 
 
+def rules(*nodes: str) -> str:
+    """Return rules with one user, and which names its nodes may have."""
+    names = ", ".join(f'"{name}"' for name in nodes)
+    rights = f'allow.node = [{names}]\nallow.publish = ["/robot/**"]\nallow.see = ["/**"]\n'
+    return f'[users.robot]\ntokens = ["{hash_token(TOKEN)}"]\nroles = ["r"]\n[roles.r]\n{rights}'
+
+
 async def test_access_rules_judge_it_as_any_node(tmp_path: Path) -> None:
-    """Each name and each topic for itself; what is refused says so, and the rest works."""
-    rules = tmp_path / "access.toml"
-    rights = """
-allow.node = ["/owner", "/robot/**"]
-allow.publish = ["/robot/**"]
-allow.see = ["/**"]
-"""
-    rules.write_text(f'[users.robot]\ntokens = ["{hash_token(TOKEN)}"]\nroles = ["r"]\n[roles.r]{rights}')
+    """Each name and topic for itself, also when rules change; what is refused says so, the rest works."""
+    file = tmp_path / "access.toml"
+    file.write_text(rules("/owner", "/robot/**"))
     async with (
-        Broker(BrokerOptions(port=0, auth=rules)) as broker,
+        Broker(BrokerOptions(port=0, auth=file)) as broker,
         actors.Node("owner", url=broker.url, token=TOKEN, **BARE) as owner,
     ):
-        allowed = owner.create_bare_node("talker", namespace="/robot")
+        reasons: list[str] = []
+        allowed = owner.create_bare_node("talker", namespace="/robot", on_refused=reasons.append)
         refused = owner.create_bare_node("talker")
         good, bad = (allowed.create_publisher(Int64, name) for name in ("news", "/news"))
         served = allowed.create_service(AddTwoInts, "add", lambda _, response: response)
@@ -348,3 +351,8 @@ allow.see = ["/**"]
         assert "to serve '/robot/add'" in served.refusal
         assert good.refusal == ""
         assert await owner.get_node_names() == ["owner", "talker"]
+        file.write_text(rules("/owner"))
+        broker.reload()
+        await until(lambda: bool(reasons and good.refusal))
+        assert "to take the node name '/robot/talker'" in reasons[0]
+        assert await owner.get_node_names() == ["owner"]

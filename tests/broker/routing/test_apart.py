@@ -10,8 +10,10 @@ from broker.routing.pool import Pool
 from broker.routing.records import NodeRecord, Peer, ServiceRecord
 from broker.routing.router import Router
 from broker.routing.router_limits import RouterLimits
+from proto import limits
 from proto.errors import ErrorCode
 from proto.wire import frames
+from proto.wire.codec import encode
 from proto.wire.codes import EntryKind, Status
 from tests.broker import frame_makers as make
 from tests.broker.switch import Switch
@@ -157,6 +159,21 @@ def test_labels_are_in_the_graph_and_endpoints_name_their_node() -> None:
     assert labelled.qos == {"shared": True, "label.origin": "ros2/7"}
     assert "node" not in one.qos
     assert (other.qos["node"], other.qos["depth"]) == (labelled.key, 4)
+
+
+def test_graph_frames_stay_small_however_many_labels_there_are() -> None:
+    """Of 250 nodes with names and labels that are as long as they may be."""
+    switch = Switch()
+    labels: frames.Options = {f"{number:064}": "x" * 32 for number in range(10)}
+    peer = switch.join()
+    for number in range(250):
+        name = "/" + "n" * 240 + "/" + f"{number}".rjust(255, "m")
+        switch.send(peer, frames.Node(number, name, labels=labels, apart="x" * 256))
+    assert switch.read(peer, frames.Refused) == []
+    switch.send(peer, frames.Watch(1000, keep=False))
+    graphs = switch.read(peer, frames.Graph)
+    assert sum(len(graph.added) for graph in graphs) == 250
+    assert max(len(encode(graph)) for graph in graphs) < limits.MAX_FRAME_BYTES
 
 
 @pytest.mark.parametrize(
