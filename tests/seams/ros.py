@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from actors.ros.rclpy.client import Client
     from actors.ros.rclpy.lifecycle import LifecycleNode
     from actors.ros.rclpy.service import Service
+    from actors.ros.rclpy.subscription import Subscription
 
 
 def lifecycle_state(node: LifecycleNode) -> tuple[int, str]:
@@ -31,3 +32,9 @@ def counted_calls(client: Client[Any, Any, Any]) -> int:
 def requests_waiting(service: Service[Any, Any, Any]) -> int:
     """Return how many requests wait for the executor."""
     return len(service._calls)
+
+
+def counted_messages(subscription: Subscription[Any]) -> tuple[int, int]:
+    """Return how many messages a subscription has received, and how many could not be read."""
+    native = subscription._native
+    return native.received, native.undecodable

@@ -49,6 +49,7 @@ class Consumer:
     Attributes:
         backlog: Messages that wait.
         calls: Messages handed to the callback or the iterator.
+        rejected: Messages that the taker could not read.
         dropped: Messages dropped here because the consumer was slower than the depth allows.
         expired: Messages dropped because they were older than their publisher's lifespan.
         running: Callbacks that are suspended.
@@ -72,7 +73,7 @@ class Consumer:
         self.context = context
         self._shared = SharedBacklog(finished, self._call_in_loop) if callback is None else None
         self.backlog: Backlog = self._shared or Backlog(finished)
-        self.calls = self.dropped = self.expired = 0
+        self.calls = self.rejected = self.dropped = self.expired = 0
         self.running = 0
         self.waiter: asyncio.Future[None] | None = None
         self.posted = False
@@ -241,6 +242,12 @@ class Consumer:
             self.calls += 1
             queued_batch = shared.batches[0]
             return shared.pop(), queued_batch.info()
+
+    def reject(self) -> None:
+        """Count a message that was taken as one that cannot be read; in the thread that has taken it."""
+        with self.require_no_callback("take").lock:
+            self.calls -= 1
+            self.rejected += 1
 
     def require_no_callback(self, purpose: str) -> SharedBacklog:
         """Return the backlog.

@@ -252,6 +252,11 @@ class SubscriptionEndpoint(Endpoint):
             self._stall_ms,
         )
 
+    @property
+    def undecodable(self) -> int:
+        """Messages dropped because they could not be read."""
+        return self.decoder.failed + self.consumer.rejected
+
     def diagnostics(self) -> SubscriptionDiagnostics:
         """Return its state and counts."""
         from actors.diagnostics.records import SubscriptionDiagnostics  # noqa: PLC0415 - seldom needed
@@ -269,7 +274,7 @@ class SubscriptionEndpoint(Endpoint):
             expired=consumer.expired,
             lost=self.tracker.lost,
             lost_on_break=self.tracker.lost_on_break,
-            undecodable=self.decoder.failed,
+            undecodable=self.undecodable,
             callback=None if consumer.callback is None else consumer.timing.diagnostics(consumer.calls),
             events=self._events.diagnostics(),
         )

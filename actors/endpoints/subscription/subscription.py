@@ -103,7 +103,7 @@ class Subscription(Handle[SubscriptionEndpoint], Generic[M]):
     @property
     def undecodable(self) -> int:
         """Messages dropped because they were not valid, or left out too much (docs/protocol.md §10.1)."""
-        return self._endpoint.decoder.failed
+        return self._endpoint.undecodable
 
     @property
     def queued(self) -> int:

@@ -8,6 +8,7 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Generic, TypedDict, TypeVar
 
+from actors.endpoints.endpoint import endpoint_of
 from actors.endpoints.subscription.selection import select
 from actors.errors import NodeDestroyed
 from actors.interfaces.errors import InvalidMessageError
@@ -192,6 +193,7 @@ class Subscription(Entity, Generic[MsgT]):
             get_logger(self.node_logger_name).warning(
                 f"A message of {self.topic} is dropped: {error}", throttle_duration_sec=_DROPPED_LOG_SEC
             )
+            endpoint_of(self._native).consumer.reject()
             return None
 
     def destroy(self) -> None:

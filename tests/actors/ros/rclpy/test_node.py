@@ -38,6 +38,7 @@ from actors.time.types import ClockType, Duration, Time
 from broker import Broker, BrokerOptions
 from tests.actors.ros.conftest import running_context
 from tests.ports import held_port
+from tests.seams.ros import counted_messages
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -93,7 +94,7 @@ def test_messages_wait_as_the_depth_allows(node: Node, executor: SingleThreadedE
 def test_raw_messages_are_cdr(
     node: Node, executor: SingleThreadedExecutor, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """In both directions, and filtered by content. What cannot be CDR is dropped, with a line in the log."""
+    """In both directions, and filtered by content. What cannot be CDR is dropped, counted and logged."""
     seen, done = list[bytes](), Future[None](executor=executor)
 
     def heard(data: bytes) -> None:
@@ -102,7 +103,7 @@ def test_raw_messages_are_cdr(
             done.set_result(None)
 
     options = ContentFilterOptions("data <> 'filtered'", [])
-    node.create_subscription(String, "t", heard, 10, raw=True, content_filter_options=options)
+    subscription = node.create_subscription(String, "t", heard, 10, raw=True, content_filter_options=options)
     publisher = node.create_publisher(String, "t", 10)
     assert node.wait_for_node("/ns/node", DEADLINE_SEC)
     assert publisher.get_subscription_count() == 1
@@ -115,6 +116,7 @@ def test_raw_messages_are_cdr(
         "A message of /ns/t is dropped: std_msgs/msg/String.data: Expected a string without NUL"
         in caplog.text
     )
+    assert counted_messages(subscription) == (2, 1)
     with pytest.raises(InvalidMessageError, match="too few"):
         publisher.publish(end[:-1])
 
