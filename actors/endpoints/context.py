@@ -249,7 +249,8 @@ class NodeContext(LinkEndpoint):
 
     def declaration(self) -> frames.Frame:
         """Declare the node; warn if the broker does not know shared names."""
-        if self.shared_name and Capability.SHARED_NAMES not in self.link.capabilities:
+        knows = Capability.SHARED_NAMES in self.link.capabilities
+        if self.shared_name and not knows and self.may_log("brokers without shared names"):
             text = f"The broker at {self.link.url} does not know shared node names; it allows one node"
             self.log.warning(f"{text} '{self.full_name}'")
         return frames.Node(self.id, self.full_name, self.shared_name, self.labels)

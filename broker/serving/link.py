@@ -10,6 +10,7 @@ from proto.errors import ErrorCode, ProtocolError
 from proto.liveness import Liveness
 from proto.wire import frames
 from proto.wire.session import State
+from proto.wire.stats import MAX_NODE_NAMES
 
 if TYPE_CHECKING:
     from broker.access.origin import Origin
@@ -149,7 +150,9 @@ class Link:
     def __str__(self) -> str:
         peer = None if self.router is None else self.router.peer(self.peer)
         nodes = [] if peer is None else peer.node_names()
-        where = ", ".join((*nodes, self.address))
+        # A link may have thousands of nodes, and this is in lines of the log.
+        more = [f"{len(nodes) - MAX_NODE_NAMES} more nodes"] if len(nodes) > MAX_NODE_NAMES else []
+        where = ", ".join((*nodes[:MAX_NODE_NAMES], *more, self.address))
         return f"link {self.peer or '(no handshake)'} [{self.agent}] ({where})"
 
 

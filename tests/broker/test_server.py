@@ -447,3 +447,13 @@ async def test_a_running_broker_cannot_be_entered_again() -> None:
         for _ in range(2):
             with pytest.raises(AddressInUseError):
                 await late.__aenter__()
+
+
+async def test_a_log_line_names_a_few_nodes_of_a_link(caplog: pytest.LogCaptureFixture) -> None:
+    """A link may have thousands."""
+    async with Broker(BrokerOptions(port=0)) as broker, link(broker, "/n") as client:
+        client.send(
+            *(frames.Node(number, f"/n{number}") for number in range(1, 20)), frames.Node(1, "/again")
+        )
+        await client.ended
+    assert "Closing link 1 [?] (/n, /n1, /n2, /n3, /n4, /n5, /n6, /n7, 12 more nodes, 127." in caplog.text
