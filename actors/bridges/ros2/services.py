@@ -114,9 +114,13 @@ class OutboundCalls:
         ours: Any = types.ours
         self._shown[mirror] = node.create_service(ours, mirror.name, server.call, concurrent=True, raw=True)
 
-    def prepare(self, mirror: Mirror) -> None:
-        """Find the server in ROS 2 now, as a client has appeared here: the first call does it otherwise."""
-        server = self._servers.get(mirror.source)
+    def prepare(self, name: str) -> None:
+        """Find a server in ROS 2 now, as a client has appeared here: the first call does it otherwise.
+
+        Args:
+            name: The full name of the service in ROS 2.
+        """
+        server = self._servers.get(name)
         if server is not None:
             server.prepare()
 

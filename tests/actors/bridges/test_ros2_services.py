@@ -312,8 +312,9 @@ async def test_servers_of_one_name_share_their_requests(sides: Sides) -> None:
 async def test_requests_wait_until_the_client_has_found_the_server(sides: Sides) -> None:
     """Those that ROS 2 gets before are lost."""
     sides.ros.servers = 0
-    shown = sides.show_here()
-    sides.outbound.prepare(shown)
+    sides.show_here()
+    sides.outbound.prepare("/other")
+    sides.outbound.prepare("/add")
     assert len(sides.ros.clients) == 1
     client = await sides.client()
     call = client.call_async(AddTwoInts.Request(a=1, b=2))
