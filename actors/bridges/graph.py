@@ -46,7 +46,8 @@ class SideEndpoint(NamedTuple):
         node: The full name of its node.
         kind: PUBLISHER, SUBSCRIPTION, SERVICE or CLIENT.
         name: The full name of the topic or service.
-        type_name: Such as "std_msgs/msg/String", "std_srvs/srv/SetBool" or "pkg/action/Fibonacci_SendGoal".
+        type_name: Such as "std_msgs/msg/String", "std_srvs/srv/SetBool" or "pkg/action/Fibonacci_SendGoal";
+            "" for a subscription that takes every type.
         type_hash: RIHS01_...; "" if it is unknown.
         qos: What it offers or requests; None for services.
         origin: That of its node. A native node can share its name with a mirror: only this tells whose

@@ -321,6 +321,14 @@ class _Planner:
 
     def _check_types(self, channel: _Channel) -> None:
         """Leave the endpoints of the one type that crosses."""
+        # Subscriptions of callboard that take every type: they take the one that crosses.
+        untyped = [each for each in channel.ours if not each.type_name]
+        channel.ours[:] = [each for each in channel.ours if each.type_name]
+        self._choose_type(channel)
+        for type_name in {each.type_name for each in channel.theirs}:
+            channel.ours += [each._replace(type_name=type_name) for each in untyped]
+
+    def _choose_type(self, channel: _Channel) -> None:
         types = {each.type_name for each in channel.endpoints()}
         channel.ours[:] = [each for each in channel.ours if self._has_type(channel.our_name, each, here=True)]
         channel.theirs[:] = [

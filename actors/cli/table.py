@@ -150,6 +150,13 @@ VERBS: Final[dict[str, Verb | Group]] = {
             "info": Verb("print the traffic between brokers, and problems"),
         },
     ),
+    "bridge": Group(
+        "show another network's nodes in the graph, and let messages and calls cross",
+        {
+            "ros2": Verb("nodes of callboard and of ROS 2 in one graph", stays=True),
+            "info": Verb("print what crosses, and what does not, and why"),
+        },
+    ),
     "graph": Verb("draw the graph of nodes, topics and services"),
     "doctor": Verb(
         "check this machine, the broker and the graph",

@@ -89,13 +89,13 @@ def domain_id(environ: Mapping[str, str] | None = None, *, ros: bool = False) ->
     """
     value = _get("CALLBOARD_DOMAIN", environ)
     if value is None:
-        return _ros_domain(environ) if ros else None
+        return ros_domain_id(environ) if ros else None
     if not _DOMAIN.fullmatch(value) or int(value) > MAX_DOMAIN:
         raise InvalidEnvironmentError("CALLBOARD_DOMAIN", value, f"an integer from 0 to {MAX_DOMAIN}")
     return int(value)
 
 
-def _ros_domain(environ: Mapping[str, str] | None) -> int | None:
+def ros_domain_id(environ: Mapping[str, str] | None) -> int | None:
     """Return ROS_DOMAIN_ID, None if unset."""
     value = _get(ROS_DOMAIN, environ)
     if value is None:
@@ -116,7 +116,7 @@ def ignored_ros_domain(domain: int, environ: Mapping[str, str] | None = None) ->
     if _get("CALLBOARD_DOMAIN", environ) is not None:
         return None
     try:
-        number = _ros_domain(environ)
+        number = ros_domain_id(environ)
     except InvalidEnvironmentError:
         return None
     if number is None or number == domain:

@@ -49,6 +49,15 @@ def test_nothing_is_planned_for_empty_sides() -> None:
     assert planned() == EMPTY_PLAN
 
 
+def test_a_subscription_to_every_type_takes_the_type_of_the_other_network() -> None:
+    """As `topic echo` has one: it is shown there with the topic's type; without publishers not at all."""
+    reader = endpoint("/tool", SUBSCRIPTION, "/chatter")._replace(type_name="")
+    plan = planned(ours=side(reader), theirs=side(endpoint("/talker", PUBLISHER, "/chatter")))
+    assert {(each.node, each.type_name) for each in plan.theirs.mirrors} == {("/tool", STRING)}
+    assert set(plan.theirs.intake) == {("/chatter", STRING)}
+    assert not planned(ours=side(reader)).theirs.mirrors
+
+
 def test_nodes_of_the_other_network_appear_with_their_endpoints() -> None:
     """Each endpoint of a node of ROS has a mirror in callboard under the node's name."""
     talker = endpoint("/robot/talker", PUBLISHER, "/chatter", qos=HIDDEN_HISTORY)

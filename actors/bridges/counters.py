@@ -1,0 +1,143 @@
+"""What has crossed a bridge, and what has not: counts by topic and service, and reasons."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from actors.bridges.report import Refusal
+
+MAX_REASONS: Final = 20
+"""Reasons counted of one topic or service; further ones are counted as `OTHER`."""
+OTHER: Final = "other"
+MAX_FAILURES: Final = 50
+"""The newest failures that are kept, such as names that ROS 2 refuses."""
+MAX_DETAIL: Final = 300
+"""Characters kept of a reason's newest example, which may hold a peer's text."""
+
+
+class Counts:
+    """Counts of one topic or service in one direction.
+
+    Attributes:
+        received: Messages or requests taken.
+        sent: Messages passed on, or calls answered.
+        repeated: Messages taken a second time: latched ones, after a subscription was made again.
+        lost: Messages that the network lost before the bridge, by gaps in the publishers' numbers.
+        dropped: By reason, what did not cross.
+        examples: By reason, the newest one in words.
+    """
+
+    __slots__ = ("dropped", "examples", "lost", "received", "repeated", "sent")
+
+    def __init__(self) -> None:
+        self.received = self.sent = self.repeated = self.lost = 0
+        self.dropped: Counter[str] = Counter()
+        self.examples: dict[str, str] = {}
+
+    def drop(self, reason: str, example: str = "", count: int = 1) -> None:
+        """Count something that did not cross.
+
+        Args:
+            reason: A few words.
+            example: What was wrong with this one.
+            count: How many.
+        """
+        if reason not in self.dropped and len(self.dropped) >= MAX_REASONS:
+            reason = OTHER
+        self.dropped[reason] += count
+        if example:
+            self.examples[reason] = example[:MAX_DETAIL]
+
+    def document(self) -> dict[str, Any]:
+        """Return the counts as JSON has them."""
+        counts = {"received": self.received, "sent": self.sent, "repeated": self.repeated, "lost": self.lost}
+        return {**counts, "dropped": dict(self.dropped), "examples": self.examples}
+
+
+class CallCounts:
+    """Counts the calls of a service: what `Counts` does for messages.
+
+    Args:
+        counts: Where to count.
+    """
+
+    def __init__(self, counts: Counts) -> None:
+        self._counts = counts
+
+    def received(self) -> None:
+        """Count a request."""
+        self._counts.received += 1
+
+    def sent(self) -> None:
+        """Count a response."""
+        self._counts.sent += 1
+
+    def dropped(self, reason: str) -> None:
+        """Count a request or response that did not cross."""
+        self._counts.drop(reason)
+
+
+class Counters:
+    """The counts of one bridge.
+
+    Attributes:
+        refusals: What does not cross now, and why.
+    """
+
+    def __init__(self) -> None:
+        self.refusals: tuple[Refusal, ...] = ()
+        self._topics: dict[tuple[str, str, bool], Counts] = {}
+        self._services: dict[tuple[str, str, bool], Counts] = {}
+        self._failures: deque[str] = deque(maxlen=MAX_FAILURES)
+
+    def topic(self, name: str, type_name: str, *, from_theirs: bool) -> Counts:
+        """Return the counts of a topic in one direction; they go on when it is gone and comes back.
+
+        Args:
+            name: Its full name where its messages come from.
+            type_name: Its type.
+            from_theirs: Whether they come from the other network.
+        """
+        return self._topics.setdefault((name, type_name, from_theirs), Counts())
+
+    def service(self, name: str, *, from_theirs: bool) -> CallCounts:
+        """Return what counts the calls of a service.
+
+        Args:
+            name: Its full name in the other network.
+            from_theirs: Whether its clients are there, and its server here.
+        """
+        return CallCounts(self._services.setdefault((name, "", from_theirs), Counts()))
+
+    def failed(self, text: str) -> bool:
+        """Note that one side refused something; return whether this is news."""
+        if text in self._failures:
+            return False
+        self._failures.append(text)
+        return True
+
+    def refuse(self, refusals: tuple[Refusal, ...]) -> list[Refusal]:
+        """Note what does not cross now; return what is new of it."""
+        known = set(self.refusals)
+        self.refusals = refusals
+        return [each for each in refusals if each not in known]
+
+    def document(self) -> dict[str, Any]:
+        """Return everything as JSON has it."""
+        return {
+            "topics": _rows(self._topics.items()),
+            "services": _rows(self._services.items()),
+            "refusals": [each._asdict() for each in self.refusals],
+            "failures": list(self._failures),
+        }
+
+
+def _rows(counts: Iterable[tuple[tuple[str, str, bool], Counts]]) -> list[dict[str, Any]]:
+    return [
+        {"name": name, "type": type_name, "from_theirs": from_theirs, **each.document()}
+        for (name, type_name, from_theirs), each in sorted(counts, key=lambda item: item[0])
+    ]

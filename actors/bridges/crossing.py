@@ -1,0 +1,162 @@
+"""The messages of one topic in one direction: from many publishers of one side to their mirrors.
+
+Pure but for what it is given: how messages are converted, and the mirrors that send them. A message goes out
+through the mirror of the node that published it. One that arrives before this mirror exists waits for it,
+because a node that has just appeared publishes its first messages at once; latched ones that arrive again,
+since the receiving subscription was made again, do not cross twice.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+from actors.interfaces.errors import InvalidMessageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.bridges.counters import Counts
+
+MAX_PUBLISHERS: Final = 10_000
+"""Publishers remembered for one topic, dead ones included: more than any topic has at a time."""
+
+HELD_MESSAGES: Final = 10
+"""Messages of one publisher that wait for its mirror; the depth of most publishers."""
+
+MAX_HELD_BYTES: Final = 8 * 1024 * 1024
+"""What waits for mirrors, on one topic."""
+
+
+class _Publisher:
+    """What is known of one publisher of the side where messages come from."""
+
+    __slots__ = ("held", "is_counted", "last", "node", "send")
+
+    def __init__(self, node: str, send: Callable[[bytes, int], None] | None) -> None:
+        self.node = node
+        self.send = send
+        self.last = -1
+        """The number of its newest message."""
+        self.is_counted = False
+        """Whether gaps in its numbers are losses: not where the receiving subscription has just begun."""
+        self.held: deque[tuple[bytes, int]] | None = None
+
+
+class Crossing:
+    """One topic in one direction.
+
+    Args:
+        convert: Converts a message; raises InvalidMessageError.
+        counts: Counts what crosses, and what does not.
+        node_of: Returns the node that a publisher, named by its 16 bytes, belongs to; "" if it is not known
+            yet, None for a publisher whose messages must not cross (a mirror).
+    """
+
+    def __init__(
+        self,
+        convert: Callable[[bytes], bytes],
+        counts: Counts,
+        node_of: Callable[[bytes], str | None],
+    ) -> None:
+        self._convert = convert
+        self._counts = counts
+        self._node_of = node_of
+        self._mirrors: dict[str, Callable[[bytes, int], None]] = {}
+        self._publishers: dict[bytes, _Publisher] = {}
+        self._held_bytes = 0
+
+    def add_mirror(self, node: str, send: Callable[[bytes, int], None]) -> None:
+        """Send the messages of a node's publishers by a mirror from now on, and those that wait for it.
+
+        Args:
+            node: The node on the side where messages come from.
+            send: Gets each message, converted, and its source's time in ns.
+        """
+        self._mirrors[node] = send
+        for gid, publisher in self._publishers.items():
+            if not publisher.node:
+                publisher.node = self._node_of(gid) or ""
+            if publisher.node == node:
+                publisher.send = send
+                held, publisher.held = publisher.held or (), None
+                for data, stamp_ns in held:
+                    self._held_bytes -= len(data)
+                    self._pass_on(publisher, data, stamp_ns)
+
+    def remove_mirror(self, node: str) -> None:
+        """Forget a node that has gone, with its publishers and what waits of them."""
+        self._mirrors.pop(node, None)
+        for gid, publisher in tuple(self._publishers.items()):
+            if publisher.node == node:
+                self._forget(gid)
+
+    def begin(self) -> None:
+        """Note that a subscription begins: what was published while there was none is not lost."""
+        for publisher in self._publishers.values():
+            publisher.is_counted = False
+
+    def receive(self, data: bytes, gid: bytes, number: int, stamp_ns: int, node: str = "") -> None:
+        """Pass a message on.
+
+        Args:
+            data: The message.
+            gid: 16 bytes that name its publisher.
+            number: Its number among the publisher's messages.
+            stamp_ns: When it was published, in ns since the epoch.
+            node: Its publisher's node, if that comes with the message.
+        """
+        publisher = self._publishers.get(gid)
+        if publisher is None:
+            found = node or self._node_of(gid)
+            if found is None:
+                return
+            publisher = self._add(gid, found)
+        counts, last = self._counts, publisher.last
+        if number <= last:
+            counts.repeated += 1
+            return
+        if publisher.is_counted and number > last + 1:
+            counts.lost += number - last - 1
+        publisher.last = number
+        publisher.is_counted = True
+        counts.received += 1
+        if publisher.send is None:
+            self._hold(publisher, data, stamp_ns)
+        else:
+            self._pass_on(publisher, data, stamp_ns)
+
+    def _add(self, gid: bytes, node: str) -> _Publisher:
+        if len(self._publishers) >= MAX_PUBLISHERS:
+            self._forget(next(iter(self._publishers)))
+        publisher = self._publishers[gid] = _Publisher(node, self._mirrors.get(node))
+        return publisher
+
+    def _forget(self, gid: bytes) -> None:
+        publisher = self._publishers.pop(gid)
+        for data, _ in publisher.held or ():
+            self._held_bytes -= len(data)
+            self._counts.drop("its publisher left before it had a mirror")
+
+    def _hold(self, publisher: _Publisher, data: bytes, stamp_ns: int) -> None:
+        if publisher.held is None:
+            publisher.held = deque()
+        held = publisher.held
+        if len(held) >= HELD_MESSAGES:
+            self._held_bytes -= len(held.popleft()[0])
+            self._counts.drop("too many waited for their publisher's mirror")
+        if self._held_bytes + len(data) > MAX_HELD_BYTES:
+            self._counts.drop("too much waited for publishers' mirrors")
+            return
+        self._held_bytes += len(data)
+        held.append((data, stamp_ns))
+
+    def _pass_on(self, publisher: _Publisher, data: bytes, stamp_ns: int) -> None:
+        send = publisher.send
+        assert send is not None
+        try:
+            send(self._convert(data), stamp_ns)
+        except InvalidMessageError as error:
+            self._counts.drop("invalid", str(error))
+        else:
+            self._counts.sent += 1

@@ -1,0 +1,408 @@
+"""A bridge: reads both graphs, asks the plan what each side should show, and shows it.
+
+Everything happens in one loop: callboard's node, the nodes of ROS 2, and the messages of both.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bridges.election import ACTIVE, Election, bridges_in
+from actors.bridges.graph import (
+    BRIDGE_ID_LABEL,
+    BRIDGE_LABEL,
+    BRIDGE_STATE_LABEL,
+    ORIGIN_LABEL,
+    SideEndpoint,
+    SideGraph,
+    SideNode,
+    origin_of,
+)
+from actors.bridges.plan import EMPTY_PLAN, plan
+from actors.bridges.ros2.arrivals import Arrivals
+from actors.bridges.ros2.errors import RosError
+from actors.bridges.ros2.observer import Observer
+from actors.bridges.ros2.participant import Participant
+from actors.bridges.ros2.services import InboundCalls, OutboundCalls
+from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
+from actors.bridges.ros2.types import Types, UnknownTypeError
+from actors.logging.limited_lines import LimitedLines
+from actors.qos.profile import QoSProfile
+from proto.aio.tasks import cancel_and_wait
+from proto.wire.codes import EntryKind
+from proto.wire.names import split_node_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from actors.bridges.counters import Counters
+    from actors.bridges.plan import Mirror, SidePlan
+    from actors.bridges.ros2.endpoints import RosClient
+    from actors.bridges.ros2.importing import Ros
+    from actors.bridges.ros2.participant import RosNode
+    from actors.bridges.rules import Rules
+    from actors.endpoints.client.client import Client
+    from actors.graph.changes import GraphWatch
+    from actors.graph.snapshot import GraphSnapshot
+    from actors.node.bare_node import BareNode
+    from actors.node.node import Node
+
+LEAST_PAUSE_SEC: Final = 0.02
+"""Time between two plans while the graphs change: a launch causes hundreds of changes."""
+
+POLL_SEC: Final = 0.1
+"""Time between two looks at ROS 2's graph; one that finds no change costs microseconds."""
+
+STEPS: Final = 10
+"""Endpoints shown or hidden before messages have their turn: some milliseconds."""
+
+_TOPICS: Final = frozenset({EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION})
+
+
+class Bridge:
+    """Shows each side's nodes on the other, and lets messages, calls and goals cross.
+
+    Args:
+        node: The bridge's node in callboard; entered by the caller.
+        ros: ROS 2.
+        rules: What may cross.
+        counters: Counts what crosses.
+        bridge_id: Names this bridge on both sides.
+        domain_id: The domain of ROS 2; None for ROS_DOMAIN_ID.
+
+    Attributes:
+        origin: The label of what it shows in callboard: "ros2/7".
+        labels: Those of its own nodes there.
+
+    Raises:
+        RosError: ROS 2 does not start.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        ros: Ros,
+        rules: Rules,
+        counters: Counters,
+        *,
+        bridge_id: str,
+        domain_id: int | None = None,
+    ) -> None:
+        self._node = node
+        self._ros = ros
+        self._rules = rules
+        self._counters = counters
+        self._log = node.get_logger()
+        self._lines = LimitedLines(self._log.warning)
+        self._failure: BaseException | None = None
+        self._news = asyncio.Event()
+        self._types = Types()
+        arrivals = Arrivals(ros, asyncio.get_running_loop(), self._fail)
+        there = self._participant = Participant(
+            ros, bridge_id=bridge_id, domain_id=domain_id, arrivals=arrivals
+        )
+        self.origin = f"ros2/{there.domain_id}"
+        self.labels = {BRIDGE_LABEL: self.origin, BRIDGE_ID_LABEL: bridge_id}
+        self._observer = Observer(ros, there)
+        apart = f"{self.origin}/{bridge_id}"
+        self._here = _Here(node, self.origin, apart)
+        self._there = _There(there)
+        caller = node.create_bare_node(
+            f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: self.origin}, apart=apart
+        )
+        self._outbound = OutboundCalls(
+            there.control, self._types, partial(counters.service, from_theirs=False)
+        )
+        self._inbound = InboundCalls(
+            caller, self._types, partial(counters.service, from_theirs=True), self._warn
+        )
+        self._election = Election(bridge_id)
+        self._marker: BareNode | None = None
+        """Says in callboard's graph that this bridge is active."""
+        self._ours = SideGraph()
+        self._labels: list[Mapping[str, str]] = []
+        self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
+        self._from_callboard: dict[tuple[str, str], TopicFromCallboard] = {}
+
+    def _warn(self, kind: str, text: str) -> None:
+        """Log a line that other nodes can cause."""
+        if self._lines.admits(kind):
+            self._log.warning(text)
+
+    def _fail(self, error: BaseException) -> None:
+        self._failure = self._failure or error
+        self._news.set()
+
+    async def run(self) -> None:
+        """Follow both graphs until cancelled.
+
+        Raises:
+            Exception: Taking from ROS 2 has failed: the bridge must not go on half alive.
+        """
+        loop = asyncio.get_running_loop()
+        watch = self._node.watch_graph()
+        watching = loop.create_task(self._watch(watch))
+        graphs: tuple[SideGraph, SideGraph] | None = None
+        active = False
+        try:
+            while True:
+                self._news.clear()
+                if self._failure is not None:
+                    raise self._failure
+                if watching.done():
+                    watching.result()
+                there = self._observer.poll(loop.time())
+                if not self._node.connected:
+                    self._election.disconnect()
+                elected = self._node.connected and self._elect(loop.time(), there)
+                if (self._ours, there) != graphs or elected != active:
+                    graphs, active = (self._ours, there), elected
+                    await self._follow(active=active, there=there)
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(POLL_SEC):
+                        await self._news.wait()
+                await asyncio.sleep(LEAST_PAUSE_SEC)
+        finally:
+            await cancel_and_wait(watching)
+            watch.destroy()
+            self.close()
+
+    def close(self) -> None:
+        """Hide everything, on both sides."""
+        self._outbound.close()
+        self._inbound.close()
+        for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
+            for topic in topics.values():
+                topic.close()
+        self._participant.close()
+        self._here.close()
+
+    def document(self) -> dict[str, Any]:
+        """Return what crosses, and what does not, as JSON has it."""
+        ros, here, there = self._ros, self._here, self._there
+        refused = [{"node": name, "text": node.refusal} for name, node in here.nodes.items() if node.refusal]
+        return {
+            "network": self.origin,
+            "id": self._participant.bridge_id,
+            "active": self._marker is not None,
+            "waits_for": self._election.waits_for,
+            "rmw": ros.rmw,
+            "distribution": ros.distribution,
+            "has_own_profile": ros.has_own_profile,
+            "shown": {
+                side: {"nodes": len(each.nodes), "endpoints": len(each.shown)}
+                for side, each in (("callboard", here), ("ros2", there))
+            },
+            "refused_by_broker": refused,
+            **self._counters.document(),
+        }
+
+    async def _watch(self, watch: GraphWatch) -> None:
+        async for _ in watch.batches():
+            self._ours = _our_graph(watch.snapshot)
+            self._labels = list(watch.snapshot.node_labels().values())
+            self._news.set()
+
+    def _elect(self, now: float, there: SideGraph) -> bool:
+        """Return whether this bridge, and no other one between the same networks, shows mirrors."""
+        here = bridges_in(self._labels, self.origin)
+        waited_for = self._election.waits_for
+        elected = self._election.update(now, here, {node.origin for node in there.nodes} - {""})
+        waits_for = self._election.waits_for
+        if waits_for and waits_for != waited_for:
+            self._log.info(f"The bridge {waits_for} connects the same networks; this one waits until it ends")
+        return elected
+
+    async def _follow(self, *, active: bool, there: SideGraph) -> None:
+        """Hide what is not planned any more, show what is planned anew, and receive what is wanted."""
+        new = plan(self._ours, there, self._rules, self._types.known) if active else EMPTY_PLAN
+        if active and self._marker is None:
+            # Before the first mirror, so that another bridge knows.
+            self._marker = self._node.create_bare_node(
+                f"_{self._node.get_name()}_active",
+                labels={**self.labels, BRIDGE_STATE_LABEL: ACTIVE},
+                apart=self._here.apart,
+            )
+        for refusal in self._counters.refuse(new.refusals):
+            if not refusal.quiet:
+                self._log.warning(f"'{refusal.name}' does not cross: {refusal.text}")
+        pace = _Pace()
+        sides = (self._here, new.ours), (self._there, new.theirs)
+        for side, wanted in sides:
+            await self._hide_surplus(side, wanted, pace)
+        for side, wanted in sides:
+            await self._show_missing(side, wanted, pace)
+        self._receive(new.theirs)
+        if not active and self._marker is not None:
+            self._marker.destroy()
+            self._marker = None
+
+    async def _hide_surplus(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
+        for mirror in side.shown - wanted.mirrors:
+            side.shown.discard(mirror)
+            self._hide(side, mirror)
+            await pace.step()
+        for node in side.nodes.keys() - wanted.nodes.keys():
+            side.nodes.pop(node).destroy()
+            await pace.step()
+
+    async def _show_missing(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
+        for node in sorted(wanted.nodes.keys() - side.nodes.keys()):
+            self._attempt(side.add, node)
+            await pace.step()
+        for mirror in sorted(wanted.mirrors - side.shown, key=_order):
+            if mirror.node in side.nodes and self._attempt(self._show, side, mirror):
+                side.shown.add(mirror)
+            await pace.step()
+
+    def _attempt(self, function: Callable[..., None], *arguments: Any) -> bool:
+        """Do what ROS 2 may refuse; that concerns one name, and no other."""
+        try:
+            function(*arguments)
+        except (RosError, UnknownTypeError) as error:
+            if self._counters.failed(str(error)):
+                self._log.warning(str(error))
+            return False
+        return True
+
+    def _show(self, side: _Here | _There, mirror: Mirror) -> None:
+        """Show an endpoint."""
+        here = side is self._here
+        node: Any = side.nodes[mirror.node]
+        if mirror.kind is EntryKind.CLIENT:
+            types = self._types.service(mirror.type_name)
+            side.clients[mirror] = node.create_client(types.ours if here else types.theirs, mirror.name)
+            if not here:
+                self._outbound.prepare(mirror.name)
+        elif mirror.kind is EntryKind.SERVICE:
+            (self._outbound if here else self._inbound).show(mirror, node)
+            if here and any(each.name == mirror.source for each in self._there.clients):
+                self._outbound.prepare(mirror.source)
+        elif mirror.kind is EntryKind.PUBLISHER:
+            self._topic(mirror, from_ros=here).add_publisher(mirror, node)
+        else:
+            self._topic(mirror, from_ros=not here).add_subscription(mirror, node)
+
+    def _hide(self, side: _Here | _There, mirror: Mirror) -> None:
+        """Show an endpoint no longer."""
+        here = side is self._here
+        if mirror.kind is EntryKind.CLIENT:
+            side.clients.pop(mirror).destroy()
+        elif mirror.kind is EntryKind.SERVICE:
+            (self._outbound if here else self._inbound).hide(mirror)
+        else:
+            from_ros = here is (mirror.kind is EntryKind.PUBLISHER)
+            topics, key = self._topics(from_ros=from_ros), _topic_of(mirror)
+            topics[key].remove(mirror)
+            if topics[key].is_idle:
+                del topics[key]
+
+    def _topics(self, *, from_ros: bool) -> dict[tuple[str, str], Any]:
+        return self._from_ros if from_ros else self._from_callboard
+
+    def _topic(self, mirror: Mirror, *, from_ros: bool) -> Any:
+        """Return what receives a topic on the side where its messages come from."""
+        topics, key = self._topics(from_ros=from_ros), _topic_of(mirror)
+        if key not in topics:
+            types, name = self._types.message(mirror.type_name), key[0]
+            counts = self._counters.topic(name, mirror.type_name, from_theirs=from_ros)
+            topics[key] = (
+                TopicFromRos(name, types, self._observer, self._participant.control, counts)
+                if from_ros
+                else TopicFromCallboard(name, types, counts)
+            )
+        return topics[key]
+
+    def _receive(self, wanted: SidePlan) -> None:
+        """Take messages where they are wanted; latched ones that have arrived need not arrive again."""
+        for key, topic in self._from_ros.items():
+            profiles = wanted.intake.get(key, ())
+            if not profiles and topic.is_received:
+                profiles = wanted.latched.get(key, ())
+            receivers = {node: index for (name, node), index in wanted.receivers.items() if name == key[0]}
+            self._attempt(topic.take, profiles, receivers)
+
+
+class _Here:
+    """What is shown in callboard.
+
+    Attributes:
+        nodes: The mirrors of nodes, by full name.
+        clients: The mirrors of clients, which are only seen.
+        shown: All mirrors of endpoints.
+        apart: Keeps mirrors from exchanging what has crossed already.
+    """
+
+    def __init__(self, owner: Node, origin: str, apart: str) -> None:
+        self.nodes: dict[str, BareNode] = {}
+        self.clients: dict[Mirror, Client[Any, Any]] = {}
+        self.shown: set[Mirror] = set()
+        self.apart = apart
+        self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        namespace, base = split_node_name(name)
+        self.nodes[name] = self._owner.create_bare_node(
+            base, namespace=namespace, labels=self._labels, apart=self.apart, shared_name=True
+        )
+
+    def close(self) -> None:
+        """Show nothing any more."""
+        for node in self.nodes.values():
+            node.destroy()
+
+
+class _There:
+    """The same in ROS 2."""
+
+    def __init__(self, participant: Participant) -> None:
+        self.nodes: dict[str, RosNode] = {}
+        self.clients: dict[Mirror, RosClient] = {}
+        self.shown: set[Mirror] = set()
+        self._participant = participant
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        self.nodes[name] = self._participant.mirror_node(name)
+
+
+class _Pace:
+    """Lets messages have their turn after every few steps."""
+
+    def __init__(self) -> None:
+        self._steps = 0
+
+    async def step(self) -> None:
+        """Note a step."""
+        self._steps += 1
+        if self._steps % STEPS == 0:
+            await asyncio.sleep(0)
+
+
+def _topic_of(mirror: Mirror) -> tuple[str, str]:
+    """Return the name and type of a mirror's topic on the side where its messages come from."""
+    is_source = mirror.kind is EntryKind.PUBLISHER
+    return (mirror.source if is_source else mirror.name), mirror.type_name
+
+
+def _order(mirror: Mirror) -> tuple[bool, str, str]:
+    """Put publishers behind all others, so that nothing is published before it can be passed on."""
+    return mirror.kind is EntryKind.PUBLISHER, mirror.node, mirror.name
+
+
+def _our_graph(snapshot: GraphSnapshot) -> SideGraph:
+    """Return callboard's graph as plans read it."""
+    nodes, endpoints = set[SideNode](), set[SideEndpoint]()
+    for entry in snapshot.entries.values():
+        origin = origin_of(snapshot.labels_of(entry))
+        if entry.kind == EntryKind.NODE:
+            nodes.add(SideNode(entry.node, origin, shared=entry.qos.get("shared") is True))
+        elif not origin:
+            kind = EntryKind(entry.kind)
+            qos = QoSProfile.from_wire(entry.qos) if kind in _TOPICS else None
+            endpoints.add(SideEndpoint(entry.node, kind, entry.name, entry.type_name, entry.type_hash, qos))
+    return SideGraph(frozenset(nodes), frozenset(endpoints))

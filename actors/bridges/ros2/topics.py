@@ -1,0 +1,195 @@
+"""Topics that cross: who receives on one side, and which mirrors send on the other."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from actors.bridges.crossing import Crossing
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from actors.bridges.counters import Counts
+    from actors.bridges.plan import Mirror
+    from actors.bridges.ros2.endpoints import RosMessageInfo, RosPublisher, RosSubscription
+    from actors.bridges.ros2.observer import Observer
+    from actors.bridges.ros2.participant import RosNode
+    from actors.bridges.ros2.types import MessageTypes
+    from actors.endpoints.publisher.publisher import Publisher
+    from actors.endpoints.subscription.backlog import MessageInfo
+    from actors.endpoints.subscription.subscription import Subscription
+    from actors.node.bare_node import BareNode
+    from actors.qos.profile import QoSProfile
+
+
+class TopicFromRos:
+    """One topic of ROS 2, received there and published by mirrors here.
+
+    Every subscription of callboard is shown in ROS 2 as one of its own, but only one of these takes messages:
+    the others exist to be seen. If publishers offer different QoS, one takes for each kind of offer.
+
+    Args:
+        topic: The name of the topic in ROS 2.
+        types: Its type.
+        observer: Knows to which node a publisher belongs.
+        control: The node of the bridge in ROS 2, for a second subscription.
+        counts: Counts what crosses.
+    """
+
+    def __init__(
+        self, topic: str, types: MessageTypes, observer: Observer, control: RosNode, counts: Counts
+    ) -> None:
+        self._topic = topic
+        self._types = types
+        self._observer = observer
+        self._control = control
+        self._crossing = Crossing(types.to_callboard, counts, self._node_of)
+        self._publishers: dict[Mirror, Publisher[Any]] = {}
+        self._shown: dict[Mirror, RosSubscription] = {}
+        self._own: dict[QoSProfile, RosSubscription] = {}
+        """Subscriptions of the bridge itself, for profiles that no mirror has."""
+        self._takers: dict[QoSProfile, RosSubscription] = {}
+        self._profiles: tuple[QoSProfile, ...] = ()
+        self._receivers: Mapping[str, int] = {}
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing of it is left."""
+        return not (self._publishers or self._shown or self._own)
+
+    @property
+    def is_received(self) -> bool:
+        """Whether its messages are taken now."""
+        return bool(self._takers)
+
+    def _node_of(self, gid: bytes) -> str | None:
+        return self._observer.node_of(self._topic, gid)
+
+    def add_publisher(self, mirror: Mirror, bare: BareNode) -> None:
+        """Show a publisher of ROS 2 on a node here, and publish its messages there."""
+        assert mirror.qos is not None
+        publisher = bare.create_publisher(self._types.ours, mirror.name, mirror.qos)
+        self._publishers[mirror] = publisher
+        self._crossing.add_mirror(mirror.source_node, publisher.publish_encoded)
+
+    def add_subscription(self, mirror: Mirror, node: RosNode) -> None:
+        """Show a subscription of callboard on a node of ROS 2."""
+        assert mirror.qos is not None
+        self._shown[mirror] = node.create_subscription(self._types.theirs, self._topic, mirror.qos)
+
+    def remove(self, mirror: Mirror) -> None:
+        """Show a publisher or subscription no longer."""
+        if mirror in self._publishers:
+            self._publishers.pop(mirror).destroy()
+            self._crossing.remove_mirror(mirror.source_node)
+        elif mirror in self._shown:
+            subscription = self._shown.pop(mirror)
+            self._takers = {qos: each for qos, each in self._takers.items() if each is not subscription}
+            subscription.destroy()
+
+    def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
+        """Receive from now on.
+
+        Args:
+            profiles: The QoS of the subscriptions that take; none to receive nothing.
+            receivers: If there are several, by node, the index of the one whose messages of the node count:
+                every publisher matches the weakest profile, too, and each message is taken once.
+        """
+        self._profiles, self._receivers = profiles, receivers
+        for qos in tuple(self._takers):
+            if qos not in profiles:
+                self._takers.pop(qos).listen(None)
+        for qos in profiles:
+            if qos not in self._takers:
+                self._takers[qos] = self._taker(qos)
+        for qos, subscription in tuple(self._own.items()):
+            if self._takers.get(qos) is not subscription:
+                del self._own[qos]
+                subscription.destroy()
+
+    def _taker(self, qos: QoSProfile) -> RosSubscription:
+        shown = (each for mirror, each in self._shown.items() if mirror.qos == qos)
+        subscription = next(shown, None)
+        if subscription is None:
+            subscription = self._own.get(qos) or self._control.create_subscription(
+                self._types.theirs, self._topic, qos
+            )
+            self._own[qos] = subscription
+        self._crossing.begin()
+        subscription.listen(partial(self._received, qos))
+        return subscription
+
+    def _received(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
+        if self._receivers:
+            profiles = self._profiles
+            node = self._node_of(info.gid) or ""
+            if profiles[self._receivers.get(node, len(profiles) - 1)] != qos:
+                return
+        self._crossing.receive(data, info.gid, info.sequence, info.source_ns)
+
+    def close(self) -> None:
+        """Show and receive nothing any more."""
+        for mirror in (*self._publishers, *self._shown):
+            self.remove(mirror)
+        self.take((), {})
+
+
+class TopicFromCallboard:
+    """One topic of callboard, received here and published by mirrors in ROS 2.
+
+    Args:
+        topic: The name of the topic in callboard.
+        types: Its type.
+        counts: Counts what crosses.
+    """
+
+    def __init__(self, topic: str, types: MessageTypes, counts: Counts) -> None:
+        self._topic = topic
+        self._types = types
+        # Each publisher's node comes with its messages.
+        self._crossing = Crossing(types.to_ros, counts, lambda _: "")
+        self._publishers: dict[Mirror, RosPublisher] = {}
+        self._subscriptions: dict[Mirror, Subscription[Any]] = {}
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing of it is left."""
+        return not (self._publishers or self._subscriptions)
+
+    def add_publisher(self, mirror: Mirror, node: RosNode) -> None:
+        """Show a publisher of callboard on a node of ROS 2, and publish its messages there."""
+        assert mirror.qos is not None
+        publisher = node.create_publisher(self._types.theirs, mirror.name, mirror.qos)
+        self._publishers[mirror] = publisher
+        # ROS 2 has no way to publish with an earlier time.
+        self._crossing.add_mirror(mirror.source_node, lambda data, _: publisher.publish(data))
+
+    def add_subscription(self, mirror: Mirror, bare: BareNode) -> None:
+        """Show a subscription of ROS 2 on a node here, and receive."""
+        if not self._subscriptions:
+            self._crossing.begin()
+        self._subscriptions[mirror] = bare.create_subscription(
+            self._types.ours, self._topic, self._received, mirror.qos or 10, raw=True
+        )
+
+    def remove(self, mirror: Mirror) -> None:
+        """Show a publisher or subscription no longer."""
+        if mirror in self._publishers:
+            self._publishers.pop(mirror).destroy()
+            self._crossing.remove_mirror(mirror.source_node)
+        elif mirror in self._subscriptions:
+            self._subscriptions.pop(mirror).destroy()
+
+    def _received(self, data: bytes, info: MessageInfo) -> None:
+        # All subscriptions of a topic bring the same messages, in the same order: those after the first are
+        # known by their numbers.
+        self._crossing.receive(
+            data, info.publisher_gid, info.publication_sequence_number, info.source_timestamp,
+            info.publisher_node,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Show and receive nothing any more."""
+        for mirror in (*self._publishers, *self._subscriptions):
+            self.remove(mirror)
