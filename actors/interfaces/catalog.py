@@ -76,15 +76,15 @@ def source_file(package: str, kind: str, name: str) -> Path | None:
         return None
     if is_standard(package):
         return shared_file(package, kind, name)
-    return _file(_text_folders(package), kind, name) or shared_file(package, kind, name)
+    return file_in(_text_folders(package), kind, name) or shared_file(package, kind, name)
 
 
 def shared_file(package: str, kind: str, name: str) -> Path | None:
     """Return the file of an interface in `share_folders`; None if callboard or the import path have it."""
     if not share_folders or not _are_names(package, kind, name):
         return None
-    file = _file([folder / package for folder in share_folders], kind, name)
-    if file is None or _file(_text_folders(package), kind, name) is not None:
+    file = file_in([folder / package for folder in share_folders], kind, name)
+    if file is None or file_in(_text_folders(package), kind, name) is not None:
         return None
     # ROS 2's own Python packages have no `__all__`.
     modules = (folder / kind / "__init__.py" for folder in (_STANDARD / package, *_folders(package)))
@@ -100,7 +100,8 @@ def _are_names(package: str, kind: str, name: str) -> bool:
     return bool(PACKAGE_NAME.fullmatch(package) and kind in KINDS and TYPE_NAME.fullmatch(name))
 
 
-def _file(folders: list[Path], kind: str, name: str) -> Path | None:
+def file_in(folders: list[Path], kind: str, name: str) -> Path | None:
+    """Return the file of an interface in the first of these folders of a package that has it, or None."""
     # The folder first: most names in a graph without a class have no files, and a search for these is slow.
     found = (interface_files(folder, kind).get(name) for folder in folders if (folder / kind).is_dir())
     return next(filter(None, found), None)

@@ -14,6 +14,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from actors.interfaces.catalog import SHARE_ROOT, file_in, share_folders
 from actors.interfaces.interface_names import KINDS
 
 if TYPE_CHECKING:
@@ -53,12 +54,19 @@ class InterfaceLoader:
         """Leave it to Python to make the module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Execute the module's text.
+        """Execute the module's text, or name the class if `share_packages` has made it already.
 
         Raises:
-            ImportError, InterfaceSyntaxError: As for `get_source`.
+            ImportError, InterfaceSyntaxError: As for `get_source`; or it was made of another text.
         """
         name = module.__name__
+        made = _made_of_share(self._folder, name)
+        if made is not None:
+            for each in (made, *vars(made).values()):  # with the parts of a service or an action
+                if isinstance(each, type) and each.__module__.startswith(SHARE_ROOT):
+                    each.__module__ = name  # as if it had been made here
+            vars(module)[made.__name__] = made
+            return
         exec(compile(self.get_source(name), f"<{name}>", "exec", dont_inherit=True), vars(module))  # noqa: S102
 
     def is_package(self, fullname: str) -> bool:
@@ -135,6 +143,27 @@ def has_files(folder: Path, kind: str) -> bool:
     if (folder / kind / "__init__.py").exists():
         return False
     return any(next((folder / kind).glob(f"*.{suffix}"), None) for suffix in (kind, "idl"))
+
+
+def _made_of_share(folder: Path, module: str) -> type | None:
+    """Return the class of a module of a type that `share_packages` has made before this was imported."""
+    from actors.interfaces.source import module_name  # noqa: PLC0415 - seldom needed
+
+    package, kind, *rest = module.split(".")
+    root = f"{SHARE_ROOT}.{package}.{kind}._"
+    names = (each.removeprefix(root) for each in tuple(sys.modules) if each.startswith(root))
+    name = next((each for each in names if [module_name(each)] == rest), None)
+    if name is None:
+        return None
+    shared = file_in([each / package for each in share_folders], kind, name)
+    own = file_in([folder], kind, name)
+    if shared is None or own is None or shared.read_bytes() != own.read_bytes():
+        raise ImportError(
+            f"{package}/{kind}/{name} is in use as {shared} defines it, and {own} differs: import it first,"
+            " or remove one of the files",
+            name=module,
+        )
+    return cast("type", vars(sys.modules[root + name])[name])
 
 
 def _text(folder: Path, fullname: str) -> str | None:

@@ -96,6 +96,44 @@ share_parts/Axle[] axles
     assert interface_source(own("share_robot/srv/Turn")) == own("share_robot/Wheel wheel\n---\nbool ok\n")
 
 
+def test_a_class_that_is_made_is_what_an_import_gives(own: Own, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Although files can be imported only after it was made: a program has one class of a type."""
+    here = own.write(
+        "a",
+        share_robot__msg__Axle="float64 length\n",
+        share_robot__msg__Wheel="Axle axle\n",
+        share_robot__srv__Turn="Wheel wheel\n---\n",
+    )
+    add_share_folders([here])
+    wheel, turn = own.find("share_robot/Wheel"), own.find("share_robot/srv/Turn")
+    install_finder()
+    monkeypatch.syspath_prepend(str(here))
+    messages: Any = importlib.import_module(own("share_robot.msg"))
+    services: Any = importlib.import_module(own("share_robot.srv"))
+    assert messages.Wheel is own.find("share_robot/Wheel") is wheel
+    assert messages.Axle is type(wheel().axle)
+    assert services.Turn is turn
+    assert {wheel.__module__, turn.__module__, turn.Request.__module__} == {
+        own("share_robot.msg._wheel"),
+        own("share_robot.srv._turn"),
+    }
+
+
+def test_an_import_gives_no_second_class_of_another_definition(
+    own: Own, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It says which files differ."""
+    here = own.write("a", share_robot__msg__Wheel="float64 speed\n")
+    other = own.write("b", share_robot__msg__Wheel="float32 speed\n")
+    add_share_folders([here])
+    own.find("share_robot/Wheel")
+    install_finder()
+    monkeypatch.syspath_prepend(str(other))
+    messages: Any = importlib.import_module(own("share_robot.msg"))
+    with pytest.raises(ImportError, match=r"a/.*Wheel.msg defines it, and .*b/.*Wheel.msg differs"):
+        messages.Wheel  # noqa: B018 - it is imported now
+
+
 def test_packages_on_the_import_path_count(own: Own, monkeypatch: pytest.MonkeyPatch) -> None:
     """Generated ones, and those of files; with the same definition they have the same hash."""
     text = "float64[3] speeds\nstring<=5 name\n"
