@@ -16,8 +16,10 @@ EndpointT = TypeVar("EndpointT", bound="Endpoint")
 
 def may_match(one: Endpoint, other: Endpoint) -> bool:
     """Return whether two endpoints may match, whatever their names, types and QoS are."""
-    apart = one.apart
-    return not (mirrored.cannot_match(one, other) or (apart and apart == other.apart))
+    node = one.node
+    if node is not None and node.kept_apart and node.kept_apart == other.apart:
+        return False
+    return not mirrored.cannot_match(one, other)
 
 
 def exceeds(peer: Peer, others: Collection[EndpointT], fits: Callable[[EndpointT], bool], most: int) -> bool:
