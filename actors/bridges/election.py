@@ -32,6 +32,9 @@ SETTLE_SEC: Final = 3.0
 another one; and how long one may need to say that it is active. Discovery takes a second at most on a quiet
 network, and a takeover has 5 s."""
 
+START_SEC: Final = 0.5
+"""How long a bridge looks before it can be active at all: two may start at once, at two brokers of a mesh."""
+
 
 def bridges_in(labels: Iterable[Mapping[str, str]], network: str) -> dict[str, bool]:
     """Return the bridges that callboard's graph shows: by their ids, whether they say that they are active.
@@ -68,13 +71,18 @@ class Election:
     Args:
         own_id: The id of this bridge; ids are compared as text.
         settle_sec: How long to wait where it is not yet known who is a rival.
+        start_sec: How long to wait at first, and after `disconnect`.
     """
 
-    def __init__(self, own_id: str, settle_sec: float = SETTLE_SEC) -> None:
+    def __init__(self, own_id: str, *, settle_sec: float = SETTLE_SEC, start_sec: float = START_SEC) -> None:
         self._own_id = own_id
         self._settle_sec = settle_sec
+        self._start_sec = start_sec
+        self._start_at: float | None = None
+        """When it can be active; None before the first update."""
         self._seen: dict[str, _Seen] = {}
         self._active = False
+        self._start_at = None
         self._waits_for = ""
         self._next_at: float | None = None
 
@@ -85,7 +93,7 @@ class Election:
 
     @property
     def waits_for(self) -> str:
-        """The id of the bridge because of which this one is not active; "" if there is none."""
+        """The id of the bridge because of which this one is not active; "" if it is, or has just started."""
         return self._waits_for
 
     @property
@@ -103,28 +111,33 @@ class Election:
             here: The bridges that callboard's graph shows, by their ids, as `bridges_in` returns them.
             there: The ids of the bridges that the other network shows.
         """
-        rivals = self._rivals(now, here, there)
+        if self._start_at is None:
+            self._start_at = now + self._start_sec
+        rivals = self._rivals(now, here, there, self._start_at)
         if self._active:
             # Networks that were apart have met: both bridges know it, and one of them goes on.
             stronger = (each for each in rivals if here[each] and each in there and each < self._own_id)
             self._waits_for = min(stronger, default="")
         else:
             self._waits_for = self._blocking(now, here, rivals)
-        self._active = not self._waits_for
+        self._active = not self._waits_for and now >= self._start_at
         return self._active
 
     def disconnect(self) -> None:
         """Give up being active, because this bridge has lost callboard's graph and another one takes over."""
         self._active = False
+        self._start_at = None
         self._waits_for = ""
         self._next_at = None
         self._seen.clear()
 
-    def _rivals(self, now: float, here: Mapping[str, bool], there: Collection[str]) -> list[str]:
+    def _rivals(
+        self, now: float, here: Mapping[str, bool], there: Collection[str], start_at: float
+    ) -> list[str]:
         """Return the bridges that are, or may be, between the same two networks."""
         self._seen = {each: self._seen.get(each) or _Seen(now) for each in here if each != self._own_id}
         rivals: list[str] = []
-        deadlines: list[float] = []
+        deadlines = [start_at]
         for each, seen in self._seen.items():
             if seen.is_there and each not in there:
                 seen.doubtful_at = now

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bridges.election import ACTIVE, SETTLE_SEC, Election, bridges_in
+from actors.bridges.election import ACTIVE, SETTLE_SEC, START_SEC, Election, bridges_in
 from actors.bridges.graph import BRIDGE_ID_LABEL, BRIDGE_LABEL, BRIDGE_STATE_LABEL, ORIGIN_LABEL
 
 NOW = 100.0
 
 
-def test_a_bridge_alone_is_active_at_once() -> None:
-    """Without another bridge nothing is waited for, and its own node is no rival."""
-    election = Election("b")
+def test_a_bridge_alone_is_active() -> None:
+    """Without another bridge nobody is waited for, and its own node is no rival."""
+    election = Election("b", start_sec=0)
     assert not election.active
     assert election.update(NOW, {"b": False}, {"b"})
     assert election.active
@@ -20,20 +20,32 @@ def test_a_bridge_alone_is_active_at_once() -> None:
     assert not election.waits_for
 
 
+def test_a_bridge_looks_before_it_is_active() -> None:
+    """Two bridges that start at once may not see each other yet: each waits a moment."""
+    election = Election("b")
+    for now in (NOW, NOW + 100):
+        assert not election.update(now, {}, set())
+        assert not election.waits_for
+        assert election.next_at == now + START_SEC
+        assert election.update(now + START_SEC, {}, set())
+        assert election.next_at is None
+        election.disconnect()
+
+
 def test_a_bridge_waits_for_the_active_one() -> None:
     """The active bridge stays active, whatever the ids; the other one says for which it waits."""
-    election = Election("a")
+    election = Election("a", start_sec=0)
     assert not election.update(NOW, {"a": False, "b": True}, {"a", "b"})
     assert not election.update(NOW + 100, {"b": True}, {"b"})
     assert election.waits_for == "b"
-    active = Election("b")
+    active = Election("b", start_sec=0)
     active.update(NOW, {}, set())
     assert active.update(NOW, {"a": False}, {"a"})
 
 
 def test_a_bridge_takes_over_as_soon_as_callboard_misses_the_active_one() -> None:
     """A killed bridge leaves callboard's graph at once; what ROS still shows of it does not count."""
-    election = Election("b")
+    election = Election("b", start_sec=0)
     election.update(NOW, {"a": True}, {"a"})
     assert not election.update(NOW + 50, {"a": True}, {"a"})
     assert election.update(NOW + 50.1, {}, {"a"})
@@ -42,7 +54,7 @@ def test_a_bridge_takes_over_as_soon_as_callboard_misses_the_active_one() -> Non
 def test_the_smallest_id_takes_over() -> None:
     """Of two that wait for one that is killed, one takes over, and the other one sees it."""
     here = {"a": True, "b": False, "c": False}
-    b, c = Election("b"), Election("c")
+    b, c = Election("b", start_sec=0), Election("c", start_sec=0)
     for each in (b, c):
         assert not each.update(NOW, here, set(here))
         assert not each.update(NOW + 50, here, set(here))
@@ -54,20 +66,20 @@ def test_the_smallest_id_takes_over() -> None:
 
 def test_two_that_start_at_once_do_not_both_become_active() -> None:
     """A bridge that has just come may be active before its marker is seen: that is waited for."""
-    first, second = Election("b"), Election("a")
+    first, second = Election("b", start_sec=0), Election("a", start_sec=0)
     assert first.update(NOW, {}, set())
     assert not second.update(NOW, {"b": False}, {"b"})
     assert second.next_at == NOW + SETTLE_SEC
     assert not second.update(NOW + 1, {"b": True}, {"b"})
     assert not second.update(NOW + 2 * SETTLE_SEC, {"b": True}, {"b"})
-    other = Election("a")
+    other = Election("a", start_sec=0)
     assert not other.update(NOW, {"b": False}, {"b"})
     assert other.update(NOW + SETTLE_SEC, {"b": False}, {"b"})
 
 
 def test_networks_of_one_name_that_do_not_touch() -> None:
     """A bridge that only callboard shows is waited for until it settles; then both are active."""
-    election = Election("b")
+    election = Election("b", start_sec=0)
     assert not election.update(NOW, {"a": True}, set())
     assert election.next_at == NOW + SETTLE_SEC
     assert not election.update(NOW + SETTLE_SEC - 0.1, {"a": True}, set())
@@ -77,7 +89,7 @@ def test_networks_of_one_name_that_do_not_touch() -> None:
 
 def test_a_rival_that_the_other_network_shows_late() -> None:
     """Discovery may be late: a bridge is a rival as soon as both sides show it."""
-    election = Election("b")
+    election = Election("b", start_sec=0)
     assert not election.update(NOW, {"a": True}, set())
     assert not election.update(NOW + 1, {"a": True}, {"a"})
     assert not election.update(NOW + 60, {"a": True}, {"a"})
@@ -85,7 +97,7 @@ def test_a_rival_that_the_other_network_shows_late() -> None:
 
 def test_a_rival_that_the_other_network_misses_for_a_moment() -> None:
     """The other network may lose sight of a rival: that settles first, however long it was known."""
-    election = Election("b")
+    election = Election("b", start_sec=0)
     election.update(NOW, {"a": True}, {"a"})
     assert not election.update(NOW + 60, {"a": True}, set())
     assert election.next_at == NOW + 60 + SETTLE_SEC
@@ -98,7 +110,7 @@ def test_a_rival_that_the_other_network_misses_for_a_moment() -> None:
 def test_when_networks_meet_one_of_two_active_bridges_goes_on(own: str) -> None:
     """Both see that both are active: the one with the larger id stops."""
     other = "b" if own == "a" else "a"
-    election = Election(own)
+    election = Election(own, start_sec=0)
     election.update(NOW, {}, set())
     assert election.update(NOW + 1, {other: True}, set())
     assert election.update(NOW + 2, {other: True}, {other}) is (own == "a")
@@ -107,7 +119,7 @@ def test_when_networks_meet_one_of_two_active_bridges_goes_on(own: str) -> None:
 
 def test_a_bridge_that_was_cut_off_is_not_active_when_it_is_back() -> None:
     """Another one has taken over meanwhile."""
-    election = Election("a")
+    election = Election("a", start_sec=0)
     election.update(NOW, {}, set())
     election.disconnect()
     assert not election.active
