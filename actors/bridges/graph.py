@@ -24,6 +24,10 @@ BRIDGE_ID_LABEL: Final = "bridge_id"
 BRIDGE_STATE_LABEL: Final = "bridge_state"
 """Label of the node by which a bridge says that it is active, beside the two above."""
 
+BRIDGE_APART: Final = "bridge"
+"""Text by which all bridges keep their nodes in callboard apart: no mirror receives from another mirror, so
+that nothing that has crossed one bridge crosses another one."""
+
 
 class SideNode(NamedTuple):
     """One node of a side.

@@ -43,3 +43,8 @@ class Refusal(NamedTuple):
     text: str
     type_name: str = ""
     quiet: bool = False
+
+    def __str__(self) -> str:
+        """Return it as a line of a log."""
+        # A node with another name does cross.
+        return self.text if self.reason is Reason.NAME_TAKEN else f"'{self.name}' does not cross: {self.text}"

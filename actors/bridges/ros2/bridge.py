@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.bridges.election import ACTIVE, Election, bridges_in
 from actors.bridges.graph import (
+    BRIDGE_APART,
     BRIDGE_ID_LABEL,
     BRIDGE_LABEL,
     BRIDGE_STATE_LABEL,
@@ -107,11 +108,10 @@ class Bridge:
         self.origin = f"ros2/{there.domain_id}"
         self.labels = {BRIDGE_LABEL: self.origin, BRIDGE_ID_LABEL: bridge_id}
         self._observer = Observer(ros, there)
-        apart = f"{self.origin}/{bridge_id}"
-        self._here = _Here(node, self.origin, apart)
+        self._here = _Here(node, self.origin)
         self._there = _There(there)
         caller = node.create_bare_node(
-            f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: self.origin}, apart=apart
+            f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: self.origin}, apart=BRIDGE_APART
         )
         self._outbound = OutboundCalls(
             there.control, self._types, partial(counters.service, from_theirs=False)
@@ -224,11 +224,11 @@ class Bridge:
             self._marker = self._node.create_bare_node(
                 f"_{self._node.get_name()}_active",
                 labels={**self.labels, BRIDGE_STATE_LABEL: ACTIVE},
-                apart=self._here.apart,
+                apart=BRIDGE_APART,
             )
         for refusal in self._counters.refuse(new.refusals):
             if not refusal.quiet:
-                self._log.warning(f"'{refusal.name}' does not cross: {refusal.text}")
+                self._log.warning(str(refusal))
         pace = _Pace()
         sides = (self._here, new.ours), (self._there, new.theirs)
         for side, wanted in sides:
@@ -333,21 +333,19 @@ class _Here:
         nodes: The mirrors of nodes, by full name.
         clients: The mirrors of clients, which are only seen.
         shown: All mirrors of endpoints.
-        apart: Keeps mirrors from exchanging what has crossed already.
     """
 
-    def __init__(self, owner: Node, origin: str, apart: str) -> None:
+    def __init__(self, owner: Node, origin: str) -> None:
         self.nodes: dict[str, BareNode] = {}
         self.clients: dict[Mirror, Client[Any, Any]] = {}
         self.shown: set[Mirror] = set()
-        self.apart = apart
         self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
 
     def add(self, name: str) -> None:
         """Show a node."""
         namespace, base = split_node_name(name)
         self.nodes[name] = self._owner.create_bare_node(
-            base, namespace=namespace, labels=self._labels, apart=self.apart, shared_name=True
+            base, namespace=namespace, labels=self._labels, apart=BRIDGE_APART, shared_name=True
         )
 
     def close(self) -> None:

@@ -164,7 +164,9 @@ def test_a_service_of_both_sides_does_not_cross() -> None:
     plan = planned(here, there)
     assert not plan.ours.mirrors
     assert not plan.theirs.mirrors
-    assert refused(plan) == {"/set": Reason.SERVED_TWICE}
+    assert [*map(str, plan.refusals)] == [
+        "'/set' does not cross: both sides have a server of /set: each side keeps its own"
+    ]
 
 
 def test_an_action_of_both_sides_does_not_cross() -> None:
@@ -203,7 +205,10 @@ def test_names_of_nodes_that_are_taken() -> None:
     there = side(nodes=("/a", "/b", "/c"))
     plan = planned(here, there)
     assert plan.ours.nodes == {"/a_ros2_ros2": "/a", "/b": "/b", "/c": "/c"}
-    assert refused(plan) == {"/a": Reason.NAME_TAKEN}
+    (refusal,) = plan.refusals
+    assert refusal.reason is Reason.NAME_TAKEN
+    text = "/a appears as /a_ros2_ros2: a callboard node has its name and does not share it"
+    assert str(refusal) == text
     publisher = endpoint("/c", PUBLISHER, "/chatter")
     assert planned(side(publisher), there).theirs.nodes == {"/c_callboard": "/c"}
     # Its own mirrors are no reason to choose another name.
