@@ -146,6 +146,8 @@ def test_texts_of_a_broker_are_escaped_where_they_arrive() -> None:
     seen: list[object] = []
 
     class Endpoint:
+        owns_link = True
+
         def refused(self, code: int, text: str) -> None:
             seen.append(text)
 

@@ -45,14 +45,14 @@ def test_without_ros() -> None:
     """One sentence says what to source or to install."""
     text = printed(IMPORT, sys.executable, {})
     assert text.startswith("the bridge needs ROS 2's rclpy (No module named 'rclpy'): source a ROS 2 (Jazzy")
-    assert "pip install 'callboard[ros2]'" in text
+    assert "pip install '.[ros2]'" in text
 
 
 def test_beside_a_sourced_ros_of_another_python() -> None:
     """The prefix is named, and how to use that ROS 2 or another one."""
     text = printed(IMPORT, sys.executable, {"AMENT_PREFIX_PATH": "/opt/ros/old"})
     assert text.startswith("rclpy of the sourced ROS 2 (/opt/ros/old) does not work in Python 3.")
-    assert "pip install 'callboard[ros2]'" in text
+    assert "pip install '.[ros2]'" in text
 
 
 @pytest.mark.parametrize("python", [sys.executable, str(REAL_PYTHON)])

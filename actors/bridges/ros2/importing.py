@@ -47,10 +47,7 @@ PROFILE: Final = f"""\
 """
 """Endpoints of one participant do not match: mirrors of one topic do not feed each other."""
 
-_INSTALLED: Final = (
-    "wheels on Linux x86-64 with Python 3.11: pip install 'callboard[ros2]' (in a clone of callboard: "
-    "'.[ros2]')"
-)
+_INSTALLED: Final = "wheels on Linux x86-64 with Python 3.11: pip install '.[ros2]' in a clone of callboard"
 """Without the names of its packages, as other extras have them: there are thirty."""
 
 ARRIVAL_FUNCTIONS: Final = (
