@@ -113,19 +113,26 @@ class Bridge:
         caller = node.create_bare_node(
             f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: self.origin}, apart=BRIDGE_APART
         )
+        self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
+        self._from_callboard: dict[tuple[str, str], TopicFromCallboard] = {}
         self._outbound = OutboundCalls(
-            there.control, self._types, partial(counters.service, from_theirs=False)
+            there.control,
+            self._types,
+            partial(counters.service, from_theirs=False),
+            self._from_ros.get,
         )
         self._inbound = InboundCalls(
-            caller, self._types, partial(counters.service, from_theirs=True), self._warn
+            caller,
+            self._types,
+            partial(counters.service, from_theirs=True),
+            self._warn,
+            self._from_callboard.get,
         )
         self._election = Election(bridge_id)
         self._marker: BareNode | None = None
         """Says in callboard's graph that this bridge is active."""
         self._ours = SideGraph()
         self._labels: list[Mapping[str, str]] = []
-        self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
-        self._from_callboard: dict[tuple[str, str], TopicFromCallboard] = {}
 
     def _warn(self, kind: str, text: str) -> None:
         """Log a line that other nodes can cause."""

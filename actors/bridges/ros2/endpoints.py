@@ -136,6 +136,10 @@ class Listener(Endpoint, Generic[_Callback]):
             self._watch = None
         self._callback = callback
 
+    def take_now(self) -> None:
+        """Take what has arrived, though the loop has not come to it yet; not more than a depth holds."""
+        self._take()
+
     def destroy(self) -> None:
         """Destroy it; nothing is taken any more. A second call does nothing."""
         self.listen(None)

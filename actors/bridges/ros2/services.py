@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from actors.bridges.plan import Mirror
     from actors.bridges.ros2.endpoints import RosClient, RosService
     from actors.bridges.ros2.participant import RosNode
+    from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
     from actors.bridges.ros2.types import ServiceTypes, Types
     from actors.endpoints.client.client import Client
     from actors.endpoints.service.service import ServiceServer
@@ -53,6 +54,11 @@ _LAST_LOOK_SEC: Final = 0.25
 """The first and the longest delay between two looks whether a client has found its server."""
 _MAX_SENT: Final = 4096
 """Requests without a response that are remembered; beyond it, those of callers who have given up are not."""
+
+FEEDBACK_SEC: Final = 0.5
+"""How long a goal waits until its client's subscription to the feedback, which began before, has crossed."""
+_POLL_SEC: Final = 0.02
+"""Between two looks whether it has."""
 
 _RESULT: Final = "/_action/get_result"
 _GOAL: Final = "/_action/send_goal"
@@ -79,6 +85,11 @@ class CallCounts(Protocol):
         ...
 
 
+def _feedback(name: str, type_name: str) -> tuple[str, str]:
+    """Return name and type of the topic with the feedback of an action, by those of one of its services."""
+    return f"{name.rpartition('/')[0]}/feedback", f"{type_name.rpartition('_')[0]}_FeedbackMessage"
+
+
 class OutboundCalls:
     """Carries the calls of clients here to servers of ROS 2.
 
@@ -86,12 +97,20 @@ class OutboundCalls:
         node: The node of ROS 2 whose clients send the requests.
         types: The types.
         counts: Returns the counters of a service, by its name in ROS 2.
+        topic: Returns a topic of ROS 2 that crosses, by name and type.
     """
 
-    def __init__(self, node: RosNode, types: Types, counts: Callable[[str], CallCounts]) -> None:
+    def __init__(
+        self,
+        node: RosNode,
+        types: Types,
+        counts: Callable[[str], CallCounts],
+        topic: Callable[[tuple[str, str]], TopicFromRos | None],
+    ) -> None:
         self._node = node
         self._types = types
         self._counts = counts
+        self._topic = topic
         self._servers: dict[str, _Server] = {}
         self._shown: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
@@ -108,11 +127,12 @@ class OutboundCalls:
         types = self._types.service(mirror.type_name)
         server = self._servers.get(mirror.source)
         if server is None:
-            server = _Server(self._node, mirror.source, types, self._counts(mirror.source))
+            feedback = partial(self._topic, _feedback(mirror.source, mirror.type_name))
+            server = _Server(self._node, mirror.source, types, self._counts(mirror.source), feedback)
             self._servers[mirror.source] = server
-        server.mirrors.add(mirror)
         ours: Any = types.ours
-        self._shown[mirror] = node.create_service(ours, mirror.name, server.call, concurrent=True, raw=True)
+        shown = node.create_service(ours, mirror.name, server.call, concurrent=True, raw=True)
+        self._shown[mirror] = server.mirrors[mirror] = shown
 
     def prepare(self, name: str) -> None:
         """Find a server in ROS 2 now, as a client has appeared here: the first call does it otherwise.
@@ -131,7 +151,7 @@ class OutboundCalls:
             return
         shown.destroy()
         server = self._servers[mirror.source]
-        server.mirrors.discard(mirror)
+        del server.mirrors[mirror]
         if not server.mirrors:
             del self._servers[mirror.source]
             server.close()
@@ -145,15 +165,30 @@ class OutboundCalls:
 class _Server:
     """The servers of ROS 2 of one name, and the calls for them.
 
+    Args:
+        node: As for `OutboundCalls`.
+        name: Their name.
+        types: Their type.
+        counts: Counts the calls.
+        feedback: For a service of an action, returns the topic of its feedback.
+
     Attributes:
         mirrors: The servers here that stand for them.
     """
 
-    def __init__(self, node: RosNode, name: str, types: ServiceTypes, counts: CallCounts) -> None:
+    def __init__(
+        self,
+        node: RosNode,
+        name: str,
+        types: ServiceTypes,
+        counts: CallCounts,
+        feedback: Callable[[], TopicFromRos | None],
+    ) -> None:
         self._node = node
         self._name = name
         self._types = types
         self._counts = counts
+        self._feedback = feedback
         self._loop = asyncio.get_running_loop()
         self._is_long = name.endswith(_RESULT)
         self._window: RequestWindow[bytes] = RequestWindow(is_long=self._is_long)
@@ -171,7 +206,7 @@ class _Server:
         """When a request was sent, a response arrived, or the servers were counted."""
         self._counted = 0
         """How many there were."""
-        self.mirrors: set[Mirror] = set()
+        self.mirrors: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
     def prepare(self) -> None:
         """Let the client of ROS 2 find the server."""
@@ -193,8 +228,10 @@ class _Server:
             ServiceTimeout: There is no response, and a limit for calls without a deadline has passed.
             RemoteError: The request has a value that ROS 2 cannot have, or the response is not valid.
         """
-        key = next(self._keys)
         self._counts.received()
+        if self._name.endswith(_GOAL):
+            await self._feedback_heard()
+        key = next(self._keys)
         refusal = self._window.put(key, request, len(request))
         if refusal:
             self._counts.dropped("overloaded")
@@ -213,6 +250,19 @@ class _Server:
                 self._counts.dropped("abandoned")
                 self._window.abandon(key, self._loop.time())
                 self._send()
+
+    async def _feedback_heard(self) -> None:
+        """Wait until the feedback is received: the server may publish some with the response.
+
+        The client's subscription began before its call, but reaches ROS 2 by another way.
+        """
+        # DDS does not say when it connects two ends.
+        end = self._loop.time() + FEEDBACK_SEC
+        while self._loop.time() < end:
+            topic = self._feedback()
+            if topic is not None and topic.is_heard():
+                return
+            await asyncio.sleep(_POLL_SEC)
 
     def close(self) -> None:
         """Forget the server; the handlers of all calls have been cancelled."""
@@ -324,9 +374,22 @@ class _Server:
             self._fail(key, self._invalid(error))
             return
         waiting = self._calls.pop(key)
+        if self._is_long:
+            self._reply_after_feedback()
         if not waiting.done():
             self._counts.sent()
             waiting.set_result(body)
+
+    def _reply_after_feedback(self) -> None:
+        """Let the result of a goal follow the feedback that the server has published before."""
+        topic = self._feedback()
+        if topic is None:
+            return
+        topic.take_now()
+        for mirror, shown in self.mirrors.items():
+            publisher = topic.publisher_on(mirror.node)
+            if publisher is not None:
+                shown.reply_after(publisher)
 
     def _fail(self, key: int, error: CallFailed) -> None:
         waiting = self._calls.pop(key, None)
@@ -353,6 +416,7 @@ class InboundCalls:
         types: The types.
         counts: Returns the counters of a service, by its name in ROS 2.
         warn: Logs, with a limit for each kind of line: the kind, and the line.
+        topic: Returns a topic of callboard that crosses, by name and type.
     """
 
     def __init__(
@@ -361,11 +425,13 @@ class InboundCalls:
         types: Types,
         counts: Callable[[str], CallCounts],
         warn: Callable[[str, str], object],
+        topic: Callable[[tuple[str, str]], TopicFromCallboard | None],
     ) -> None:
         self._node = node
         self._types = types
         self._counts = counts
         self._warn = warn
+        self._topic = topic
         self._services: dict[str, _Service] = {}
 
     def show(self, mirror: Mirror, node: RosNode) -> None:
@@ -382,7 +448,10 @@ class InboundCalls:
         types = self._types.service(mirror.type_name)
         service = self._services.get(mirror.name)
         if service is None:
-            service = _Service(self._node, mirror, types, self._counts(mirror.name), self._warn)
+            feedback = partial(self._topic, _feedback(mirror.source, mirror.type_name))
+            service = _Service(
+                self._node, mirror, types, self._counts(mirror.name), self._warn, feedback=feedback
+            )
         service.show(mirror, node)
         self._services[mirror.name] = service
 
@@ -413,16 +482,23 @@ class _Service:
         types: ServiceTypes,
         counts: CallCounts,
         warn: Callable[[str, str], object],
+        *,
+        feedback: Callable[[], TopicFromCallboard | None],
     ) -> None:
         self._node = node
         self._source = mirror.source
         self._types = types
         self._counts = counts
         self._warn = warn
+        self._feedback = feedback
+        self._loop = asyncio.get_running_loop()
         self._is_long = mirror.source.endswith(_RESULT)
         self._client: Client[bytes, bytes] | None = None
+        self._after: object = None
+        """The subscription to the feedback that results follow."""
         self._shown: dict[Mirror, RosService] = {}
-        self._pending: dict[asyncio.Future[bytes], tuple[Mirror, Any]] = {}
+        self._pending: dict[asyncio.Future[bytes] | asyncio.TimerHandle, tuple[Mirror, Any]] = {}
+        """Calls, and goals that wait for their client's subscription to the feedback."""
 
     def mirrors(self) -> tuple[Mirror, ...]:
         """Return what is shown."""
@@ -457,9 +533,34 @@ class _Service:
         if len(self._pending) >= MAX_PENDING:
             self._failed(mirror, header, "overloaded", f"{MAX_PENDING} requests wait already")
             return
+        if self._source.endswith(_GOAL):
+            self._call_when_heard(mirror, request, header, self._loop.time() + FEEDBACK_SEC)
+        else:
+            self._call(mirror, request, header)
+
+    def _call_when_heard(self, mirror: Mirror, request: object, header: Any, end: float) -> None:
+        """Hand a goal on when its feedback is received, of which the server may publish some at once.
+
+        The client's subscription began before its call, but reaches callboard by another way.
+        """
+        topic = self._feedback()
+        if (topic is not None and topic.subscription is not None) or self._loop.time() >= end:
+            self._call(mirror, request, header)
+            return
+
+        def again() -> None:
+            del self._pending[timer]
+            self._call_when_heard(mirror, request, header, end)
+
+        timer = self._loop.call_later(_POLL_SEC, again)
+        self._pending[timer] = mirror, header
+
+    def _call(self, mirror: Mirror, request: object, header: Any) -> None:
         if self._client is None:
             ours: Any = self._types.ours
             self._client = self._node.create_client(ours, self._source, raw=True)
+        if self._is_long:
+            self._receive_after_feedback(self._client)
         try:
             body = self._types.request.from_object(request)
             call = self._client.call_async(body, None if self._is_long else CALL_LIMIT_SEC)
@@ -468,6 +569,14 @@ class _Service:
             return
         self._pending[call] = mirror, header
         call.add_done_callback(self._done)
+
+    def _receive_after_feedback(self, client: Client[bytes, bytes]) -> None:
+        """Let the results of goals follow the feedback, which has crossed then."""
+        topic = self._feedback()
+        subscription = None if topic is None else topic.subscription
+        if subscription is not None and subscription is not self._after:
+            self._after = subscription
+            client.receive_after(subscription)
 
     def _done(self, call: asyncio.Future[bytes]) -> None:
         found = self._pending.pop(call, None)

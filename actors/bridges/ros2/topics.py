@@ -63,6 +63,19 @@ class TopicFromRos:
         """Whether its messages are taken now."""
         return bool(self._takers)
 
+    def is_heard(self) -> bool:
+        """Return whether what is published from now on is received: DDS has connected a taker."""
+        return any(each.publisher_count() for each in self._takers.values())
+
+    def take_now(self) -> None:
+        """Publish here what has arrived."""
+        for each in tuple(self._takers.values()):
+            each.take_now()
+
+    def publisher_on(self, node: str) -> Publisher[Any] | None:
+        """Return a publisher that is shown on a node here."""
+        return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
+
     def _node_of(self, gid: bytes) -> str | None:
         return self._observer.node_of(self._topic, gid)
 
@@ -156,6 +169,11 @@ class TopicFromCallboard:
     def is_idle(self) -> bool:
         """Whether nothing of it is left."""
         return not (self._publishers or self._subscriptions)
+
+    @property
+    def subscription(self) -> Subscription[Any] | None:
+        """The subscription that receives; None if nobody listens in ROS 2."""
+        return next(iter(self._subscriptions.values()), None)
 
     def add_publisher(self, mirror: Mirror, node: RosNode) -> None:
         """Show a publisher of callboard on a node of ROS 2, and publish its messages there."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
@@ -19,6 +20,7 @@ from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.message import type_name
 from proto.wire.codes import EntryKind
 from tests.actors.meeting import until
 
@@ -34,6 +36,7 @@ TYPES: dict[str, Any] = {
     f"{ACTION}/get_result": Fibonacci.Impl.GetResultService,
     f"{ACTION}/cancel_goal": CancelGoal,
 }
+FEEDBACK = Fibonacci.Impl.FeedbackMessage
 REFUSED = 1313
 """A number that ROS 2 cannot have, here."""
 
@@ -67,7 +70,7 @@ class Types:
     """All types are on both sides."""
 
     def service(self, name: str) -> ServiceTypes:
-        found = TYPES[name]
+        found = next(each for each in TYPES.values() if type_name(each) == name)
         request, response = OneType(found.Request, found.Request), OneType(found.Response, found.Response)
         return ServiceTypes(found, found, request, response)
 
@@ -93,7 +96,10 @@ class RosClient:
     def answer(self, number: int) -> None:
         """Answer the request with this number, from 1."""
         request = self.sent[number - 1]
-        self._callback(number, AddTwoInts.Response(sum=request.a + request.b))
+        self.respond(number, AddTwoInts.Response(sum=request.a + request.b))
+
+    def respond(self, number: int, response: Any) -> None:
+        self._callback(number, response)
 
     def destroy(self) -> None:
         self.destroyed = True
@@ -106,12 +112,18 @@ class RosService:
         self.ask = callback
         self.responses: dict[Any, Any] = {}
         self.refuses = self.destroyed = False
+        self.on_response: Callable[[], object] = lambda: None
 
     def respond(self, response: Any, header: Any) -> None:
         assert not self.destroyed
         if self.refuses:
             raise RosError("ROS 2 refuses a response: no memory")
         self.responses[header] = response
+        self.on_response()
+
+    def has(self, header: Any) -> bool:
+        """Return whether the request has its response."""
+        return header in self.responses
 
     def destroy(self) -> None:
         self.destroyed = True
@@ -163,7 +175,34 @@ class Counts:
 
 
 def mirror(name: str = "/add", node: str = "/there") -> Mirror:
-    return Mirror(node, EntryKind.SERVICE, name, name, None, name, node)
+    return Mirror(node, EntryKind.SERVICE, name, type_name(TYPES[name]), None, name, node)
+
+
+class FeedbackFromRos:
+    """The topic with an action's feedback, from ROS 2."""
+
+    def __init__(self, publisher: actors.Publisher[Any]) -> None:
+        self._publisher = publisher
+        self.arrived: list[Any] = []
+        self.heard = False
+
+    def is_heard(self) -> bool:
+        return self.heard
+
+    def take_now(self) -> None:
+        for each in self.arrived:
+            self._publisher.publish(each)
+        self.arrived.clear()
+
+    def publisher_on(self, node: str) -> actors.Publisher[Any]:
+        assert node == "/there"
+        return self._publisher
+
+
+class FeedbackFromHere(NamedTuple):
+    """The topic with an action's feedback, from callboard."""
+
+    subscription: actors.Subscription[Any]
 
 
 class Sides:
@@ -177,10 +216,18 @@ class Sides:
         self.warnings: list[str] = []
         types: Any = Types()
         ros: Any = self.ros
-        self.outbound = OutboundCalls(ros, types, self.count)
-        self.inbound = InboundCalls(
-            self.bare, types, self.count, lambda kind, text: self.warnings.append(text)
-        )
+        self.feedback: Any = None
+        """The topic with the feedback of the action."""
+        self.outbound = OutboundCalls(ros, types, self.count, self.topic)
+        self.inbound = InboundCalls(self.bare, types, self.count, self.warn, self.topic)
+
+    def warn(self, kind: str, text: str) -> None:
+        assert kind
+        self.warnings.append(text)
+
+    def topic(self, key: tuple[str, str]) -> Any:
+        assert key == (f"{ACTION}/feedback", type_name(FEEDBACK))
+        return self.feedback
 
     def count(self, name: str) -> Counts:
         self.counts.of = name
@@ -570,3 +617,93 @@ async def test_a_result_that_waits_is_aborted_when_its_server_here_leaves(sides:
     sides.inbound.hide(mirror(name))
     assert service.responses[1].status == 6
     assert service.destroyed
+
+
+async def test_a_goal_waits_until_its_feedback_is_heard(
+    sides: Sides, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The client's subscription began before, and reaches ROS 2 by another way; without it, not for ever."""
+    monkeypatch.setattr(services, "FEEDBACK_SEC", 1e6)
+    name = f"{ACTION}/send_goal"
+    sides.show_here(name)
+    client = await sides.client(name)
+    call = client.call_async(TYPES[name].Request())
+    await until(lambda: sides.counts.all["received"] == 1)
+    assert sides.ros.clients == []
+    topic = FeedbackFromRos(sides.bare.create_publisher(FEEDBACK, f"{ACTION}/feedback", 10))
+    sides.feedback, topic.heard = topic, True
+    await until(lambda: len(sides.ros.clients) == 1)
+    assert len(sides.ros.client.sent) == 1
+    call.cancel()
+    monkeypatch.setattr(services, "FEEDBACK_SEC", 0.0)
+    topic.heard = False
+    call = client.call_async(TYPES[name].Request())
+    await until(lambda: len(sides.ros.client.sent) == 2)
+    call.cancel()
+
+
+async def test_a_goal_from_ros_2_waits_until_its_feedback_is_heard(
+    sides: Sides, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same the other way; what it came through may go meanwhile."""
+    monkeypatch.setattr(services, "FEEDBACK_SEC", 1e6)
+    name = f"{ACTION}/send_goal"
+    accept = TYPES[name].Response(accepted=True)
+    served = sides.own.create_service(TYPES[name], name, lambda request: accept)
+    service = sides.show_there(name)
+    service.ask(TYPES[name].Request(), 1)
+    sides.inbound.hide(mirror(name))
+    assert not service.responses[1].accepted
+    service = sides.show_there(name)
+    service.ask(TYPES[name].Request(), 2)
+    subscription = sides.bare.create_subscription(FEEDBACK, f"{ACTION}/feedback", lambda message: None, 10)
+    sides.feedback = FeedbackFromHere(subscription)
+    await until(lambda: service.responses)
+    assert service.responses[2].accepted
+    assert served.calls == 1
+
+
+async def test_a_result_follows_the_feedback_that_ros_2_has_published(sides: Sides) -> None:
+    """Also what has arrived and not been taken yet: the client here gets it before."""
+    name = f"{ACTION}/get_result"
+    sides.show_here(name)
+    topic = FeedbackFromRos(sides.bare.create_publisher(FEEDBACK, f"{ACTION}/feedback", 10))
+    sides.feedback = topic
+    client = await sides.client(name)
+    received: list[Any] = []
+    heard = sides.own.create_subscription(FEEDBACK, f"{ACTION}/feedback", received.append, 10)
+    client.receive_after(heard)
+    await topic.publisher_on("/there").wait_for_subscriptions()
+    call = client.call_async(TYPES[name].Request(), None)
+    await until(lambda: len(sides.ros.clients) == 1)
+    topic.arrived = [FEEDBACK(), FEEDBACK()]
+    sides.ros.client.respond(1, TYPES[name].Response(status=4))
+    assert topic.arrived == []
+    assert (await call).status == 4
+    assert len(received) == 2
+
+
+async def test_a_result_from_here_follows_the_feedback_into_ros_2(sides: Sides) -> None:
+    """The response is sent when the feedback has been handed over that the server has published before."""
+    name = f"{ACTION}/get_result"
+    feedback = sides.own.create_publisher(FEEDBACK, f"{ACTION}/feedback", 10)
+    events: list[str] = []
+
+    def crossed(_: object) -> None:
+        events.append("feedback")
+
+    subscription = sides.bare.create_subscription(FEEDBACK, f"{ACTION}/feedback", crossed, 10)
+    sides.feedback = FeedbackFromHere(subscription)
+    await feedback.wait_for_subscriptions()
+
+    def result(request: Any) -> Any:
+        feedback.publish(FEEDBACK())
+        return TYPES[name].Response(status=4)
+
+    sides.own.create_service(TYPES[name], name, result).reply_after(feedback)
+    service = sides.show_there(name)
+    service.on_response = lambda: events.append("result")
+    for number in range(2):
+        service.ask(TYPES[name].Request(), number)
+        await until(partial(service.has, number))
+    assert events == ["feedback", "result"] * 2
