@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import actors
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int64, String
 from broker import Broker, BrokerOptions
@@ -80,6 +81,23 @@ async def test_messages_and_calls_work_as_for_any_node(meeting: Meeting) -> None
     assert (await client.call(AddTwoInts.Request(a=1, b=2))).sum == 3
     caller = other.create_client(AddTwoInts, "/add")
     assert (await caller.call(AddTwoInts.Request(a=3, b=4))).sum == 7
+
+
+async def test_it_serves_actions_and_sends_goals(meeting: Meeting) -> None:
+    """With feedback and a result, for a client on another link and for one of a bare node."""
+    owner, other = await meeting.node("owner"), await meeting.node("other")
+
+    def execute(goal: actors.ServerGoalHandle[Any, Any, Any]) -> Fibonacci.Result:
+        goal.publish_feedback(Fibonacci.Feedback(sequence=[1]))
+        goal.succeed()
+        return Fibonacci.Result(sequence=[1, goal.request.order])
+
+    owner.create_bare_node("server").create_action_server(Fibonacci, "/count", execute)
+    for client in (other, owner.create_bare_node("client")):
+        action = client.create_action_client(Fibonacci, "/count")
+        assert await action.wait_for_server()
+        goal = await action.send_goal(Fibonacci.Goal(order=7))
+        assert (await goal.result()).result.sequence == [1, 7]
 
 
 async def test_no_endpoint_matches_one_from_which_it_is_kept_apart(meeting: Meeting) -> None:
