@@ -336,9 +336,11 @@ class _Planner:
         ]
         if len(types) == 1:
             return
-        # A type that the other network has itself comes first: its nodes decided what the topic carries.
-        native = {each.type_name for each in channel.theirs}
-        usable = native or {each.type_name for each in channel.ours}
+        # What both sides have comes first: it may cross already. Then what the other network has itself: its
+        # nodes decided what the topic carries.
+        here = {each.type_name for each in channel.ours}
+        there = {each.type_name for each in channel.theirs}
+        usable = here & there or there or here
         if not usable:
             return
         chosen = min(usable)

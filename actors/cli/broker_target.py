@@ -27,8 +27,12 @@ CONNECT_TIMEOUT_SEC: Final = 2.0
 DIAGNOSIS_SEC: Final = 0.5
 
 
-def target_of(options: argparse.Namespace) -> BrokerTarget:
+def target_of(options: argparse.Namespace, *, knows_ros: bool = False) -> BrokerTarget:
     """Return the broker and domain that the options choose; see `actors.config.contexts`.
+
+    Args:
+        options: The command line.
+        knows_ros: Whether the command uses ROS_DOMAIN_ID for something else, so that it needs no warning.
 
     Raises:
         InvalidUrlError: The URL is invalid.
@@ -40,7 +44,8 @@ def target_of(options: argparse.Namespace) -> BrokerTarget:
         target = find_broker_target(options.url or None, options.domain, options.context or None)
     except UnknownContextError as error:
         raise unknown_context(error) from error
-    warn_of_ros_domain(target, print_warning)
+    if not knows_ros:
+        warn_of_ros_domain(target, print_warning)
     return target
 
 

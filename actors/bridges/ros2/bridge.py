@@ -25,6 +25,7 @@ from actors.bridges.graph import (
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.errors import RosError
+from actors.bridges.ros2.node_texts import converter
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.participant import Participant
 from actors.bridges.ros2.services import InboundCalls, OutboundCalls
@@ -41,11 +42,9 @@ if TYPE_CHECKING:
 
     from actors.bridges.counters import Counters
     from actors.bridges.plan import Mirror, SidePlan
-    from actors.bridges.ros2.endpoints import RosClient
     from actors.bridges.ros2.importing import Ros
     from actors.bridges.ros2.participant import RosNode
     from actors.bridges.rules import Rules
-    from actors.endpoints.client.client import Client
     from actors.graph.changes import GraphWatch
     from actors.graph.snapshot import GraphSnapshot
     from actors.node.bare_node import BareNode
@@ -190,7 +189,10 @@ class Bridge:
     def document(self) -> dict[str, Any]:
         """Return what crosses, and what does not, as JSON has it."""
         ros, here, there = self._ros, self._here, self._there
-        refused = [{"node": name, "text": node.refusal} for name, node in here.nodes.items() if node.refusal]
+        refused = {node.refusal for node in here.nodes.values()}
+        refused |= {
+            f"{mirror.name}: {handle.refusal}" for mirror, handle in here.shown.items() if handle.refusal
+        }
         return {
             "network": self.origin,
             "id": self._participant.bridge_id,
@@ -203,7 +205,7 @@ class Bridge:
                 side: {"nodes": len(each.nodes), "endpoints": len(each.shown)}
                 for side, each in (("callboard", here), ("ros2", there))
             },
-            "refused_by_broker": refused,
+            "refused_by_broker": sorted(refused - {""}),
             **self._counters.document(),
         }
 
@@ -248,8 +250,7 @@ class Bridge:
             self._marker = None
 
     async def _hide_surplus(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
-        for mirror in side.shown - wanted.mirrors:
-            side.shown.discard(mirror)
+        for mirror in side.shown.keys() - wanted.mirrors:
             self._hide(side, mirror)
             await pace.step()
         for node in side.nodes.keys() - wanted.nodes.keys():
@@ -260,44 +261,46 @@ class Bridge:
         for node in sorted(wanted.nodes.keys() - side.nodes.keys()):
             self._attempt(side.add, node)
             await pace.step()
-        for mirror in sorted(wanted.mirrors - side.shown, key=_order):
-            if mirror.node in side.nodes and self._attempt(self._show, side, mirror):
-                side.shown.add(mirror)
+        for mirror in sorted(wanted.mirrors - side.shown.keys(), key=_order):
+            if mirror.node in side.nodes:
+                self._attempt(self._show, side, mirror)
             await pace.step()
 
-    def _attempt(self, function: Callable[..., None], *arguments: Any) -> bool:
+    def _attempt(self, function: Callable[..., None], *arguments: Any) -> None:
         """Do what ROS 2 may refuse; that concerns one name, and no other."""
         try:
             function(*arguments)
         except (RosError, UnknownTypeError) as error:
             if self._counters.failed(str(error)):
                 self._log.warning(str(error))
-            return False
-        return True
 
     def _show(self, side: _Here | _There, mirror: Mirror) -> None:
         """Show an endpoint."""
         here = side is self._here
         node: Any = side.nodes[mirror.node]
+        handle: Any
         if mirror.kind is EntryKind.CLIENT:
             types = self._types.service(mirror.type_name)
-            side.clients[mirror] = node.create_client(types.ours if here else types.theirs, mirror.name)
+            handle = node.create_client(types.ours if here else types.theirs, mirror.name)
             if not here:
                 self._outbound.prepare(mirror.name)
         elif mirror.kind is EntryKind.SERVICE:
-            (self._outbound if here else self._inbound).show(mirror, node)
-            if here and any(each.name == mirror.source for each in self._there.clients):
+            handle = (self._outbound if here else self._inbound).show(mirror, node)
+            if here and any(
+                each.kind is EntryKind.CLIENT and each.name == mirror.source for each in self._there.shown
+            ):
                 self._outbound.prepare(mirror.source)
         elif mirror.kind is EntryKind.PUBLISHER:
-            self._topic(mirror, from_ros=here).add_publisher(mirror, node)
+            handle = self._topic(mirror, from_ros=here).add_publisher(mirror, node)
         else:
-            self._topic(mirror, from_ros=not here).add_subscription(mirror, node)
+            handle = self._topic(mirror, from_ros=not here).add_subscription(mirror, node)
+        side.shown[mirror] = handle
 
     def _hide(self, side: _Here | _There, mirror: Mirror) -> None:
         """Show an endpoint no longer."""
-        here = side is self._here
+        here, handle = side is self._here, side.shown.pop(mirror)
         if mirror.kind is EntryKind.CLIENT:
-            side.clients.pop(mirror).destroy()
+            handle.destroy()
         elif mirror.kind is EntryKind.SERVICE:
             (self._outbound if here else self._inbound).hide(mirror)
         else:
@@ -316,10 +319,11 @@ class Bridge:
         if key not in topics:
             types, name = self._types.message(mirror.type_name), key[0]
             counts = self._counters.topic(name, mirror.type_name, from_theirs=from_ros)
+            convert = converter(types, name, self._rules.prefix, from_ros=from_ros)
             topics[key] = (
-                TopicFromRos(name, types, self._observer, self._participant.control, counts)
+                TopicFromRos(name, types, self._observer, self._participant.control, counts, convert=convert)
                 if from_ros
-                else TopicFromCallboard(name, types, counts)
+                else TopicFromCallboard(name, types, counts, convert=convert)
             )
         return topics[key]
 
@@ -338,14 +342,12 @@ class _Here:
 
     Attributes:
         nodes: The mirrors of nodes, by full name.
-        clients: The mirrors of clients, which are only seen.
-        shown: All mirrors of endpoints.
+        shown: The mirrors of endpoints, with the endpoints.
     """
 
     def __init__(self, owner: Node, origin: str) -> None:
         self.nodes: dict[str, BareNode] = {}
-        self.clients: dict[Mirror, Client[Any, Any]] = {}
-        self.shown: set[Mirror] = set()
+        self.shown: dict[Mirror, Any] = {}
         self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
 
     def add(self, name: str) -> None:
@@ -366,8 +368,7 @@ class _There:
 
     def __init__(self, participant: Participant) -> None:
         self.nodes: dict[str, RosNode] = {}
-        self.clients: dict[Mirror, RosClient] = {}
-        self.shown: set[Mirror] = set()
+        self.shown: dict[Mirror, Any] = {}
         self._participant = participant
 
     def add(self, name: str) -> None:

@@ -114,12 +114,15 @@ class OutboundCalls:
         self._servers: dict[str, _Server] = {}
         self._shown: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
-    def show(self, mirror: Mirror, node: BareNode) -> None:
+    def show(self, mirror: Mirror, node: BareNode) -> ServiceServer[bytes, bytes]:
         """Show a server of ROS 2 to clients here.
 
         Args:
             mirror: The server.
             node: The node that has it here.
+
+        Returns:
+            The server here.
 
         Raises:
             UnknownTypeError: One side does not have its type.
@@ -133,6 +136,7 @@ class OutboundCalls:
         ours: Any = types.ours
         shown = node.create_service(ours, mirror.name, server.call, concurrent=True, raw=True)
         self._shown[mirror] = server.mirrors[mirror] = shown
+        return shown
 
     def prepare(self, name: str) -> None:
         """Find a server in ROS 2 now, as a client has appeared here: the first call does it otherwise.

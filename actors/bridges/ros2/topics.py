@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from actors.bridges.crossing import Crossing
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from actors.bridges.counters import Counts
     from actors.bridges.plan import Mirror
@@ -35,16 +35,24 @@ class TopicFromRos:
         observer: Knows to which node a publisher belongs.
         control: The node of the bridge in ROS 2, for a second subscription.
         counts: Counts what crosses.
+        convert: Makes a message of callboard of one of ROS 2; raises InvalidMessageError.
     """
 
     def __init__(
-        self, topic: str, types: MessageTypes, observer: Observer, control: RosNode, counts: Counts
+        self,
+        topic: str,
+        types: MessageTypes,
+        observer: Observer,
+        control: RosNode,
+        counts: Counts,
+        *,
+        convert: Callable[[bytes], bytes],
     ) -> None:
         self._topic = topic
         self._types = types
         self._observer = observer
         self._control = control
-        self._crossing = Crossing(types.to_callboard, counts, self._node_of)
+        self._crossing = Crossing(convert, counts, self._node_of)
         self._publishers: dict[Mirror, Publisher[Any]] = {}
         self._shown: dict[Mirror, RosSubscription] = {}
         self._own: dict[QoSProfile, RosSubscription] = {}
@@ -79,12 +87,13 @@ class TopicFromRos:
     def _node_of(self, gid: bytes) -> str | None:
         return self._observer.node_of(self._topic, gid)
 
-    def add_publisher(self, mirror: Mirror, bare: BareNode) -> None:
+    def add_publisher(self, mirror: Mirror, bare: BareNode) -> Publisher[Any]:
         """Show a publisher of ROS 2 on a node here, and publish its messages there."""
         assert mirror.qos is not None
         publisher = bare.create_publisher(self._types.ours, mirror.name, mirror.qos)
         self._publishers[mirror] = publisher
         self._crossing.add_mirror(mirror.source_node, publisher.publish_encoded)
+        return publisher
 
     def add_subscription(self, mirror: Mirror, node: RosNode) -> None:
         """Show a subscription of callboard on a node of ROS 2."""
@@ -155,13 +164,16 @@ class TopicFromCallboard:
         topic: The name of the topic in callboard.
         types: Its type.
         counts: Counts what crosses.
+        convert: Makes a message of ROS 2 of one of callboard; raises InvalidMessageError.
     """
 
-    def __init__(self, topic: str, types: MessageTypes, counts: Counts) -> None:
+    def __init__(
+        self, topic: str, types: MessageTypes, counts: Counts, *, convert: Callable[[bytes], bytes]
+    ) -> None:
         self._topic = topic
         self._types = types
         # Each publisher's node comes with its messages.
-        self._crossing = Crossing(types.to_ros, counts, lambda _: "")
+        self._crossing = Crossing(convert, counts, lambda _: "")
         self._publishers: dict[Mirror, RosPublisher] = {}
         self._subscriptions: dict[Mirror, Subscription[Any]] = {}
 
@@ -183,13 +195,14 @@ class TopicFromCallboard:
         # ROS 2 has no way to publish with an earlier time.
         self._crossing.add_mirror(mirror.source_node, lambda data, _: publisher.publish(data))
 
-    def add_subscription(self, mirror: Mirror, bare: BareNode) -> None:
+    def add_subscription(self, mirror: Mirror, bare: BareNode) -> Subscription[Any]:
         """Show a subscription of ROS 2 on a node here, and receive."""
         if not self._subscriptions:
             self._crossing.begin()
-        self._subscriptions[mirror] = bare.create_subscription(
+        subscription = self._subscriptions[mirror] = bare.create_subscription(
             self._types.ours, self._topic, self._received, mirror.qos or 10, raw=True
         )
+        return subscription
 
     def remove(self, mirror: Mirror) -> None:
         """Show a publisher or subscription no longer."""

@@ -49,6 +49,17 @@ def test_nothing_is_planned_for_empty_sides() -> None:
     assert planned() == EMPTY_PLAN
 
 
+@pytest.mark.parametrize("other", ["aaa_msgs/msg/First", "std_msgs/msg/Zebra"])
+def test_a_type_that_crosses_is_kept_when_another_one_appears(other: str) -> None:
+    """An endpoint with another type, on either side, does not end what both sides have."""
+    reader, talker = endpoint("/reader", SUBSCRIPTION, "/t"), endpoint("/talker", PUBLISHER, "/t")
+    wrong = endpoint("/wrong", PUBLISHER, "/t", other)
+    for ours, theirs in ((side(reader, wrong), side(talker)), (side(reader), side(talker, wrong))):
+        plan = planned(ours=ours, theirs=theirs)
+        assert set(plan.theirs.intake) == {("/t", STRING)}
+        assert refused(plan) == {"/t": Reason.SECOND_TYPE}
+
+
 def test_a_subscription_to_every_type_takes_the_type_of_the_other_network() -> None:
     """As `topic echo` has one: it is shown there with the topic's type; without publishers not at all."""
     reader = endpoint("/tool", SUBSCRIPTION, "/chatter")._replace(type_name="")

@@ -94,8 +94,8 @@ def _refused(document: dict[str, Any]) -> Iterator[str]:
     for refusal in document["refusals"]:
         if not refusal["quiet"]:
             yield f"{refusal['name']}: {refusal['text']}"
-    for refused in document["refused_by_broker"]:
-        yield f"{refused['node']}: the broker refuses it: {refused['text']}"
+    for text in document["refused_by_broker"]:
+        yield f"the broker refuses {text}"
     yield from document["failures"]
 
 

@@ -96,7 +96,7 @@ async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
 
     if options.own_process:
         configure_logging(environment.log_level() or LoggingSeverity.INFO)
-    target = target_of(options)
+    target = target_of(options, knows_ros=True)
     domain = (environment.ros_domain_id(None) or 0) if chosen.domain_id is None else chosen.domain_id
     bridge_id = f"b{secrets.token_hex(4)}"  # names of ROS 2 begin with a letter
     network = f"ros2/{domain}"
