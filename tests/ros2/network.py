@@ -118,7 +118,7 @@ class Network:
             url: Another broker.
         """
         number = self.domain if domain is None else domain
-        command = ("-m", "callboard", "bridge", "ros2", "--domain-id", str(number), "--url", url or self.url)
+        command = ("-m", "actors", "bridge", "ros2", "--domain-id", str(number), "--url", url or self.url)
         return self.process("bridge", str(REAL_PYTHON), *command, *args)
 
     def process(self, name: str, *command: str, **variables: str) -> Process:
