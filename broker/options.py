@@ -11,6 +11,7 @@ from proto import limits
 from proto.wire.url import DEFAULT_HOST, DEFAULT_PORT
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 _MIB: Final = 1024 * 1024
@@ -236,11 +237,18 @@ class BrokerOptions:
         return any((self.mesh_listen, self.mesh, self.mesh_config))
 
 
+_BESIDE: Final[Mapping[str, tuple[str, str]]] = {
+    "http": ("the address of the page", "page"),
+    "bridge": ("the network to bridge", "bridge"),
+}
+"""Options that start a process beside the broker; those that begin with the name are about it."""
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DaemonOptions:
-    """The options that only the daemon has: its log, the file with its URL, its end, and the page beside it.
+    """The options that only the daemon has: its log, the file with its URL, its end, and what runs beside it.
 
-    The page needs what only `callboard broker` has; `python -m broker` refuses its options.
+    The page and the bridge need what only `callboard broker` has; `python -m broker` refuses their options.
 
     Raises:
         InvalidOptionError: A value is out of range, or options contradict each other.
@@ -252,7 +260,7 @@ class DaemonOptions:
     exit_when_idle: float | None = _option(
         None,
         "end with 0 when no client has been connected for so many seconds, also at the start; other brokers"
-        " of the mesh are no clients, and the page of --http would always be one",
+        " of the mesh are no clients, and the page of --http or the bridge would always be one",
         0.1,
         86_400,
     )
@@ -277,15 +285,38 @@ class DaemonOptions:
         False,
         "let everybody on this machine read the page without a token, also if the broker has rules",
     )
+    bridge: str | None = _option(
+        None,
+        "also show the nodes of another network, as `callboard bridge` does; with --auth the bridge is a user"
+        " like others",
+        choices=("ros2",),
+    )
+    bridge_config: Path | None = _option(
+        None, "TOML file of the bridge's options: what may cross, domain_id, namespace and so on"
+    )
+    bridge_url: str | None = _option(
+        None, "the broker's URL for the bridge's process, as --http-url is for the page's"
+    )
+    bridge_token: Path | None = _option(
+        None, "a file with the bridge's token; without it the one of CALLBOARD_TOKEN_FILE"
+    )
 
     def __post_init__(self) -> None:
         _check_ranges(self)
-        further = [each.name for each in fields(self) if each.name.startswith("http_")]
-        useless = [name for name in further if getattr(self, name)]
-        if useless and self.http is None:
-            raise InvalidOptionError(f"{useless[0]} needs http, the address of the page")
-        if self.http is not None and self.exit_when_idle is not None:
-            raise InvalidOptionError("exit_when_idle cannot be used with http: the page stays connected")
+        for name, (needed, process) in _BESIDE.items():
+            further = [each.name for each in fields(self) if each.name.startswith(f"{name}_")]
+            useless = [each for each in further if getattr(self, each)]
+            if useless and getattr(self, name) is None:
+                raise InvalidOptionError(f"{useless[0]} needs {name}, {needed}")
+            if getattr(self, name) is not None and self.exit_when_idle is not None:
+                raise InvalidOptionError(
+                    f"exit_when_idle cannot be used with {name}: the {process} stays connected"
+                )
+
+    @property
+    def beside(self) -> Mapping[str, str]:
+        """What runs beside the broker, "page" and "bridge", by the options that say so."""
+        return {name: process for name, (_, process) in _BESIDE.items() if getattr(self, name) is not None}
 
 
 def _check_ranges(options: BrokerOptions | DaemonOptions) -> None:

@@ -36,8 +36,6 @@ EXTRA: Final = {
     "healthcheck": "exit with 0 if a broker answers at the address of these options, with 1 if none does",
 }
 
-NO_PAGE: Final = "http: python -m broker has no page; start it with `callboard broker`"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the daemon's flags: one for each option, and those about the configuration as a whole."""
@@ -59,15 +57,18 @@ def _add_setting(parser: argparse.ArgumentParser, setting: Setting) -> None:
     parser.add_argument(setting.flag, default=argparse.SUPPRESS, help=setting.help + suffix, **further)
 
 
-def run(arguments: argparse.Namespace, prepare_page: Callable[[DaemonOptions], Beside] | None = None) -> int:
+def run(
+    arguments: argparse.Namespace, prepare_beside: Callable[[DaemonOptions], Beside] | None = None
+) -> int:
     """Run the daemon until a signal stops it; return the exit code.
 
     Args:
         arguments: The parsed command line.
-        prepare_page: Checks the options of the page before anything listens, if there is to be one.
+        prepare_beside: Checks the options of what shall run beside the broker before anything listens, if
+            there is anything.
 
     Raises:
-        As `prepare_page`.
+        As `prepare_beside`.
     """
     given = {name: value for name, value in vars(arguments).items() if name in SETTINGS}
     # Errors of the configuration file are written before the file can say how to log.
@@ -83,15 +84,15 @@ def run(arguments: argparse.Namespace, prepare_page: Callable[[DaemonOptions], B
             return 0
         if arguments.healthcheck:
             return _check_health(configuration.broker_options)
-        if configuration.daemon_options.http is not None and prepare_page is None:
-            raise ConfigurationError(NO_PAGE)
+        if prepare_beside is None:
+            _require_nothing_beside(configuration.daemon_options)
     except CallboardError as error:
         if json_logs:
             _set_up_logging(json_lines=True)
         return _report(error, json_lines=json_logs)
     options, beside = configuration.daemon_options, None
-    if options.http is not None and prepare_page is not None:
-        beside = prepare_page(options)
+    if options.beside and prepare_beside is not None:
+        beside = prepare_beside(options)
     json_logs = options.json_logs
     _set_up_logging(options.log_level, json_lines=json_logs)
     try:
@@ -101,6 +102,12 @@ def run(arguments: argparse.Namespace, prepare_page: Callable[[DaemonOptions], B
     except (asyncio.CancelledError, KeyboardInterrupt):
         pass
     return 0
+
+
+def _require_nothing_beside(options: DaemonOptions) -> None:
+    """Raise ConfigurationError if the options want a process beside the broker."""
+    for name, what in options.beside.items():
+        raise ConfigurationError(f"{name}: python -m broker has no {what}; start it with `callboard broker`")
 
 
 def _report(error: CallboardError, *, json_lines: bool) -> int:

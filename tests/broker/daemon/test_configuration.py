@@ -95,16 +95,39 @@ def test_the_page_has_keys_of_the_file(tmp_path: Path) -> None:
     assert options.http_allow_control
 
 
+def test_the_bridge_has_keys_of_the_file(tmp_path: Path) -> None:
+    """Its own files are relative to the folder."""
+    text = 'bridge = "ros2"\nbridge_config = "bridge.toml"\nbridge_token = "bridge.token"\n'
+    options = load(tmp_path, text).daemon_options
+    assert options.bridge == "ros2"
+    assert (options.bridge_config, options.bridge_token) == (
+        tmp_path / "bridge.toml",
+        tmp_path / "bridge.token",
+    )
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
         ({"http_url": "callboard://robot"}, "http_url needs http, the address of the page"),
         ({"http_token": Path("t")}, "http_token needs http, the address of the page"),
         ({"http_allow_control": True}, "http_allow_control needs http, the address of the page"),
-        ({"http": "a:1", "exit_when_idle": 1.0}, "exit_when_idle cannot be used with http"),
+        ({"http": "a:1", "exit_when_idle": 1.0}, "exit_when_idle cannot be used with http: the page stays"),
+        ({"bridge_config": Path("b.toml")}, "bridge_config needs bridge, the network to bridge"),
+        (
+            {"bridge_url": "callboard://robot", "http": "a:1"},
+            "bridge_url needs bridge, the network to bridge",
+        ),
+        ({"bridge_token": Path("t")}, "bridge_token needs bridge, the network to bridge"),
+        (
+            {"bridge": "ros2", "exit_when_idle": 1.0},
+            "exit_when_idle cannot be used with bridge: the bridge stays",
+        ),
     ],
 )
-def test_options_of_the_page_without_effect_are_errors(options: dict[str, object], said: str) -> None:
+def test_options_of_the_page_and_the_bridge_without_effect_are_errors(
+    options: dict[str, object], said: str
+) -> None:
     """They would mislead."""
     with pytest.raises(InvalidOptionError, match=said):
         load_configuration(options)

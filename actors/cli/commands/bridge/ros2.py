@@ -18,6 +18,7 @@ EXAMPLES: Final = {
     "callboard bridge ros2": "the network of ROS_DOMAIN_ID, until Ctrl-C",
     "callboard bridge ros2 --domain-id 7 --namespace /robot1": "its nodes and topics below /robot1",
     "callboard bridge ros2 --allow '/camera/**' --deny /camera/raw": "some topics and services only",
+    "callboard bridge ros2 --check": "say which ROS 2 it would use, or what is missing",
 }
 
 
@@ -45,6 +46,7 @@ def add_arguments(parser: Parser) -> None:
     parser.add_argument(
         "--config", metavar="FILE", help="a TOML file with these options; they take precedence"
     )
+    parser.add_flag("--check", help="say whether the options and ROS 2 can be used, and exit")
     add_broker_options(parser)
 
 
@@ -53,13 +55,17 @@ def run(options: Options) -> int:
     from actors.bridges.ros2.errors import RosNotFoundError
     from actors.bridges.ros2.importing import import_ros
     from actors.cli.loop import run_async
+    from actors.cli.output import print_out
 
     chosen = _bridge_options(options)
     try:
         ros = import_ros()
     except RosNotFoundError as error:
         raise CommandError(str(error)) from None
-    run_async(lambda: _bridge(options, chosen, ros))
+    if options.check:
+        print_out(f"ROS 2: {ros.distribution}, {ros.rmw}")
+    else:
+        run_async(lambda: _bridge(options, chosen, ros))
     return OK
 
 

@@ -100,7 +100,7 @@ async def _talk(seconds: float, cast: list[DemoNodes], lines: _Lines, *, web: bo
         time = "" if seconds == math.inf else f" for {seconds:.0f} s"
         print_out(f"A broker at {broker.url}, and five nodes that talk{time}. Ctrl-C ends it.\n")
         if web:
-            from actors.cli.web_child import web_beside
+            from actors.cli.beside import web_beside
 
             await stack.enter_async_context(web_beside(broker.url, DEFAULT_LISTEN, "--allow-control"))
         nodes = DemoNodes(

@@ -24,7 +24,7 @@ EXAMPLES: Final = {
     "callboard doctor --config broker.toml": "also the files that a broker's configuration names",
 }
 _STYLES: Final[dict[Status, Style]] = {"ok": "good", "warn": "warn", "fail": "bad", "skip": "dim"}
-_SECRETS: Final = ("auth", "tls_key", "mesh_auth", "mesh_config", "http_token")
+_SECRETS: Final = ("auth", "tls_key", "mesh_auth", "mesh_config", "http_token", "bridge_token")
 _CERTIFICATES: Final = ("tls_cert", "tls_client_ca")
 """Options of a broker that name such files."""
 _PACKAGES: Final = {"event loop", "codec", "import names"}

@@ -150,12 +150,15 @@ async def test_who_may_read_the_page_of_a_guarded_broker(
 
 
 @pytest.mark.processes
-def test_python_m_broker_has_no_page() -> None:
+@pytest.mark.parametrize(
+    ("option", "value", "what"), [("http", "127.0.0.1:7412", "page"), ("bridge", "ros2", "bridge")]
+)
+def test_python_m_broker_has_no_process_beside_it(option: str, value: str, what: str) -> None:
     """It says which program has; in a process, whose logging it sets up."""
-    command = [sys.executable, "-m", "broker", "--port", "0", "--http", "127.0.0.1:7412"]
+    command = [sys.executable, "-m", "broker", "--port", "0", f"--{option}", value]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 1
-    assert done.stderr == "http: python -m broker has no page; start it with `callboard broker`\n"
+    assert done.stderr == f"{option}: python -m broker has no {what}; start it with `callboard broker`\n"
 
 
 def test_the_page_needs_a_free_address(capsys: pytest.CaptureFixture[str]) -> None:
@@ -210,3 +213,43 @@ def test_control_of_the_page_needs_the_page(capsys: pytest.CaptureFixture[str]) 
     """A flag without effect would mislead."""
     assert main(["broker", "--http-allow-control"]) == 1
     assert capsys.readouterr().err == "http_allow_control needs http, the address of the page\n"
+
+
+@pytest.fixture
+def without_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets processes of this test find no ROS 2."""
+    (tmp_path / "rclpy.py").write_text("raise ImportError(\"No module named 'rclpy'\")\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+
+
+@pytest.mark.processes
+@pytest.mark.usefixtures("without_ros")
+def test_the_bridge_needs_ros(capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence says how to get it, before the broker listens."""
+    assert main(["broker", "--port", "0", "--bridge", "ros2"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(
+        "--bridge: the bridge needs ROS 2's rclpy (No module named 'rclpy'): source "
+    )
+    assert "pip install 'callboard[ros2]'" in captured.err
+    assert captured.err.count("\n") == 1
+
+
+@pytest.mark.processes
+@pytest.mark.usefixtures("without_ros")
+def test_the_options_of_the_bridge_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Before the broker listens; the error names the file."""
+    path = tmp_path / "bridge.toml"
+    path.write_text("allw = ['/a']")
+    assert main(["broker", "--port", "0", "--bridge", "ros2", "--bridge-config", str(path)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err == f"--bridge: {path}: there is no option 'allw'; did you mean 'allow'?\n"
+
+
+def test_there_is_one_kind_of_bridge(capsys: pytest.CaptureFixture[str]) -> None:
+    """The error names it."""
+    assert main(["broker", "--bridge", "ros3"]) == 2
+    assert capsys.readouterr().err == "callboard broker: no --bridge 'ros3'; did you mean 'ros2'?\n"

@@ -76,10 +76,12 @@ def test_the_files_of_a_brokers_configuration_are_checked(
         assert main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)]) == 1
         assert finding in capsys.readouterr().out
     secrets = {"auth": "auth.toml", "mesh_auth": "mesh.auth", "http_token": "web.token"}
+    secrets |= {"bridge_token": "bridge.token"}
     for name in secrets.values():
         (tmp_path / name).touch(mode=0o644)
     lines = [f'{key} = "{name}"\n' for key, name in secrets.items()]
-    path.write_text(f'http = "127.0.0.1:0"\nmesh_listen = "tcp/127.0.0.1:7447"\n{"".join(lines)}')
+    beside = 'http = "127.0.0.1:0"\nbridge = "ros2"\n'
+    path.write_text(f'{beside}mesh_listen = "tcp/127.0.0.1:7447"\n{"".join(lines)}')
     main(["doctor", "--url", "callboard+unix:///nowhere", "--config", str(path)])
     printed = capsys.readouterr().out
     for key, name in secrets.items():
