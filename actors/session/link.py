@@ -123,6 +123,7 @@ class Link:
         matched: Ids of the endpoints that have counterparts.
         answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
         ticks: Called several times within a keepalive limit, while a session is open.
+        changes: Endpoints added and removed so far.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
         capabilities: What this broker can do beyond the first version of the protocol.
@@ -156,7 +157,7 @@ class Link:
         self.answers: dict[int | str, Callable[[Any], None]] = {}
         self.ticks: dict[Callable[[], None], None] = {}
         self.leaving: dict[Leaving, None] = {}
-        self.connections = 0
+        self.changes = self.connections = 0
         self.has_had_name = self.waits_for_name = False
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
         self._last_id = 0
@@ -215,12 +216,14 @@ class Link:
         """Give an endpoint its id, and declare it now and after every reconnect."""
         endpoint.id = self.new_id()
         self.endpoints[endpoint.id] = endpoint
+        self.changes += 1
         if self.channel is not None:
             self.channel.send(endpoint.declaration())
 
     def remove(self, endpoint: LinkEndpoint, *, announce: bool = True) -> None:
         """Remove an endpoint; send UNDECLARE unless the endpoint does so itself."""
         self.matched.discard(endpoint.id)
+        self.changes += 1
         if self.endpoints.pop(endpoint.id, None) is not None and announce and self.channel is not None:
             self.channel.send(frames.Undeclare(endpoint.id))
 

@@ -17,6 +17,7 @@ from actors.ros.rclpy.exceptions import InvalidHandle, NotInitializedException
 from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.service_endpoint import ServiceEndpoint
 from actors.ros.rclpy.task import Future
+from actors.ros.rclpy.thread_node import settle
 from actors.ros.values import convert_assignments, prepare, rosidl_values
 from actors.threads.errors import ThreadStopped
 from proto.errors import CallboardError
@@ -213,6 +214,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
     def service_is_ready(self) -> bool:
         """Return whether there is a server."""
         with self.handle:
+            settle(self._thread)
             return self._native.service_is_ready()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
@@ -225,6 +227,7 @@ class Client(ServiceEndpoint["NativeClient[Any, Any]"], Generic[RequestT, Respon
             Whether there is one; False as well if the context is shut down meanwhile.
         """
         try:
+            settle(self._thread)
             return self.context.wait(lambda: self._native.wait_for_service(timeout_sec))
         except (ExternalShutdownException, NotInitializedException):
             return False

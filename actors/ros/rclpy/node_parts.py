@@ -22,8 +22,8 @@ from actors.ros.rclpy.clock import ROSClock
 from actors.ros.rclpy.context import parsed_arguments
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.queued_calls import QueuedCalls, RecentCalls
+from actors.ros.rclpy.thread_node import ThreadNode, settle
 from actors.ros.rclpy.type_description_service import START_TYPE_DESCRIPTION_SERVICE_PARAM
-from actors.session.thread_channel import ThreadChannel
 from actors.threads.errors import ThreadStopped
 
 if TYPE_CHECKING:
@@ -52,14 +52,6 @@ def _abandon(thread: NodeThread, native: NativeNode) -> None:
     """Take a node out of service that nobody has any more; in any thread."""
     with suppress(ThreadStopped):
         thread.leave_soon(native)
-
-
-class _ThreadNode(NativeNode):
-    """A node whose program runs in other threads than its own. Arguments are those of `Node`."""
-
-    def __init__(self, node_name: str, **options: Any) -> None:
-        super().__init__(node_name, **options)
-        self._context.link.channel_class = ThreadChannel
 
 
 class NodeParts:
@@ -115,7 +107,7 @@ class NodeParts:
         parsed_arguments(options["cli_args"])  # for rclpy's errors
         values = {each.name: each.value for each in overrides}
         self._native: NativeNode = self.thread.call(
-            lambda: _ThreadNode(
+            lambda: ThreadNode(
                 parameter_overrides={name: values[name] for name in values.keys() & _NATIVE_OVERRIDES},
                 start_parameter_services=False,
                 options=NodeOptions(
@@ -227,6 +219,7 @@ class NodeParts:
                     raise
                 return await query(*args)
 
+        settle(self.thread)
         return self.thread.call(ask)
 
     def query_node(

@@ -10,6 +10,7 @@ from actors.interfaces.message import Message
 from actors.ros.rclpy.destroyable import Destroyable
 from actors.ros.rclpy.exceptions import InvalidHandle
 from actors.ros.rclpy.serialization import decode_message
+from actors.ros.rclpy.thread_node import settle
 from actors.ros.values import convert_assignments
 from actors.threads.errors import ThreadStopped
 from actors.ros.rclpy.imported_names import imported_names
@@ -104,6 +105,7 @@ class Publisher(Destroyable, Generic[MsgT]):
     def get_subscription_count(self) -> int:
         """Return how many subscriptions are matched."""
         with self.handle:
+            settle(self._thread)
             return self._native.get_subscription_count()
 
     def assert_liveliness(self) -> None:

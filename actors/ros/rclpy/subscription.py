@@ -17,6 +17,7 @@ from actors.logging.logger import get_logger
 from actors.ros.rclpy._rclpy_pybind11 import RCLError as RCLError
 from actors.ros.rclpy.entity import Entity, destroy_with, weakly
 from actors.ros.rclpy.serialization import serialize_message
+from actors.ros.rclpy.thread_node import settle
 from actors.ros.values import prepare, rosidl_values
 from actors.ros.rclpy.imported_names import imported_names
 
@@ -123,6 +124,7 @@ class Subscription(Entity, Generic[MsgT]):
     def get_publisher_count(self) -> int:
         """Return how many publishers are matched."""
         with self.handle:
+            settle(self._thread)
             return self._native.get_publisher_count()
 
     @property

@@ -109,6 +109,41 @@ def call():
         return [ready, future.result().success, future.result().message, future.exception() is None]
 
 
+def matches_at_once():
+    """Look what is matched when it has just been made, or destroyed, in one process."""
+    seen = []
+    with running_node() as node:
+        other = Node("other", context=node.context)
+        for here, there in ((node, node), (node, other), (other, node)):
+            client, publisher = here.create_client(Trigger, "s"), here.create_publisher(Int32, "t", 10)
+            service = there.create_service(Trigger, "s", lambda request, response: response)
+            subscription = there.create_subscription(Int32, "t", lambda message: None, 10)
+
+            def look(client=client, publisher=publisher, subscription=subscription):
+                return [
+                    client.service_is_ready(),
+                    client.wait_for_service(timeout_sec=0.0),
+                    publisher.get_subscription_count(),
+                    subscription.get_publisher_count(),
+                ]
+
+            seen.append(look())
+            there.destroy_service(service)
+            seen.append(look())
+            here.destroy_client(client)
+            here.destroy_publisher(publisher)
+            seen.append(subscription.get_publisher_count())
+            there.destroy_subscription(subscription)
+        action = ActionClient(node, Fibonacci, "a")
+        server = ActionServer(other, Fibonacci, "a", lambda goal: Fibonacci.Result())
+        seen += [action.server_is_ready(), action.wait_for_server(timeout_sec=0.0)]
+        server.destroy()
+        seen.append(action.server_is_ready())
+        action.destroy()
+        other.destroy_node()
+    return seen
+
+
 def no_server():
     """Wait for a service that is not there."""
     with running_node() as node:

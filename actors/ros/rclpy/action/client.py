@@ -13,6 +13,7 @@ from actors.ros.rclpy.executor_errors import ExternalShutdownException
 from actors.ros.rclpy.imported_names import imported_names
 from actors.ros.rclpy.node_parts import parts_of
 from actors.ros.rclpy.queued_calls import RecentCalls
+from actors.ros.rclpy.thread_node import settle
 from actors.threads.errors import ThreadStopped
 from actors.ros.values import convert_assignments, copied, prepare, rosidl_values
 
@@ -242,6 +243,7 @@ class ActionClient(CallEndpoint):
 
     def server_is_ready(self) -> bool:
         """Return whether there is a server."""
+        settle(self._thread)
         return self._native.server_is_ready()
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
@@ -254,6 +256,7 @@ class ActionClient(CallEndpoint):
             Whether there is one; False as well if the context is shut down meanwhile.
         """
         try:
+            settle(self._thread)
             return self._context.wait(lambda: self._native.wait_for_server(timeout_sec))
         except (ExternalShutdownException, NotInitializedException):
             return False

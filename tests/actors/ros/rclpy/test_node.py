@@ -15,6 +15,7 @@ from actors.interfaces.rcl_interfaces.msg import IntegerRange, ParameterDescript
 from actors.interfaces.rcl_interfaces.srv import SetParameters
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.ros.rclpy._rclpy_pybind11 import RCLError
 from actors.ros.rclpy.clock import Clock, JumpThreshold
 from actors.ros.rclpy.event_handler import PublisherEventCallbacks
@@ -119,6 +120,23 @@ def test_raw_messages_are_cdr(
     assert counted_messages(subscription) == (2, 1)
     with pytest.raises(InvalidMessageError, match="too few"):
         publisher.publish(end[:-1])
+
+
+def test_matches_are_known_at_once(node: Node, context: Context) -> None:
+    """Of what any node of the process has just made or destroyed, as in ROS 2."""
+    other = Node("other", context=context)
+    publisher = node.create_publisher(String, "/t", 10)
+    for _ in range(5):
+        subscription = other.create_subscription(String, "/t", lambda msg: None, 10)
+        assert publisher.get_subscription_count() == subscription.get_publisher_count() == 1
+        other.destroy_subscription(subscription)
+        assert publisher.get_subscription_count() == 0
+        service = other.create_service(Trigger, "/s", lambda request, response: response)
+        client = node.create_client(Trigger, "/s")
+        assert client.service_is_ready()
+        other.destroy_service(service)
+        assert not client.wait_for_service(timeout_sec=0)
+        node.destroy_client(client)
 
 
 def test_incompatible_endpoints_do_not_match(node: Node) -> None:
