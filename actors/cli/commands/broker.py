@@ -64,7 +64,7 @@ def _prepare(options: DaemonOptions) -> Beside:
         check_web(options.http, "--http")
         starts.append(partial(_page_beside, options, options.http))
     if options.bridge is not None:
-        arguments = ("bridge", options.bridge)
+        arguments: tuple[str, ...] = ("bridge", options.bridge)
         if options.bridge_config is not None:
             arguments += ("--config", str(options.bridge_config))
         _check_bridge(*arguments)
