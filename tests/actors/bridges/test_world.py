@@ -171,6 +171,11 @@ def test_churn(seed: int) -> None:
             world.kill(killed)
             churn(world, networks, world.random.choice([0, 1, 6]))
             world.bridge(str(next(names)), killed.ours, killed.theirs, killed.network)
+        else:
+            cut_off = world.random.choice(world.bridges)
+            world.cut_off(cut_off)
+            churn(world, networks, world.random.choice([0, 1, 6]))
+            world.reconnect(cut_off)
     world.settle()
     for ours, theirs in set(sides):
         bridges = [each for each in world.bridges if (each.ours, each.theirs) == (ours, theirs)]

@@ -192,6 +192,19 @@ class World:
         self._killed.append((self.step_number + LEASE, bridge))
         self._crossing = [each for each in self._crossing if each[3] is not bridge]
 
+    def cut_off(self, bridge: Bridge) -> None:
+        """Take a bridge's connection to callboard; it notices that, and shows nothing any more."""
+        del bridge.ours.bridges[bridge.id]
+        bridge.election.disconnect()
+        bridge.shows_here = bridge.shows_there = EMPTY_PLAN.ours
+        bridge.says_active = False
+        self._crossing = [each for each in self._crossing if each[3] is not bridge]
+
+    def reconnect(self, bridge: Bridge) -> None:
+        """Let a bridge have its connection back."""
+        bridge.ours.bridges[bridge.id] = bridge
+        bridge.seen_at = self.step_number
+
     def node(self, network: Network, name: str, publishes: str = "", subscribes: str = "") -> None:
         """Add a native node, or endpoints to it; topics are separated by spaces."""
         endpoints = network.natives.setdefault(name, set())
@@ -217,13 +230,18 @@ class World:
             if network.is_ours:
                 network.history.append(network.view())
         for bridge in self.random.sample(self.bridges, len(self.bridges)):
-            self._drive(bridge)
+            if bridge.id in bridge.ours.bridges:
+                self._drive(bridge)
         pairs = Counter((each.ours.name, each.theirs.name) for each in self.active(*self.bridges))
         self.require(all(count == 1 for count in pairs.values()), f"two bridges are active: {pairs}")
         for network in self.networks:
             for name, endpoints in network.natives.items():
                 for topic in sorted({each.name for each in endpoints if each.kind is PUBLISHER}):
                     self._publish(Message(next(self._numbers), topic, network, name), network)
+        self._let_arrive()
+
+    def _let_arrive(self) -> None:
+        """Publish what has crossed."""
         arrived = [each for each in self._crossing if each[0] <= self.step_number]
         self._crossing = [each for each in self._crossing if each[0] > self.step_number]
         for _, message, network, bridge in arrived:
