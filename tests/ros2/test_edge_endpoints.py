@@ -213,10 +213,13 @@ async def test_the_limit_of_open_files_is_named(edge: Edge, ros: Ros, name: str)
     there = await ros.node(f"{name}_there")
     publisher = await there.publisher(f"/{name}", String)
     node = await edge.mirror(f"/{name}/mirror")
+    await edge.subscription(node, f"/{name}/first", String)  # loads the type, from files
     limit = await edge.ask("use_up_files")
     qos = dict(QoSProfile(depth=10).to_wire())
-    text = await edge.error_of("subscription", node, f"/{name}", "std_msgs/msg/String", qos)
-    await edge.ask("allow_files", limit)
+    try:
+        text = await edge.error_of("subscription", node, f"/{name}", "std_msgs/msg/String", qos)
+    finally:
+        await edge.ask("allow_files", limit)
     assert "raise the limit of open files (ulimit -n)" in text
     await publisher.matched(0)
     subscription = await edge.subscription(node, f"/{name}", String)
