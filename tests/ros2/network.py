@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
 STOP_TIMEOUT_SEC: Final = 20.0
 MAX_OUTPUT_CHARS: Final = 8000
+PROFILE: Final = """<profiles xmlns="http://www.eprosima.com"><participant profile_name="short" \
+is_default_profile="true"><rtps><builtin><discovery_config><leaseDuration><sec>{0}</sec></leaseDuration>\
+<leaseAnnouncement><sec>1</sec></leaseAnnouncement></discovery_config></builtin></rtps></participant></profiles>
+"""
+"""A profile of Fast DDS."""
 
 
 class Process:
@@ -35,7 +40,12 @@ class Process:
         self._read = output.stat().st_size if output.exists() else 0
         with output.open("ab") as file:
             self._process = subprocess.Popen(
-                command, cwd=ROOT, env=environ, stdin=subprocess.DEVNULL, stdout=file, stderr=file
+                command,
+                cwd=ROOT,
+                env=environ,
+                stdin=subprocess.DEVNULL,
+                stdout=file,
+                stderr=file,
             )
 
     @property
@@ -60,12 +70,20 @@ class Process:
         """Send a signal."""
         self._process.send_signal(number)
 
+    def wait(self) -> int:
+        """Wait for its end; return its exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: It has not ended in time.
+        """
+        return self._process.wait(STOP_TIMEOUT_SEC)
+
     def stop(self) -> int:
         """End it by SIGINT, and by SIGKILL if it does not end; return its exit code."""
         if self.is_alive:
             self._process.send_signal(signal.SIGINT)
         try:
-            return self._process.wait(STOP_TIMEOUT_SEC)
+            return self.wait()
         except subprocess.TimeoutExpired:
             return self.kill()
 
@@ -132,11 +150,20 @@ class Network:
 
     def callboard(self, *args: str) -> Process:
         """Start a command of callboard."""
-        return self.process(f"command-{len(self._processes)}", sys.executable, "-m", "callboard", *args)
+        return self.process(f"command-{len(self._processes)}", sys.executable, "-m", "actors", *args)
 
-    def ros(self) -> Ros:
-        """Return a process of real ROS 2, which starts when it is first asked."""
-        made = Ros(self.environ)
+    def ros(self, *, lease_sec: int = 0) -> Ros:
+        """Return a process of real ROS 2, which starts when it is first asked.
+
+        Args:
+            lease_sec: How long ROS shows it after its death; 0 for 20 seconds, as usual.
+        """
+        environ = self.environ
+        if lease_sec:
+            profile = self._folder / "profile.xml"
+            profile.write_text(PROFILE.format(lease_sec))
+            environ = {**environ, "FASTDDS_DEFAULT_PROFILES_FILE": str(profile)}
+        made = Ros(environ)
         self._ros.append(made)
         return made
 

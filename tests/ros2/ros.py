@@ -95,13 +95,13 @@ class RosNode:
         self,
         name: str,
         cls: Any,
-        response: Message | None,
+        response: Message,
         *,
         held: bool = False,
         qos: QoSProfile | None = None,
     ) -> RosService:
-        """Make a service that gives one response. `None` for it raises an exception."""
-        data = "raise" if response is None else cdr.encode(response).hex()
+        """Make a service that gives one response, at once or, if `held`, once it is told to."""
+        data = cdr.encode(response).hex()
         profile = None if qos is None else _parts(qos)
         made = await self.ros.ask("make_service", self.number, name, type_name(cls), data, held, profile)
         return RosService(self.ros, made, cls)
@@ -120,7 +120,7 @@ class RosNode:
         *,
         ending: str = "succeed",
     ) -> RosActionServer:
-        """Make an action server. `ending` is "succeed", "abort" or "later", for `end_goals`."""
+        """Make an action server. `ending` is "succeed", "abort", "reject" or "later", for `end_goals`."""
         parts = cdr.encode(result).hex(), [cdr.encode(each).hex() for each in feedback]
         made = await self.ros.ask("make_action_server", self.number, name, type_name(cls), *parts, ending)
         return RosActionServer(self.ros, made, cls)
@@ -185,7 +185,8 @@ class RosPublisher:
 
     async def matched(self, count: int = 1) -> None:
         """Wait until so many subscriptions are there."""
-        assert await self.ros.ask("count_subscriptions", self.number, count, WAIT_SEC) == count
+        found = await self.ros.ask("count_subscriptions", self.number, count, WAIT_SEC)
+        assert found == count, f"{found} subscriptions"
 
     async def acknowledged(self) -> None:
         """Wait until the subscriptions have got what was published."""
@@ -219,21 +220,19 @@ class RosSubscription:
         assert len(messages) >= count, messages
         return messages
 
-    async def received_until(self, last: object) -> list[Any]:
-        """Wait for a message; return all until it."""
-        for count in range(1, 1000):
-            found = await self.received(count)
-            if found[-1] == last:
-                return found
-        raise AssertionError(found)
+    async def count(self, seconds: float) -> int:
+        """Wait for a message for a while; return how many have arrived."""
+        return len(await self.ros.ask("received", self.number, 1, seconds))
 
-    async def forget(self) -> None:
-        """Forget what was received."""
-        await self.ros.ask("forget", self.number)
+    async def take_texts(self) -> list[str]:
+        """Return the texts of String messages since the last call."""
+        found: list[str] = await self.ros.ask("take_texts", self.number)
+        return found
 
     async def matched(self, count: int = 1) -> None:
         """Wait until so many publishers are there."""
-        assert await self.ros.ask("count_publishers", self.number, count, WAIT_SEC) == count
+        found = await self.ros.ask("count_publishers", self.number, count, WAIT_SEC)
+        assert found == count, f"{found} publishers"
 
     async def destroy(self) -> None:
         """End it."""

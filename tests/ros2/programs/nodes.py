@@ -7,25 +7,31 @@ what there is when it is what they wait for, or when their time is over.
 
 from __future__ import annotations
 
+import faulthandler
 import itertools
 import os
 import signal
+import sys
 import threading
 import time
 
 import rclpy
 from action_msgs.msg import GoalInfo
 from action_msgs.srv import CancelGoal
-from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import String
 
 from tests.real_ros.programs.serialization import find_class
 
 POLL_SEC = 0.005
+DO_SEC = 20
+"""Less than a side has for its answer."""
 _made = {}
 _numbers = itertools.count(1)
 _thread = None
@@ -43,7 +49,9 @@ class _Thread:
         done = threading.Event()
         task = self.executor.create_task(function)
         task.add_done_callback(lambda _: done.set())
-        done.wait()
+        if not done.wait(DO_SEC):
+            faulthandler.dump_traceback(file=sys.stderr)
+            raise TimeoutError("the thread of the callbacks is blocked: see stderr")
         return task.result()
 
 
@@ -197,11 +205,6 @@ def received(number, count, seconds):
     return found
 
 
-def forget(number):
-    """Forget the messages that a subscription has received."""
-    _made[number].received.clear()
-
-
 class _Service:
     """Answers with a response that is given, or holds requests back."""
 
@@ -210,22 +213,20 @@ class _Service:
         self.requests = []
         self.waiting = []
         self.held = held
-        self.entity = node.create_service(
-            cls, name, self._answer, **({"qos_profile": _profile(qos)} if qos else {})
-        )
+        options = {"qos_profile": _profile(qos)} if qos else {}
+        group = MutuallyExclusiveCallbackGroup()  # what it holds back holds back nothing else
+        self.entity = node.create_service(cls, name, self._answer, callback_group=group, **options)
 
     async def _answer(self, request, response):
         self.requests.append(_bytes_of(request))
         if self.held:
             self.waiting.append(rclpy.Future())
             await self.waiting[-1]
-        if self._response == "raise":
-            raise ValueError("as the test wanted")
         return _message(type(response), self._response)
 
 
 def make_service(node, name, type_name, response, held=False, qos=None):
-    """Make a service that gives one response, or raises if that is "raise"; return its number."""
+    """Make a service that gives one response; return its number."""
     return _keep(_do(lambda: _Service(_made[node], name, find_class(type_name), response, held, qos)))
 
 
@@ -293,8 +294,17 @@ class _Action:
         self.goals = []
         self.ends = []
         self.entity = ActionServer(
-            node, cls, name, self._execute, cancel_callback=lambda _: CancelResponse.ACCEPT
+            node,
+            cls,
+            name,
+            self._execute,
+            goal_callback=self._decide,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
         )
+
+    def _decide(self, request):
+        return GoalResponse.REJECT if self._ending == "reject" else GoalResponse.ACCEPT
 
     async def _execute(self, goal):
         self.requests.append(_bytes_of(goal.request))
@@ -309,7 +319,7 @@ class _Action:
 
 
 def make_action_server(node, name, type_name, result, feedback, ending):
-    """Make an action server; `ending` is "succeed", "abort" or "later"; return its number."""
+    """Make an action server; `ending` is "succeed", "abort", "reject" or "later"; return its number."""
     cls = find_class(type_name)
     return _keep(_do(lambda: _Action(_made[node], name, cls, result, feedback, ending)))
 
@@ -502,3 +512,23 @@ def destroy_all():
     _made.clear()
     if nodes:
         _do(lambda: [(_thread.executor.remove_node(each), each.destroy_node()) for each in nodes])
+
+
+def publish_numbers(node, topic, text, period_sec):
+    """Publish "TEXT:0", "TEXT:1" and so on, as long as the node is there."""
+
+    def make():
+        publisher = _made[node].create_publisher(String, topic, 10)
+        numbers = itertools.count()
+        _made[node].create_timer(
+            period_sec, lambda: publisher.publish(String(data=f"{text}:{next(numbers)}"))
+        )
+
+    _do(make)
+
+
+def take_texts(number):
+    """Return the texts that a subscription of String messages has received since the last call."""
+    subscription = _made[number]
+    taken, subscription.received = subscription.received, []
+    return [_message(String, data).data for data, _ in taken]

@@ -1,0 +1,111 @@
+"""Each side's nodes are in the other side's graph, with their endpoints, marked as what they are."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import SetBool
+from tests.ros2.graphs import full_name, graph_until, names_of, nodes_until
+
+if TYPE_CHECKING:
+    from actors.graph.snapshot import GraphSnapshot
+    from tests.ros2.conftest import Pair
+
+STRING, SETBOOL = "std_msgs/msg/String", "std_srvs/srv/SetBool"
+
+
+async def test_a_node_of_ros_is_a_node_here(pair: Pair) -> None:
+    """It has its name and endpoints, and the origin as a label; its end is seen, too."""
+    namespace = f"{pair.name}/arm"
+    node = await pair.ros.node("driver", namespace)
+    await node.publisher("state", String)
+    await node.subscription("command", String)
+    await node.service("enable", SetBool, SetBool.Response())
+    await node.client("/somewhere", SetBool)
+    name = f"{namespace}/driver"
+
+    def is_complete(snapshot: GraphSnapshot) -> bool:
+        found = names_of(snapshot, name)
+        return (
+            found["publishers"].get(f"{namespace}/state") == [STRING]
+            and found["subscriptions"].get(f"{namespace}/command") == [STRING]
+            and found["services"].get(f"{namespace}/enable") == [SETBOOL]
+            and found["clients"].get("/somewhere") == [SETBOOL]
+            and f"{name}/get_parameters" in found["services"]
+        )
+
+    snapshot = await graph_until(pair.here, is_complete)
+    labels = snapshot.node_labels()[name]
+    assert labels["origin"] == f"ros2/{pair.network.domain}"
+    shown = [info for _, info in snapshot.all_endpoints() if full_name(info) == name]
+    assert {info.node_labels["origin"] for info in shown} == {labels["origin"]}
+    hashes = {info.topic_type_hash for info in shown if info.topic_type == STRING}
+    assert all(each.startswith("RIHS01_") for each in hashes)
+    await node.destroy()
+    await nodes_until(pair.here, absent=(name,))
+
+
+async def test_a_node_of_callboard_is_a_node_of_ros(pair: Pair) -> None:
+    """It has its name, namespace and endpoints; its end is seen, too."""
+    namespace = f"{pair.name}/leg"
+    node = pair.here.create_bare_node("walker", namespace=namespace)
+    node.create_publisher(String, "state", 10)
+    node.create_subscription(String, "command", print, 10)
+    node.create_service(SetBool, "enable", lambda request, response: response)
+    node.create_client(SetBool, f"{namespace}/elsewhere")
+    name = f"{namespace}/walker"
+    await pair.there.node_names(name)
+    await pair.there.endpoints(f"{namespace}/state", "publishers", 1)
+    await pair.there.endpoints(f"{namespace}/command", "subscriptions", 1)
+    await pair.there.service_count(f"{namespace}/enable", 1)
+    found = await pair.there.names_of(name)
+    assert found["publishers"][f"{namespace}/state"] == [STRING]
+    assert found["subscriptions"][f"{namespace}/command"] == [STRING]
+    assert found["services"] == {f"{namespace}/enable": [SETBOOL]}
+    assert found["clients"] == {f"{namespace}/elsewhere": [SETBOOL]}
+    node.destroy()
+    await pair.there.node_names(absent=[name])
+
+
+async def test_hashes_of_types_are_the_same_on_both_sides(pair: Pair) -> None:
+    """What ROS says of a mirror's type is what callboard says."""
+    topic = f"{pair.name}/hashed"
+    pair.here.create_publisher(String, topic, 10)
+    own = await graph_until(pair.here, lambda graph: any(name == topic for name, _ in graph.all_endpoints()))
+    [[_, type_name, type_hash, *_]] = await pair.there.endpoints(topic, "publishers", 1)
+    [hashed] = [info.topic_type_hash for name, info in own.all_endpoints() if name == topic]
+    assert (type_name, type_hash) == (STRING, hashed)
+
+
+async def test_mirrors_have_no_endpoints_that_their_originals_lack(pair: Pair) -> None:
+    """A bare node here has no services of parameters in ROS, an ordinary one has its own."""
+    pair.here.create_bare_node("plain", namespace=pair.name).create_publisher(String, "text", 10)
+    await pair.there.node_names(f"{pair.name}/plain", f"{pair.name}_here")
+    await pair.there.service_count(f"{pair.name}_here/get_parameters", 1)
+    assert (await pair.there.names_of(f"{pair.name}/plain"))["services"] == {}
+
+
+async def test_node_list_and_info_mark_what_is_bridged(pair: Pair) -> None:
+    """They print the origin beside a node of ROS."""
+    await nodes_until(pair.here, pair.there.name)
+    origin = f"ros2/{pair.network.domain}"
+    for command in (("node", "list"), ("node", "info", pair.there.name)):
+        process = pair.network.callboard(*command)
+        assert await asyncio.to_thread(process.wait) == 0, process.output()
+        output = process.output()
+        assert pair.there.name in output
+        assert origin in output
+
+
+async def test_a_node_of_ros_beside_an_unshared_one_gets_another_name(pair: Pair) -> None:
+    """A node here that shares its name with nobody keeps it; the one of ROS is NAME_ros2."""
+    name = f"{pair.name[1:]}_here"
+    node = await pair.ros.node(name)
+    await node.publisher(f"{pair.name}/same", String)
+    snapshot = await graph_until(
+        pair.here, lambda graph: any(topic == f"{pair.name}/same" for topic, _ in graph.all_endpoints())
+    )
+    [shown] = [info for topic, info in snapshot.all_endpoints() if topic == f"{pair.name}/same"]
+    assert full_name(shown) == f"{pair.name}_here_ros2"

@@ -1,0 +1,110 @@
+"""Mirrors follow the QoS of the other side, also when it is mixed or changes."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from actors.interfaces.std_msgs.msg import String
+from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from tests.ros2.graphs import endpoints_until
+from tests.waiting import until
+
+if TYPE_CHECKING:
+    from tests.ros2.conftest import Pair
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+AGAIN_SEC = 0.05
+"""After which a message is published again that best effort may have lost."""
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+async def test_latched_values_of_ros_arrive_once(pair: Pair) -> None:
+    """The first subscription here gets the value that was published before, and later ones get it, too."""
+    topic = f"{pair.name}/latched"
+    publisher = await pair.there.publisher(topic, String, LATCHED)
+    await publisher.publish(String(data="old"), String(data="value"))
+    first: list[str] = []
+    second: list[str] = []
+    pair.here.create_subscription(String, topic, lambda each: first.append(each.data), LATCHED)
+    await until(lambda: first)
+    pair.here.create_subscription(String, topic, lambda each: second.append(each.data), LATCHED)
+    await until(lambda: second)
+    await publisher.publish(String(data="next"))
+    await until(lambda: first[-1:] == second[-1:] == ["next"])
+    assert first == second == ["value", "next"]
+
+
+async def test_latched_values_of_callboard_arrive_once(pair: Pair) -> None:
+    """The first subscription of ROS gets the value that was published before, and later ones get it, too."""
+    topic = f"{pair.name}/latched_here"
+    publisher = pair.here.create_publisher(String, topic, LATCHED)
+    publisher.publish(String(data="old"))
+    publisher.publish(String(data="value"))
+    first = await pair.there.subscription(topic, String, LATCHED)
+    assert await first.received(1) == [String(data="value")]
+    second = await pair.there.subscription(topic, String, LATCHED)
+    assert await second.received(1) == [String(data="value")]
+    publisher.publish(String(data="next"))
+    for each in (first, second):
+        assert await each.received(2) == [String(data="value"), String(data="next")]
+
+
+async def test_a_latched_value_arrives_after_a_volatile_publisher(pair: Pair) -> None:
+    """A latched publisher of ROS joins a topic whose publisher was volatile: its value arrives, once."""
+    topic = f"{pair.name}/changing"
+    received: list[str] = []
+    volatile = await pair.there.publisher(topic, String)
+    pair.here.create_subscription(String, topic, lambda each: received.append(each.data), LATCHED)
+    await volatile.matched()
+    await volatile.publish(String(data="volatile"))
+    await until(lambda: received == ["volatile"])
+    other = await pair.ros.node(f"{pair.name[1:]}_other")
+    latched = await other.publisher(topic, String, LATCHED)
+    await latched.publish(String(data="latched"))
+    await until(lambda: "latched" in received)
+    await latched.publish(String(data="next"))
+    await until(lambda: "next" in received)
+    assert received == ["volatile", "latched", "next"]
+
+
+async def test_reliable_and_best_effort_publishers_of_ros_share_a_topic(pair: Pair) -> None:
+    """A subscription here gets the messages of both."""
+    topic = f"{pair.name}/mixed"
+    received: list[str] = []
+    reliable = await pair.there.publisher(topic, String)
+    best_effort = await pair.there.publisher(topic, String, BEST_EFFORT)
+    pair.here.create_subscription(String, topic, lambda each: received.append(each.data), BEST_EFFORT)
+    for text, each in (("reliable", reliable), ("best effort", best_effort)):
+        await each.matched()
+        while text not in received:  # best effort may lose some
+            await each.publish(String(data=text))
+            await asyncio.sleep(AGAIN_SEC)
+    shown = await endpoints_until(pair.here, "publishers", topic, 1)
+    assert shown[0].qos_profile.reliability in {ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT}
+
+
+async def test_best_effort_of_callboard_is_shown_in_ros(pair: Pair) -> None:
+    """A mirror offers what its original does, and a subscription of ROS that wants no more gets messages."""
+    topic = f"{pair.name}/best_effort"
+    publisher = pair.here.create_publisher(String, topic, BEST_EFFORT)
+    subscription = await pair.there.subscription(topic, String, BEST_EFFORT)
+    await publisher.wait_for_subscriptions()
+    await subscription.matched()
+    [shown] = await pair.there.endpoints(topic, "publishers", 1)
+    assert shown[3] == "BEST_EFFORT"
+    while not await subscription.count(AGAIN_SEC):
+        publisher.publish(String(data="text"))
+
+
+async def test_a_best_effort_subscription_of_ros_does_not_slow_a_reliable_one(pair: Pair) -> None:
+    """Both get what callboard publishes."""
+    topic = f"{pair.name}/both"
+    publisher = pair.here.create_publisher(String, topic, 10)
+    found = [await pair.there.subscription(topic, String, qos) for qos in (QoSProfile(depth=10), BEST_EFFORT)]
+    await publisher.wait_for_subscriptions()
+    for each in found:
+        await each.matched()
+    for each in found:
+        while not await each.count(AGAIN_SEC):
+            publisher.publish(String(data="text"))

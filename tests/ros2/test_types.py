@@ -1,0 +1,36 @@
+"""Types that only one side has."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+from actors.interfaces.tf2_msgs.msg import TFMessage
+from tests.ros2.graphs import endpoints_until
+from tests.ros2.ros import interface
+
+if TYPE_CHECKING:
+    from tests.ros2.conftest import Pair
+
+
+async def test_a_type_that_callboard_lacks_is_echoed(pair: Pair) -> None:
+    """Its definition comes from ROS's packages, and a command that has no class for it prints messages."""
+    cls: Any = interface("test_msgs/msg/BasicTypes")
+    publisher = await pair.there.publisher(f"{pair.name}/basic", cls)
+    await endpoints_until(pair.here, "publishers", f"{pair.name}/basic", 1)
+    process = pair.network.callboard("topic", "echo", f"{pair.name}/basic", "--once")
+    await publisher.matched()
+    await publisher.publish(cls(int32_value=123456))
+    assert await asyncio.to_thread(process.wait) == 0, process.output()
+    assert "123456" in process.output()
+
+
+async def test_a_type_that_ros_lacks_is_named(pair: Pair) -> None:
+    """The report has the topic, the type, and the package to install."""
+    pair.here.create_publisher(TFMessage, f"{pair.name}/tf", 10)
+    output = ""
+    while f"{pair.name}/tf" not in output:
+        process = pair.network.callboard("bridge", "info")
+        assert await asyncio.to_thread(process.wait) == 0, process.output()
+        output = process.output()
+    assert "tf2_msgs" in output
