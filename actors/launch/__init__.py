@@ -95,6 +95,7 @@ from actors.launch.description.process_actions import (
     ExecuteProcess as ExecuteProcess,
     Node as Node,
     ParameterValue as ParameterValue,
+    RosBridge as RosBridge,
 )
 from actors.launch.description.python_expression import PythonExpression as PythonExpression
 from actors.launch.description.substitutions import (

@@ -186,3 +186,26 @@ class ExecuteProcess(ProcessAction, element="executable execute_process"):
     cmd: Sequence[Text] = field(metadata=required("The program and its arguments."))
     name: Text | None = option(None, "The label of its lines; by default the program's name.")
     shell: bool | Text = option(False, "Whether /bin/sh reads the command, joined by spaces, as one line.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RosBridge(ProcessAction, element="ros_bridge"):
+    """A bridge to ROS 2, as `callboard bridge ros2`."""
+
+    domain_id: int | Text | None = option(
+        None, "The domain of ROS 2; by default the one of ROS_DOMAIN_ID, or of `config`."
+    )
+    namespace: Text | None = option(
+        None,
+        "What the names of ROS 2 have before them in callboard, such as /robot1; within the namespace that"
+        " has been pushed.",
+    )
+    allow: Sequence[Text] = option(
+        (), "Patterns of the topics, services and actions that cross; by default all do."
+    )
+    deny: Sequence[Text] = option((), "Patterns of those that do not cross, also if they are allowed.")
+    config: Text | None = option(
+        None,
+        "A TOML file with further options; a relative path starts at the folder of the launch file.",
+    )
+    name: Text = option("ros_bridge", "The label of its lines.")

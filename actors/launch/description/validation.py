@@ -192,6 +192,7 @@ ARGUMENT_TYPES: Final[Mapping[str, ArgumentType]] = {
         "a string, a number, or True or False", lambda value: _is_truth(value) or _is_number(value)
     ),
     "int | Text": _NUMBER,
+    "int | Text | None": _optional(_NUMBER),
     "float | Text": _NUMBER,
     "float | Text | None": _optional(_NUMBER),
     "Sequence[Text]": _TEXTS,

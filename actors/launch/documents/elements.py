@@ -22,7 +22,7 @@ from actors.launch.description.actions import (
 from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
 from actors.launch.description.options import options_of
-from actors.launch.description.process_actions import ExecuteProcess, Node
+from actors.launch.description.process_actions import ExecuteProcess, Node, RosBridge
 from actors.launch.description.validation import ELEMENT_CLASSES
 from actors.launch.documents import kinds
 from actors.launch.documents.parameters import ParameterKind, ParametersKind, RosParametersKind
@@ -67,6 +67,7 @@ _KINDS: Final[dict[str, kinds.Kind]] = {
     "Text | None": kinds.TEXT,
     "Text | Node": kinds.TEXT,
     "bool | Text": kinds.FLAG,
+    "int | Text | None": kinds.BoundedNumber(0, whole=True),
     "float | Text": kinds.NUMBER,
     "float | Text | None": kinds.NUMBER,
     "Sequence[Text]": kinds.Texts(split=True),
@@ -91,7 +92,7 @@ _EXCEPTIONS: Final[dict[tuple[type, str], kinds.Kind]] = {
     (DeclareLaunchArgument, "description"): kinds.PLAIN,
     (ExecuteProcess, "cmd"): kinds.Texts(split=True, least=1),
     (LifecycleTransition, "lifecycle_node_names"): kinds.Texts(least=1),
-    **{(each, "on_exit"): OnExit() for each in (Node, LifecycleNode, ExecuteProcess)},
+    **{(each, "on_exit"): OnExit() for each in (Node, LifecycleNode, ExecuteProcess, RosBridge)},
 }
 """Options whose values are written differently in documents."""
 

@@ -88,6 +88,7 @@ _READERS: Final[dict[str, Callable[[Option, Any, LaunchContext], Any]]] = {
     "Text | None": _text,
     "bool | Text": _flag,
     "int | Text": _number,
+    "int | Text | None": _number,
     "float | Text": _number,
     "float | Text | None": _number,
 }

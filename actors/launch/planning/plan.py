@@ -28,7 +28,7 @@ from actors.launch.description.description import LaunchDescription, declared_ar
 from actors.launch.description.description_source import included_context
 from actors.launch.description.event_handlers import OnProcessExit, OnStateTransition, ProcessHandler
 from actors.launch.description.lifecycle import ChangeState, LifecycleTransition
-from actors.launch.description.process_actions import ExecuteProcess, Node
+from actors.launch.description.process_actions import ExecuteProcess, Node, RosBridge
 from actors.launch.description.substitutions import LaunchContext, NoEventError, TextCount, resolve
 from actors.launch.description.summaries import function_name
 from actors.launch.errors import LaunchError, UnknownArgumentError
@@ -191,7 +191,7 @@ class _Planner:
 
     def _steps(self, action: Action, context: LaunchContext) -> Iterable[Step]:  # noqa: C901, PLR0911, PLR0912 - a table
         match action:
-            case Node() | ExecuteProcess():
+            case Node() | ExecuteProcess() | RosBridge():
                 return self._start(action, context)
             case DeclareLaunchArgument():
                 self._declare(action, context)
@@ -285,7 +285,7 @@ class _Planner:
             context.adopt(inner)
         return steps
 
-    def _start(self, action: Node | ExecuteProcess, context: LaunchContext) -> list[Step]:
+    def _start(self, action: Node | ExecuteProcess | RosBridge, context: LaunchContext) -> list[Step]:
         if self._processes_left == 0:
             raise LaunchError(f"The description has more than {MAX_PROCESSES} processes")
         self._processes_left -= 1

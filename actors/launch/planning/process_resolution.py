@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
@@ -12,7 +13,13 @@ from actors.launch.description.action import Action
 from actors.launch.description.actions import EmitEvent, Shutdown
 from actors.launch.description.conditions import to_bool
 from actors.launch.description.lifecycle import LifecycleNode
-from actors.launch.description.process_actions import ExecuteProcess, Node, OutputMode, ProcessAction
+from actors.launch.description.process_actions import (
+    ExecuteProcess,
+    Node,
+    OutputMode,
+    ProcessAction,
+    RosBridge,
+)
 from actors.launch.description.substitutions import resolve, split_command
 from actors.launch.errors import LaunchError
 from actors.launch.planning.dependencies import dependencies
@@ -58,7 +65,7 @@ class _Program(NamedTuple):
 
 
 def make_spec(
-    action: Node | ExecuteProcess, context: LaunchContext, *, number: int, nodes: KnownNodes
+    action: Node | ExecuteProcess | RosBridge, context: LaunchContext, *, number: int, nodes: KnownNodes
 ) -> ProcessSpec:
     """Return the specification of the process that an action starts.
 
@@ -78,6 +85,8 @@ def make_spec(
         # Names in `depends_on` are relative to the node's own namespace.
         own = None if action.namespace is None else resolve(action.namespace, context)
         namespace = prefix_namespace(context.namespace, own)
+    elif isinstance(action, RosBridge):
+        program = _bridge(action, context)
     else:
         program = _process(action, context)
     name = _name(action, program, context)
@@ -131,7 +140,7 @@ def _with_domain(environment: dict[str, str], context: LaunchContext) -> dict[st
     return {**environment, "CALLBOARD_DOMAIN": str(domain)}
 
 
-def _name(action: Node | ExecuteProcess, program: _Program, context: LaunchContext) -> str:
+def _name(action: Node | ExecuteProcess | RosBridge, program: _Program, context: LaunchContext) -> str:
     given = action.name
     if isinstance(action, Node) and action.exec_name is not None:
         given = action.exec_name
@@ -209,6 +218,22 @@ def _process(action: ExecuteProcess, context: LaunchContext) -> _Program:
         name = word if word.isprintable() and 0 < len(word) <= MAX_NAME_CHARACTERS else "sh"
         return _Program(name, command, command)
     return _Program(name, context.library.python_program(command), command)
+
+
+def _bridge(action: RosBridge, context: LaunchContext) -> _Program:
+    """Return `callboard bridge ros2`, which checks the values, and finds the broker in its environment."""
+    own = None if action.namespace is None else resolve(action.namespace, context)
+    path = None if action.config is None else str(PurePath(context.folder, resolve(action.config, context)))
+    values = {
+        "domain-id": option_value(action, "domain_id", context),
+        "namespace": prefix_namespace(context.namespace, own),
+        "config": path,
+    }
+    given = [(flag, str(value)) for flag, value in values.items() if value is not None]
+    for flag, patterns in (("allow", action.allow), ("deny", action.deny)):
+        given += [(flag, resolve(each, context)) for each in patterns]
+    words = ("bridge", "ros2", *(f"--{flag}={value}" for flag, value in given))
+    return _Program("callboard", (sys.executable, "-m", "actors", *words), ("callboard", *words))
 
 
 def _prefix(own: str | None, program: _Program, context: LaunchContext) -> str:

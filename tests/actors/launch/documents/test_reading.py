@@ -41,7 +41,7 @@ from actors.launch.description.event_handlers import (
     OnTopicPublished,
 )
 from actors.launch.description.lifecycle import LifecycleNode, LifecycleTransition
-from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue
+from actors.launch.description.process_actions import ExecuteProcess, Node, ParameterValue, RosBridge
 from actors.launch.description.substitutions import EnvironmentVariable, LaunchConfiguration
 from actors.launch.documents.elements import ELEMENTS
 from actors.launch.documents.reading import read_document
@@ -122,6 +122,14 @@ ELEMENT_CASES: list[tuple[str, Action]] = [
     ("include: {file: b, arguments: {a: 1}}", IncludeLaunchDescription("b", launch_arguments={"a": "1"})),
     ("executable: {cmd: ls -l '$(var x) y'}", ExecuteProcess(cmd=("ls", "-l", (VAR, " y")))),
     ("execute_process: {cmd: [ls, a b], name: l}", ExecuteProcess(cmd=("ls", "a b"), name="l")),
+    ("ros_bridge: ", RosBridge()),
+    (
+        "ros_bridge: {domain_id: 7, namespace: /r, allow: /a /b, deny: [/c], config: b.toml, respawn: true}",
+        RosBridge(
+            domain_id=7, namespace="/r", allow=("/a", "/b"), deny=("/c",), config="b.toml", respawn=True
+        ),
+    ),
+    ("ros_bridge: {domain_id: $(var x)}", RosBridge(domain_id=VAR)),
     (
         "node: {pkg: p, exec: e, name: n, namespace: s}",
         Node(package="p", executable="e", name="n", namespace="s"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -28,7 +29,7 @@ from actors.launch.description.conditions import IfCondition, UnlessCondition
 from actors.launch.description.description import LaunchDescription
 from actors.launch.description.description_source import PythonLaunchDescriptionSource
 from actors.launch.description.event_handlers import OnShutdown
-from actors.launch.description.process_actions import ExecuteProcess, Node
+from actors.launch.description.process_actions import ExecuteProcess, Node, RosBridge
 from actors.launch.description.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -92,6 +93,32 @@ def test_a_process_is_as_it_is_described() -> None:
     assert (first.label, second.label) == ("echo-1", "y-2")
     assert (first.environment, first.own_environment) == ({"HOME": "/me", "A": "1"}, {"A": "1"})
     assert second.environment == {"B": "/me"}
+
+
+def test_a_bridge_is_the_command_with_its_options() -> None:
+    """Paths are relative to the launch file, and namespaces to the one that has been pushed."""
+    plain, full, inner, innermost = processes(
+        RosBridge(respawn=True),
+        RosBridge(
+            domain_id=LaunchConfiguration("domain"),
+            namespace="robot1",
+            allow=["/camera/**", "/tf"],
+            deny=["/camera/raw"],
+            config="bridge.toml",
+            name="first",
+        ),
+        GroupAction([PushNamespace("fleet"), RosBridge(domain_id=7), RosBridge(namespace="robot2")]),
+        given={"domain": "3"},
+    )
+    assert (plain.label, plain.shown, plain.respawn) == ("ros_bridge-1", "callboard bridge ros2", True)
+    assert plain.command == (sys.executable, "-m", "actors", "bridge", "ros2")
+    assert full.label == "first-2"
+    assert full.command[5:] == (
+        *("--domain-id=3", "--namespace=robot1", "--config=/files/bridge.toml"),
+        *("--allow=/camera/**", "--allow=/tf", "--deny=/camera/raw"),
+    )
+    assert inner.command[5:] == ("--domain-id=7", "--namespace=fleet")
+    assert innermost.command[5:] == ("--namespace=fleet/robot2",)
 
 
 def test_groups_keep_what_they_set() -> None:
@@ -356,6 +383,7 @@ def test_numbers_may_be_texts() -> None:
         (Node(package="p", script="s"), "A Node needs"),
         (Node(package="e"), "A Node needs"),
         (ExecuteProcess(cmd=[]), "ExecuteProcess needs a program"),
+        (RosBridge(domain_id="seven"), "domain_id must be a whole number, 0 or more, not 'seven'"),
         (
             ExecuteProcess(cmd=["a"], output="paper"),
             "output must be one of screen, log, both, own_log, full, not 'paper'",

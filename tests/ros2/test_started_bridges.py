@@ -1,4 +1,4 @@
-"""The bridge that `callboard broker --bridge ros2` starts."""
+"""The bridges that `callboard broker --bridge ros2` and launch files start."""
 
 from __future__ import annotations
 
@@ -47,14 +47,28 @@ async def test_the_bridge_runs_beside_the_broker_and_ends_with_it(
 
     monkeypatch.setenv("CALLBOARD_TOKEN_FILE", tokens["zoe"])
     async with actors.Node("zoe", url=network.url) as node:
-        await node.wait_for_node("/robot1/talker")
+        assert await node.wait_for_node("/robot1/talker")
         (first,) = started()
         os.kill(int(first), signal.SIGKILL)
         await until(
             lambda: len(started()) == 2 and output.count("callboard bridge between") == 2, "a restart"
         )
-        await node.wait_for_node("/robot1/talker")
+        assert await node.wait_for_node("/robot1/talker")
     assert broker.stop() == 0
     output += broker.output()
     assert "Traceback" not in output
     assert "Child 'bridge' ended: stopped by its supervisor" in output
+
+
+async def test_a_launch_file_starts_a_bridge(network: Network, tmp_path: Path) -> None:
+    """With the broker of the launch; its options are those of the command."""
+    path = tmp_path / "robot.launch.yaml"
+    path.write_text(f"launch:\n- ros_bridge: {{domain_id: {network.domain}, namespace: /robot1}}\n")
+    launch = network.process("launch", str(REAL_PYTHON), "-m", "actors", "launch", str(path))
+    await network.ros().node("talker")
+    async with actors.Node("reader", url=network.url) as node:
+        assert await node.wait_for_node("/robot1/talker")
+    assert launch.stop() == 0
+    output = launch.output()
+    assert "[ros_bridge-1] callboard bridge between " in output
+    assert "Traceback" not in output
