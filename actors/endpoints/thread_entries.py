@@ -84,8 +84,10 @@ class ThreadEntries(Generic[E]):
                 channel, entries = self._next()
                 if channel is not self._link.channel:
                     continue
-                raw = encode(self._frame(tuple(entries)))
-                if not (isinstance(channel, ThreadChannel) and not self._outgoing and channel.write_now(raw)):
+                # Nor does it overtake messages of this thread: who gets a reply finds them at the broker.
+                behind = self._outgoing or self._link.is_behind
+                frame = self._frame(tuple(entries))
+                if behind or not isinstance(channel, ThreadChannel) or not channel.write_now(encode(frame)):
                     self._entries.extendleft((channel, entry) for entry in reversed(entries))
                     return False
         finally:

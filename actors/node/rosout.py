@@ -115,10 +115,16 @@ class Rosout(PublisherEndpoint):
         if here:
             self._flush_soon()
             return
+        left = self.context.link.left
+        left.append(self)  # first: the loop may run at once
         try:
-            loop.call_soon_threadsafe(self._flush_soon)
+            loop.call_soon_threadsafe(self._flush_left)
         except RuntimeError:  # it has been closed meanwhile
-            return
+            left.pop()
+
+    def _flush_left(self) -> None:
+        self._flush_soon()
+        self.context.link.left.pop()
 
     def _flush_soon(self) -> None:
         """Flush at the end of this loop turn, or later if nobody subscribes. In the loop's thread."""

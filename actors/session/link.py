@@ -123,6 +123,8 @@ class Link:
         matched: Ids of the endpoints that have counterparts.
         answers: By a query's id, or the type hash that it asks for, the function that takes the answers.
         ticks: Called several times within a keepalive limit, while a session is open.
+        left: Has an element for each time that another thread has left messages to the loop and the loop has
+            not taken them over yet. What this thread sends by itself must not leave before them.
         changes: Endpoints added and removed so far.
         connections: Sessions opened so far; more than 1 if one was lost.
         url: The broker of the session, or of the last one.
@@ -157,6 +159,7 @@ class Link:
         self.answers: dict[int | str, Callable[[Any], None]] = {}
         self.ticks: dict[Callable[[], None], None] = {}
         self.leaving: dict[Leaving, None] = {}
+        self.left: list[object] = []
         self.changes = self.connections = 0
         self.has_had_name = self.waits_for_name = False
         self.largest = _largest(limits.MAX_MESSAGE_BYTES)
@@ -172,6 +175,11 @@ class Link:
     def connected(self) -> bool:
         """Whether a session is open."""
         return self.channel is not None
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the loop has something to send that was made before now; in any thread."""
+        return bool(self.left or self._dirty)
 
     @property
     def awaited(self) -> bool:

@@ -133,7 +133,12 @@ class ThreadPublisher(Generic[T]):
             # One wake-up of the loop for all messages that wait. Waking it is a system call, which takes
             # longer than the rest of this method.
             if not self._posted:
-                self._thread.post(self._hand_over)
+                link.left.append(self)  # first: the loop may run at once
+                try:
+                    self._thread.post(self._hand_over)
+                except BaseException:
+                    link.left.pop()
+                    raise
                 # Only after `post` has returned: if it raises, the next message must try again, and this
                 # one was not accepted.
                 self._posted = True
@@ -185,6 +190,7 @@ class ThreadPublisher(Generic[T]):
                 self._endpoint.collect_encoded(data)
             except (NodeDestroyed, InvalidMessageError):  # has been destroyed, or has another broker now
                 self._refused += 1
+        self._endpoint.context.link.left.pop()
         # Added to the endpoint here because only the loop's thread may change its counters.
         dropped = self.dropped
         self._endpoint.overflowed += dropped - self._reported

@@ -35,6 +35,7 @@ class Connection:
     def __init__(self) -> None:
         self.channel = Writing()
         self.posted: list[Callable[[], object]] = []
+        self.is_behind = False
         self.outgoing: EntryBatch[ReplyEntry] = EntryBatch()
         link: Any = self
         source: Any = self
@@ -112,6 +113,16 @@ def test_nothing_overtakes_what_the_loop_is_about_to_send() -> None:
     assert not link.channel.written
     link.run()
     assert link.collected == [1, 2]
+
+
+def test_nothing_overtakes_messages_that_the_loop_has_to_send() -> None:
+    """The handler has published something, or logged a line."""
+    link = Connection()
+    link.is_behind = True
+    link.add(1, last=True)
+    assert not link.channel.written
+    link.run()
+    assert link.collected == [1]
 
 
 def test_replies_of_a_session_that_has_ended_are_dropped() -> None:

@@ -15,6 +15,7 @@ from actors.endpoints.thread_entries import BURST
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
 from actors.interfaces.rcl_interfaces.srv import SetParameters
+from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.ros.rclpy.executors import SingleThreadedExecutor
 from actors.ros.rclpy.node import Node
@@ -164,6 +165,38 @@ def test_many_responses_leave_in_the_thread_that_spins(
         for _ in range(count):
             executor.spin_once(DEADLINE_SEC)
         assert [each.sum for each in replies.result(DEADLINE_SEC)] == list(range(count))
+
+
+@pytest.mark.parametrize("kind", ["message", "log line"])
+def test_a_response_does_not_leave_before_what_its_handler_has_published(
+    context: Context,
+    executor: SingleThreadedExecutor,
+    peer: tuple[NodeThread, actors.Node],
+    kind: str,
+) -> None:
+    """The loop of the server is blocked, and sends both: who gets the response finds them at the broker."""
+    thread, caller = peer
+    node = executor.get_nodes()[0]
+    publisher = node.create_publisher(String, "t", 10)
+
+    def serve(request: Any, response: Any) -> Any:
+        if kind == "message":
+            publisher.publish(String(data="served"))
+        else:
+            node.get_logger().info("served")
+        return response
+
+    service = node.create_service(Trigger, "serve", serve)
+    client = thread.call(lambda: caller.create_client(Trigger, "serve"))
+    assert thread.call(client.wait_for_service)
+    reply = thread.submit(lambda: client.call(Trigger.Request()))
+    while not requests_waiting(service):
+        context.thread.call(lambda: None)
+    with blocked_loop(context):
+        executor.spin_once(DEADLINE_SEC)
+        thread.call(caller.get_node_names)  # the broker has handled what was sent by now
+        assert not reply.done()
+    assert reply.result(DEADLINE_SEC) == Trigger.Response()
 
 
 def test_a_request_that_has_not_left_can_be_given_up(
