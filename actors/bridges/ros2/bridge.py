@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from actors.bridges.counters import Counters
-    from actors.bridges.plan import Mirror, SidePlan
+    from actors.bridges.plan import Mirror, Plan, SidePlan
     from actors.bridges.ros2.importing import Ros
     from actors.bridges.ros2.participant import RosNode
     from actors.bridges.rules import Rules
@@ -109,7 +109,7 @@ class Bridge:
         self._observer = Observer(ros, there)
         self._here = _Here(node, self.origin)
         self._there = _There(there)
-        caller = node.create_bare_node(
+        self._caller = node.create_bare_node(
             f"_{node.get_name()}_calls", labels={ORIGIN_LABEL: self.origin}, apart=BRIDGE_APART
         )
         self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
@@ -121,7 +121,7 @@ class Bridge:
             self._from_ros.get,
         )
         self._inbound = InboundCalls(
-            caller,
+            self._caller,
             self._types,
             partial(counters.service, from_theirs=True),
             self._warn,
@@ -244,7 +244,7 @@ class Bridge:
             await self._hide_surplus(side, wanted, pace)
         for side, wanted in sides:
             await self._show_missing(side, wanted, pace)
-        self._receive(new.theirs)
+        self._receive(new)
         if not active and self._marker is not None:
             self._marker.destroy()
             self._marker = None
@@ -323,18 +323,19 @@ class Bridge:
             topics[key] = (
                 TopicFromRos(name, types, self._observer, self._participant.control, counts, convert=convert)
                 if from_ros
-                else TopicFromCallboard(name, types, counts, convert=convert)
+                else TopicFromCallboard(name, types, self._caller, counts, convert=convert)
             )
         return topics[key]
 
-    def _receive(self, wanted: SidePlan) -> None:
+    def _receive(self, wanted: Plan) -> None:
         """Take messages where they are wanted; latched ones that have arrived need not arrive again."""
         for key, topic in self._from_ros.items():
-            profiles = wanted.intake.get(key, ())
+            profiles = wanted.theirs.intake.get(key, ())
             if not profiles and topic.is_received:
-                profiles = wanted.latched.get(key, ())
-            receivers = {node: index for (name, node), index in wanted.receivers.items() if name == key[0]}
-            self._attempt(topic.take, profiles, receivers)
+                profiles = wanted.theirs.latched.get(key, ())
+            self._attempt(topic.take, profiles, _receivers(wanted.theirs, key[0]))
+        for key, here in self._from_callboard.items():
+            here.take(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
 
 
 class _Here:
@@ -387,6 +388,11 @@ class _Pace:
         self._steps += 1
         if self._steps % STEPS == 0:
             await asyncio.sleep(0)
+
+
+def _receivers(side: SidePlan, topic: str) -> dict[str, int]:
+    """Return which of a topic's subscriptions takes the messages of which node."""
+    return {node: index for (name, node), index in side.receivers.items() if name == topic}
 
 
 def _topic_of(mirror: Mirror) -> tuple[str, str]:

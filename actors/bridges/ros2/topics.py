@@ -163,24 +163,36 @@ class TopicFromCallboard:
     Args:
         topic: The name of the topic in callboard.
         types: Its type.
+        own: The bridge's node in callboard, for subscriptions that no mirror has.
         counts: Counts what crosses.
         convert: Makes a message of ROS 2 of one of callboard; raises InvalidMessageError.
     """
 
     def __init__(
-        self, topic: str, types: MessageTypes, counts: Counts, *, convert: Callable[[bytes], bytes]
+        self,
+        topic: str,
+        types: MessageTypes,
+        own: BareNode,
+        counts: Counts,
+        *,
+        convert: Callable[[bytes], bytes],
     ) -> None:
         self._topic = topic
         self._types = types
+        self._node = own
         # Each publisher's node comes with its messages.
         self._crossing = Crossing(convert, counts, lambda _: "")
         self._publishers: dict[Mirror, RosPublisher] = {}
         self._subscriptions: dict[Mirror, Subscription[Any]] = {}
+        self._own: dict[QoSProfile, Subscription[Any]] = {}
+        """Subscriptions with the profiles that no mirror has."""
+        self._profiles: tuple[QoSProfile, ...] = ()
+        self._receivers: Mapping[str, int] = {}
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing of it is left."""
-        return not (self._publishers or self._subscriptions)
+        return not (self._publishers or self._subscriptions or self._own)
 
     @property
     def subscription(self) -> Subscription[Any] | None:
@@ -199,10 +211,13 @@ class TopicFromCallboard:
         """Show a subscription of ROS 2 on a node here, and receive."""
         if not self._subscriptions:
             self._crossing.begin()
-        subscription = self._subscriptions[mirror] = bare.create_subscription(
-            self._types.ours, self._topic, self._received, mirror.qos or 10, raw=True
-        )
+        assert mirror.qos is not None
+        subscription = self._subscriptions[mirror] = self._subscription(bare, mirror.qos)
         return subscription
+
+    def _subscription(self, node: BareNode, qos: QoSProfile) -> Subscription[Any]:
+        received = partial(self._received, qos)
+        return node.create_subscription(self._types.ours, self._topic, received, qos, raw=True)
 
     def remove(self, mirror: Mirror) -> None:
         """Show a publisher or subscription no longer."""
@@ -212,7 +227,25 @@ class TopicFromCallboard:
         elif mirror in self._subscriptions:
             self._subscriptions.pop(mirror).destroy()
 
-    def _received(self, data: bytes, info: MessageInfo) -> None:
+    def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
+        """Receive with further subscriptions, if publishers offer different QoS.
+
+        Args:
+            profiles: As for `TopicFromRos.take`; those of mirrors have the last one.
+            receivers: As there.
+        """
+        self._profiles, self._receivers = profiles, receivers
+        for qos in self._own.keys() - {*profiles[:-1]}:
+            self._own.pop(qos).destroy()
+        for qos in profiles[:-1]:
+            if qos not in self._own:
+                self._own[qos] = self._subscription(self._node, qos)
+
+    def _received(self, qos: QoSProfile, data: bytes, info: MessageInfo) -> None:
+        if self._receivers:
+            last = len(self._profiles) - 1
+            if self._profiles[self._receivers.get(info.publisher_node, last)] != qos:
+                return
         # All subscriptions of a topic bring the same messages, in the same order: those after the first are
         # known by their numbers.
         self._crossing.receive(
@@ -224,3 +257,4 @@ class TopicFromCallboard:
         """Show and receive nothing any more."""
         for mirror in (*self._publishers, *self._subscriptions):
             self.remove(mirror)
+        self.take((), {})
