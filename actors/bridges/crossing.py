@@ -51,6 +51,8 @@ class Crossing:
         counts: Counts what crosses, and what does not.
         node_of: Returns the node that a publisher, named by its 16 bytes, belongs to; "" if it is not known
             yet, None for a publisher whose messages must not cross (a mirror).
+        max_publishers: Publishers to remember.
+        max_held_bytes: What may wait for mirrors.
     """
 
     def __init__(
@@ -58,12 +60,18 @@ class Crossing:
         convert: Callable[[bytes], bytes],
         counts: Counts,
         node_of: Callable[[bytes], str | None],
+        *,
+        max_publishers: int = MAX_PUBLISHERS,
+        max_held_bytes: int = MAX_HELD_BYTES,
     ) -> None:
         self._convert = convert
         self._counts = counts
         self._node_of = node_of
+        self._max_publishers, self._max_held_bytes = max_publishers, max_held_bytes
         self._mirrors: dict[str, Callable[[bytes, int], None]] = {}
         self._publishers: dict[bytes, _Publisher] = {}
+        self._unknown: set[bytes] = set()
+        """Publishers whose node is not known yet."""
         self._held_bytes = 0
 
     def add_mirror(self, node: str, send: Callable[[bytes, int], None]) -> None:
@@ -74,15 +82,33 @@ class Crossing:
             send: Gets each message, converted, and its source's time in ns.
         """
         self._mirrors[node] = send
-        for gid, publisher in self._publishers.items():
-            if not publisher.node:
-                publisher.node = self._node_of(gid) or ""
+        for publisher in self._publishers.values():
             if publisher.node == node:
-                publisher.send = send
-                held, publisher.held = publisher.held or (), None
-                for data, stamp_ns in held:
-                    self._held_bytes -= len(data)
-                    self._pass_on(publisher, data, stamp_ns)
+                self._release(publisher, send)
+        self.look_again()
+
+    def look_again(self) -> None:
+        """Find the nodes of publishers that were not known when they were heard."""
+        for gid in tuple(self._unknown):
+            publisher = self._publishers[gid]
+            node = self._node_of(gid)
+            if node == "":
+                continue
+            self._unknown.discard(gid)
+            if node is None:
+                self._forget(gid)
+                continue
+            publisher.node = node
+            if node in self._mirrors:
+                self._release(publisher, self._mirrors[node])
+
+    def _release(self, publisher: _Publisher, send: Callable[[bytes, int], None]) -> None:
+        """Send by a mirror what has waited for it, and what follows."""
+        publisher.send = send
+        held, publisher.held = publisher.held or (), None
+        for data, stamp_ns in held:
+            self._held_bytes -= len(data)
+            self._pass_on(publisher, data, stamp_ns)
 
     def remove_mirror(self, node: str) -> None:
         """Forget a node that has gone, with its publishers and what waits of them."""
@@ -127,13 +153,16 @@ class Crossing:
             self._pass_on(publisher, data, stamp_ns)
 
     def _add(self, gid: bytes, node: str) -> _Publisher:
-        if len(self._publishers) >= MAX_PUBLISHERS:
+        if len(self._publishers) >= self._max_publishers:
             self._forget(next(iter(self._publishers)))
         publisher = self._publishers[gid] = _Publisher(node, self._mirrors.get(node))
+        if not node:
+            self._unknown.add(gid)
         return publisher
 
     def _forget(self, gid: bytes) -> None:
         publisher = self._publishers.pop(gid)
+        self._unknown.discard(gid)
         for data, _ in publisher.held or ():
             self._held_bytes -= len(data)
             self._counts.drop("its publisher left before it had a mirror")
@@ -145,7 +174,7 @@ class Crossing:
         if len(held) >= HELD_MESSAGES:
             self._held_bytes -= len(held.popleft()[0])
             self._counts.drop("too many waited for their publisher's mirror")
-        if self._held_bytes + len(data) > MAX_HELD_BYTES:
+        if self._held_bytes + len(data) > self._max_held_bytes:
             self._counts.drop("too much waited for publishers' mirrors")
             return
         self._held_bytes += len(data)

@@ -167,6 +167,8 @@ class Bridge:
                 if (self._ours, there) != graphs or elected != active:
                     graphs, active = (self._ours, there), elected
                     await self._follow(active=active, there=there)
+                for topic in self._from_ros.values():
+                    topic.look_again()
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()

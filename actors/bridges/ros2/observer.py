@@ -116,19 +116,17 @@ class Observer:
             gid: The publisher, as a message names it.
 
         Returns:
-            None if ROS 2 does not know the publisher (yet), or if a bridge shows it.
+            None if a bridge shows it; "" if ROS 2 does not know the publisher (yet).
         """
         if self._is_bridge(gid):
             return None
         key = (EntryKind.PUBLISHER, topic)
         node = self._gids.get(key, {}).get(gid)
         if node is None and topic not in self._looked_up:
-            self._looked_up.add(
-                topic
-            )  # once per poll: a flood from an unknown publisher must not ask each time
+            self._looked_up.add(topic)  # once per poll, whatever unknown publishers send
             self._read_topic(key)
             node = self._gids[key].get(gid)
-        return node
+        return node or ""
 
     def request_hash(self, service: str) -> str:
         """Return the RIHS01 hash of the requests that the native servers of a service take.

@@ -84,6 +84,10 @@ class TopicFromRos:
         """Return a publisher that is shown on a node here."""
         return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
 
+    def look_again(self) -> None:
+        """Find the nodes of publishers that were heard before the graph showed them."""
+        self._crossing.look_again()
+
     def _node_of(self, gid: bytes) -> str | None:
         return self._observer.node_of(self._topic, gid)
 
