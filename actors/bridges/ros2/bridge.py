@@ -335,7 +335,7 @@ class Bridge:
             profiles = wanted.theirs.intake.get(key, ())
             if not profiles and topic.is_received:
                 profiles = wanted.theirs.latched.get(key, ())
-            self._attempt(topic.take, profiles, _receivers(wanted.theirs, key[0]))
+            self._attempt(topic.take, profiles)
         for key, here in self._from_callboard.items():
             here.take(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
 

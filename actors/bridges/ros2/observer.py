@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from actors.bridges.ros2.importing import Ros
     from actors.bridges.ros2.participant import Participant
+    from actors.qos.profile import QoSProfile
 
 READ_INTERVAL_SEC: Final = 0.5
 """Shortest time between two readings of the graph, which take some milliseconds for 50 nodes."""
@@ -69,6 +70,8 @@ class Observer:
         """Services and clients of ambiguous nodes, by kind and name, from endpoint infos."""
         self._topics: dict[tuple[EntryKind, str], tuple[SideEndpoint, ...]] = {}
         self._gids: dict[tuple[EntryKind, str], dict[bytes, str]] = {}
+        self._offers: dict[str, dict[bytes, QoSProfile]] = {}
+        """By topic, what each publisher offers."""
         self._rotation: list[tuple[EntryKind, str]] = []
         """What is still to be read of the graph as it was at the last reading."""
         self._rotates_again = False
@@ -127,6 +130,15 @@ class Observer:
             self._read_topic(key)
             node = self._gids[key].get(gid)
         return node or ""
+
+    def offer_of(self, topic: str, gid: bytes) -> QoSProfile | None:
+        """Return what a publisher offers; None if ROS 2 does not know it (yet).
+
+        Args:
+            topic: The full name of the topic.
+            gid: The publisher, as a message names it.
+        """
+        return self._offers.get(topic, {}).get(gid)
 
     def request_hash(self, service: str) -> str:
         """Return the RIHS01 hash of the requests that the native servers of a service take.
@@ -233,20 +245,15 @@ class Observer:
         kind, topic = key
         endpoints: list[SideEndpoint] = []
         gids: dict[bytes, str] = {}
+        offers: dict[bytes, QoSProfile] = {}
         for node, gid, info in self._infos(kind, topic):
-            endpoints.append(
-                SideEndpoint(
-                    node,
-                    kind,
-                    topic,
-                    info.topic_type,
-                    _type_hash(info),
-                    from_ros(info.qos_profile),
-                )
-            )
+            qos = offers[gid] = from_ros(info.qos_profile)
+            endpoints.append(SideEndpoint(node, kind, topic, info.topic_type, _type_hash(info), qos))
             gids[gid] = node
         found = tuple(endpoints)
         self._gids[key] = gids
+        if kind is EntryKind.PUBLISHER:
+            self._offers[topic] = offers
         if found == self._topics.get(key, ()):
             return False
         if found:

@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from actors.bridges.crossing import Crossing
+from actors.bridges.qos import receiver_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -59,7 +60,6 @@ class TopicFromRos:
         """Subscriptions of the bridge itself, for profiles that no mirror has."""
         self._takers: dict[QoSProfile, RosSubscription] = {}
         self._profiles: tuple[QoSProfile, ...] = ()
-        self._receivers: Mapping[str, int] = {}
 
     @property
     def is_idle(self) -> bool:
@@ -114,15 +114,13 @@ class TopicFromRos:
             self._takers = {qos: each for qos, each in self._takers.items() if each is not subscription}
             subscription.destroy()
 
-    def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
+    def take(self, profiles: tuple[QoSProfile, ...]) -> None:
         """Receive from now on.
 
         Args:
-            profiles: The QoS of the subscriptions that take; none to receive nothing.
-            receivers: If there are several, by node, the index of the one whose messages of the node count:
-                every publisher matches the weakest profile, too, and each message is taken once.
+            profiles: The QoS of the subscriptions that take, the strongest first; none to receive nothing.
         """
-        self._profiles, self._receivers = profiles, receivers
+        self._profiles = profiles
         for qos in tuple(self._takers):
             if qos not in profiles:
                 self._takers.pop(qos).listen(None)
@@ -147,10 +145,11 @@ class TopicFromRos:
         return subscription
 
     def _received(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
-        if self._receivers:
-            profiles = self._profiles
-            node = self._node_of(info.gid) or ""
-            if profiles[self._receivers.get(node, len(profiles) - 1)] != qos:
+        profiles = self._profiles
+        if len(profiles) > 1:
+            # Every publisher matches the weakest profile, too, but each message is taken once.
+            offer = self._observer.offer_of(self._topic, info.gid)
+            if profiles[len(profiles) - 1 if offer is None else receiver_of(profiles, offer)] != qos:
                 return
         self._crossing.receive(data, info.gid, info.sequence, info.source_ns)
 
@@ -158,7 +157,7 @@ class TopicFromRos:
         """Show and receive nothing any more."""
         for mirror in (*self._publishers, *self._shown):
             self.remove(mirror)
-        self.take((), {})
+        self.take(())
 
 
 class TopicFromCallboard:
@@ -236,7 +235,7 @@ class TopicFromCallboard:
 
         Args:
             profiles: As for `TopicFromRos.take`; those of mirrors have the last one.
-            receivers: As there.
+            receivers: If there are several, by node, the index of the one whose messages of the node count.
         """
         self._profiles, self._receivers = profiles, receivers
         for qos in self._own.keys() - {*profiles[:-1]}:

@@ -18,7 +18,7 @@ class Side:
     """The side where messages come from, and what has left on the other one."""
 
     def __init__(self, nodes: dict[bytes, str | None] | None = None, **limits: int) -> None:
-        self.nodes = {A: "/a", B: "/b"} if nodes is None else nodes
+        self.nodes: dict[bytes, str | None] = {A: "/a", B: "/b"} if nodes is None else nodes
         self.sent: list[tuple[str, bytes, int]] = []
         self.counts = Counts()
         self.crossing = Crossing(self.convert, self.counts, self.node_of, **limits)
