@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from actors.bridges.ros2.arrivals import MAX_TAKES_PER_TURN
 from actors.bridges.ros2.errors import RosError
@@ -16,24 +16,9 @@ if TYPE_CHECKING:
 
     from actors.bridges.ros2.arrivals import Arrivals, Watch
     from actors.bridges.ros2.importing import Ros
+    from actors.bridges.ros2.message_taker import RosMessageInfo
 
 _Callback = TypeVar("_Callback", bound="Callable[..., None]")
-
-
-class RosMessageInfo(NamedTuple):
-    """What ROS 2 says about a message.
-
-    Attributes:
-        gid: The publisher.
-        sequence: Its number among the publisher's messages.
-        source_ns: When it was published.
-        received_ns: When it arrived.
-    """
-
-    gid: bytes
-    sequence: int
-    source_ns: int
-    received_ns: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,20 +155,9 @@ class RosSubscription(Listener["Callable[[bytes, RosMessageInfo], None]"]):
         context: What the endpoints of the node share.
         endpoint: rclpy's.
         callback: As for `listen`.
-        message_class: rclpy's class.
     """
 
     kind = EntryKind.SUBSCRIPTION
-
-    def __init__(
-        self,
-        context: NodeContext,
-        endpoint: Any,
-        callback: Callable[[bytes, RosMessageInfo], None] | None,
-        message_class: type[Any],
-    ) -> None:
-        self._class = message_class
-        super().__init__(context, endpoint, callback)
 
     def publisher_count(self) -> int:
         """Return the number of matched publishers."""
@@ -191,17 +165,7 @@ class RosSubscription(Listener["Callable[[bytes, RosMessageInfo], None]"]):
             return int(self._handle.get_publisher_count())
 
     def _take_one(self) -> tuple[bytes, RosMessageInfo] | None:
-        taken = self._handle.take_message(self._class, True)  # noqa: FBT003 - raw; it takes no keywords
-        if taken is None:
-            return None
-        cdr, info = taken
-        about = RosMessageInfo(
-            bytes(info["publisher_gid"]["data"]),
-            info["publication_sequence_number"],
-            info["source_timestamp"],
-            info["received_timestamp"],
-        )
-        return cdr, about
+        return self._context.ros.taker.take(self._handle.pointer)
 
 
 class RosClient(Listener["Callable[[int, Any], None]"]):

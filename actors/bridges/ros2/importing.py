@@ -17,12 +17,14 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bridges.ros2.errors import RosNotFoundError
+from actors.bridges.ros2.message_taker import MessageTaker
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
 PROFILE_VARIABLE: Final = "FASTDDS_DEFAULT_PROFILES_FILE"
-USER_PROFILE_VARIABLES: Final = (PROFILE_VARIABLE, "FASTRTPS_DEFAULT_PROFILES_FILE")
+OLD_PROFILE_VARIABLE: Final = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""That of Fast DDS 2, which Jazzy has; later rmw libraries warn about it."""
 USER_PROFILE_FILES: Final = ("DEFAULT_FASTDDS_PROFILES.xml", "DEFAULT_FASTRTPS_PROFILES.xml")
 """What Fast DDS reads from the working directory."""
 
@@ -66,6 +68,7 @@ class Ros:
         rclpy: The package.
         implementation: Its C extension.
         rcl: The C library below it.
+        taker: Takes messages as bytes.
         eventfd_write: Address of the C library's function, which has the signature of an arrival callback.
         distribution: "sourced" or "wheels".
         rmw: Name of the middleware, such as "rmw_fastrtps_cpp".
@@ -77,6 +80,7 @@ class Ros:
     rclpy: Any
     implementation: Any
     rcl: Any
+    taker: MessageTaker
     eventfd_write: int
     distribution: str
     rmw: str
@@ -99,11 +103,13 @@ class Ros:
         with TemporaryDirectory(prefix="callboard-bridge-") as folder:
             path = Path(folder, "fastdds.xml")
             path.write_text(PROFILE, encoding="utf-8")
-            os.environ[PROFILE_VARIABLE] = str(path)
+            is_old = "/libfastrtps.so" in Path("/proc/self/maps").read_text(encoding="utf-8")
+            variable = OLD_PROFILE_VARIABLE if is_old else PROFILE_VARIABLE
+            os.environ[variable] = str(path)
             try:
                 yield
             finally:
-                del os.environ[PROFILE_VARIABLE]  # child processes are not bridges
+                del os.environ[variable]  # child processes are not bridges
 
 
 def import_ros() -> Ros:
@@ -133,11 +139,12 @@ def import_ros() -> Ros:
     except (ImportError, AttributeError, RuntimeError) as error:
         raise RosNotFoundError(_missing_text(prefixes, error)) from error
     is_sourced = any(Path(rclpy.__file__).is_relative_to(each) for each in prefixes.split(os.pathsep) if each)
-    rcl, eventfd_write = _c_functions()
+    rcl, taker, eventfd_write = _c_functions()
     return Ros(
         rclpy=rclpy,
         implementation=implementation,
         rcl=rcl,
+        taker=taker,
         eventfd_write=eventfd_write,
         distribution="sourced" if is_sourced else "wheels",
         rmw=rmw,
@@ -161,13 +168,13 @@ def _missing_text(prefixes: str, error: Exception) -> str:
 
 
 def _has_user_profile() -> bool:
-    return any(os.environ.get(name) for name in USER_PROFILE_VARIABLES) or any(
+    return any(os.environ.get(name) for name in (PROFILE_VARIABLE, OLD_PROFILE_VARIABLE)) or any(
         Path(name).exists() for name in USER_PROFILE_FILES
     )
 
 
-def _c_functions() -> tuple[Any, int]:
-    """Return librcl, as rclpy has loaded it, and the address of `eventfd_write`."""
+def _c_functions() -> tuple[Any, MessageTaker, int]:
+    """Return librcl, as rclpy has loaded it, what takes messages, and the address of `eventfd_write`."""
     try:
         rcl = ctypes.CDLL("librcl.so", mode=os.RTLD_NOLOAD | os.RTLD_NOW)
         for name in ARRIVAL_FUNCTIONS:
@@ -177,8 +184,9 @@ def _c_functions() -> tuple[Any, int]:
         rcl.rcl_node_get_graph_guard_condition.restype = ctypes.c_void_p
         rcl.rcl_wait_set_add_guard_condition.argtypes = [ctypes.c_void_p] * 3
         rcl.rcl_wait_set_add_guard_condition.restype = ctypes.c_int
+        taker = MessageTaker(rcl)
         write = ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p).value
     except (OSError, AttributeError) as error:
         raise RosNotFoundError(f"the bridge needs ROS 2 Jazzy or later, on Linux: {error}") from error
     assert write is not None
-    return rcl, write
+    return rcl, taker, write

@@ -9,7 +9,7 @@ follow within a few seconds, a slice at a time: a publisher that was made again 
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
 from actors.bridges.ros2.endpoints import ros_errors
@@ -28,11 +28,18 @@ READ_INTERVAL_SEC: Final = 0.5
 """Shortest time between two readings of the graph, which take some milliseconds for 50 nodes."""
 RESCAN_SEC: Final = 30.0
 """Longest time between two readings of everything: no change should be missed, but the middleware decides."""
-INFOS_PER_POLL: Final = 40
-"""Queries of endpoint infos in one poll, of some 60 us each."""
+INFOS_PER_POLL: Final = 200
+"""Queries of endpoint infos in one poll, of some 60 us each, while lists have changed: a robot of 300 topics
+is read in three polls, and messages have their turn in between."""
+QUIET_INFOS_PER_POLL: Final = 40
+"""The same of topics whose lists are as before."""
 
 
 _CALLS: Final = frozenset({EntryKind.SERVICE, EntryKind.CLIENT})
+
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
 
 
 class _Row(NamedTuple):
@@ -60,7 +67,7 @@ class Observer:
         self._change = _GraphChange(ros, participant)
         self._is_stale = True
         self._read_at = float("-inf")
-        self._bridge_prefixes: dict[str, bytes] = {}
+        self._bridge_prefixes: set[bytes] = set()
         self._nodes: frozenset[SideNode] = frozenset()
         self._ambiguous: frozenset[str] = frozenset()
         """Native nodes whose name another node has: the lists by node do not tell them apart."""
@@ -69,13 +76,16 @@ class Observer:
         self._found_rows: dict[tuple[EntryKind, str], frozenset[_Row]] = {}
         """Services and clients of ambiguous nodes, by kind and name, from endpoint infos."""
         self._topics: dict[tuple[EntryKind, str], tuple[SideEndpoint, ...]] = {}
-        self._gids: dict[tuple[EntryKind, str], dict[bytes, str]] = {}
-        self._offers: dict[str, dict[bytes, QoSProfile]] = {}
-        """By topic, what each publisher offers."""
+        self._publishers: dict[str, dict[bytes, tuple[str, QoSProfile]]] = {}
+        """By topic, the node and the offer of each publisher."""
+        self._urgent: set[tuple[EntryKind, str]] = set()
+        """Topics whose infos are to be read first, since the lists have changed there."""
         self._rotation: list[tuple[EntryKind, str]] = []
         """What is still to be read of the graph as it was at the last reading."""
         self._rotates_again = False
         self._looked_up: set[str] = set()
+        self._has_changed = False
+        """Whether the graph is to be composed anew."""
         self._graph = SideGraph(frozenset(), frozenset())
 
     def poll(self, now: float) -> SideGraph:
@@ -97,15 +107,18 @@ class Observer:
         self._looked_up.clear()
         if self._change.seen() or now - self._read_at >= RESCAN_SEC:
             self._is_stale = True
-        changed = False
         if self._is_stale and now - self._read_at >= READ_INTERVAL_SEC:
             self._is_stale = False
             self._read_at = now
             self._rotates_again = True
-            changed = self._read()
+            self._read()
+        if self._urgent:
+            for _ in range(min(INFOS_PER_POLL, len(self._urgent))):
+                self._read_topic(self._urgent.pop())
         elif self._rotation or self._rotates_again:
-            changed = self._rotate()
-        if changed:
+            self._rotate()
+        if self._has_changed:
+            self._has_changed = False
             graph = self._compose()
             if graph != self._graph:
                 self._graph = graph
@@ -123,13 +136,12 @@ class Observer:
         """
         if self._is_bridge(gid):
             return None
-        key = (EntryKind.PUBLISHER, topic)
-        node = self._gids.get(key, {}).get(gid)
-        if node is None and topic not in self._looked_up:
+        found = self._publishers.get(topic, {}).get(gid)
+        if found is None and topic not in self._looked_up:
             self._looked_up.add(topic)  # once per poll, whatever unknown publishers send
-            self._read_topic(key)
-            node = self._gids[key].get(gid)
-        return node or ""
+            self._read_topic((EntryKind.PUBLISHER, topic))
+            found = self._publishers.get(topic, {}).get(gid)
+        return found[0] if found else ""
 
     def offer_of(self, topic: str, gid: bytes) -> QoSProfile | None:
         """Return what a publisher offers; None if ROS 2 does not know it (yet).
@@ -138,7 +150,8 @@ class Observer:
             topic: The full name of the topic.
             gid: The publisher, as a message names it.
         """
-        return self._offers.get(topic, {}).get(gid)
+        found = self._publishers.get(topic, {}).get(gid)
+        return found[1] if found else None
 
     def request_hash(self, service: str) -> str:
         """Return the RIHS01 hash of the requests that the native servers of a service take.
@@ -155,10 +168,10 @@ class Observer:
         return next((found for _, _, info in infos if (found := _type_hash(info))), "")
 
     def _is_bridge(self, gid: bytes) -> bool:
-        return self._is_own(gid) or gid[:GID_PREFIX_SIZE] in self._bridge_prefixes.values()
+        return self._is_own(gid) or gid[:GID_PREFIX_SIZE] in self._bridge_prefixes
 
-    def _read(self) -> bool:
-        """Read the lists, and the infos of topics where they have changed."""
+    def _read(self) -> None:
+        """Read the lists, and note where they have changed."""
         nodes, counts = set[SideNode](), Counter[str]()
         for base, namespace, enclave in self._node.get_node_names_and_namespaces_with_enclaves():
             origin = enclave.removeprefix(ENCLAVE) if enclave.startswith(ENCLAVE) else ""
@@ -174,25 +187,17 @@ class Observer:
                 key = (row.kind, row.name)
                 self._found_rows[key] = self._found_rows.get(key, frozenset()) | {row}
         self._ambiguous = ambiguous
-        # Each kind and name with another row than before.
-        for key in {(row.kind, row.name) for row in rows ^ self._rows}:
-            if key[0] not in _CALLS:
-                self._read_topic(key)
+        self._urgent |= {(row.kind, row.name) for row in rows ^ self._rows if row.kind not in _CALLS}
         before, self._nodes = self._nodes, frozenset(nodes)
-        changed = self._nodes != before or rows != self._rows
+        self._has_changed |= self._nodes != before or rows != self._rows
         self._rows = rows
-        return changed
 
     def _read_bridges(self, nodes: Iterable[SideNode]) -> None:
         """Learn the participants of other bridges, by their control nodes."""
-        origins = {node.origin for node in nodes} - {"", self._own_id}
-        if origins == self._bridge_prefixes.keys():
-            return
-        names = {CONTROL_NODE + origin: origin for origin in origins}
-        infos = self._node.get_publishers_info_by_topic("/parameter_events")
+        names = {CONTROL_NODE + node.origin for node in nodes} - {CONTROL_NODE, CONTROL_NODE + self._own_id}
         self._bridge_prefixes = {
-            names[info.node_name]: bytes(info.endpoint_gid)[:GID_PREFIX_SIZE]
-            for info in infos
+            bytes(info.endpoint_gid)[:GID_PREFIX_SIZE]
+            for info in (self._node.get_publishers_info_by_topic("/parameter_events") if names else ())
             if info.node_name in names
         }
 
@@ -212,19 +217,17 @@ class Observer:
         except self._ros.implementation.NodeNameNonExistentError:
             return  # it has gone since its name was read
 
-    def _rotate(self) -> bool:
-        """Read the infos of some topics that nothing says have changed."""
+    def _rotate(self) -> None:
+        """Read the infos of some topics and services that nothing says have changed."""
         if not self._rotation:
             self._rotates_again = False
             self._rotation = list(self._everything())
-        changed = False
-        for _ in range(min(INFOS_PER_POLL, len(self._rotation))):
+        for _ in range(min(QUIET_INFOS_PER_POLL, len(self._rotation))):
             key = self._rotation.pop()
-            if key[0] not in _CALLS:
-                changed |= self._read_topic(key)
+            if key[0] in _CALLS:
+                self._read_service(key)
             else:
-                changed |= self._read_service(key)
-        return changed
+                self._read_topic(key)
 
     def _everything(self) -> Iterator[tuple[EntryKind, str]]:
         """Yield all topics; with nodes of one name, also all services."""
@@ -240,44 +243,29 @@ class Observer:
             yield EntryKind.SERVICE, name
             yield EntryKind.CLIENT, name
 
-    def _read_topic(self, key: tuple[EntryKind, str]) -> bool:
-        """Read the infos of a topic's publishers or subscriptions, and return whether they have changed."""
+    def _read_topic(self, key: tuple[EntryKind, str]) -> None:
+        """Read the infos of a topic's publishers or subscriptions."""
         kind, topic = key
         endpoints: list[SideEndpoint] = []
-        gids: dict[bytes, str] = {}
-        offers: dict[bytes, QoSProfile] = {}
+        found: dict[bytes, tuple[str, QoSProfile]] = {}
         for node, gid, info in self._infos(kind, topic):
-            qos = offers[gid] = from_ros(info.qos_profile)
+            qos = from_ros(info.qos_profile)
             endpoints.append(SideEndpoint(node, kind, topic, info.topic_type, _type_hash(info), qos))
-            gids[gid] = node
-        found = tuple(endpoints)
-        self._gids[key] = gids
+            found[gid] = node, qos
         if kind is EntryKind.PUBLISHER:
-            self._offers[topic] = offers
-        if found == self._topics.get(key, ()):
-            return False
-        if found:
-            self._topics[key] = found
-        else:
-            del self._topics[key]
-        return True
+            _put(self._publishers, topic, found)
+        self._has_changed |= _put(self._topics, key, tuple(endpoints))
 
-    def _read_service(self, key: tuple[EntryKind, str]) -> bool:
-        """Read who of the ambiguous nodes serves or calls a service, and return whether that has changed."""
+    def _read_service(self, key: tuple[EntryKind, str]) -> None:
+        """Read which of the ambiguous nodes serve or call a service."""
         kind, name = key
         side = EntryKind.SUBSCRIPTION if kind is EntryKind.SERVICE else EntryKind.PUBLISHER
         rows = frozenset(
-            _Row(node, kind, name, _service_type(info.topic_type))
+            _Row(node, kind, name, type_name)
             for node, _, info in self._infos(side, _request_topic(name), no_mangle=True)
-            if node in self._ambiguous
+            if node in self._ambiguous and (type_name := _service_type(info.topic_type))
         )
-        if rows == self._found_rows.get(key, frozenset()):
-            return False
-        if rows:
-            self._found_rows[key] = rows
-        else:
-            del self._found_rows[key]
-        return True
+        self._has_changed |= _put(self._found_rows, key, rows)
 
     def _infos(
         self, kind: EntryKind, topic: str, *, no_mangle: bool = False
@@ -308,7 +296,8 @@ class _GraphChange:
 
     def __init__(self, ros: Ros, participant: Participant) -> None:
         self._rcl = ros.rcl
-        node, context = participant.control.rclpy_node.handle, participant.context.handle
+        self._node = node = participant.control.rclpy_node.handle
+        context = participant.context.handle
         with node:
             self._guard = ros.rcl.rcl_node_get_graph_guard_condition(node.pointer)
         with context:
@@ -317,7 +306,7 @@ class _GraphChange:
     def seen(self) -> bool:
         """Return whether the graph has changed since the last call."""
         wait_set = self._wait_set
-        with wait_set:
+        with self._node, wait_set:  # the condition is the node's
             wait_set.clear_entities()
             self._rcl.rcl_wait_set_add_guard_condition(wait_set.pointer, self._guard, None)
             wait_set.wait(0)
@@ -339,6 +328,23 @@ def _type_hash(info: Any) -> str:
 
 
 def _service_type(dds_type: str) -> str:
-    """Return the type of a service: std_srvs::srv::dds_::SetBool_Request_ is std_srvs/srv/SetBool."""
-    package, kind, _, name = dds_type.split("::")
-    return f"{package}/{kind}/{name.removesuffix('_Request_')}"
+    """Return the type of a service: std_srvs::srv::dds_::SetBool_Request_ is std_srvs/srv/SetBool.
+
+    Another program of DDS may have any type; "" then.
+    """
+    match dds_type.split("::"):
+        case [package, kind, "dds_", name]:
+            return f"{package}/{kind}/{name.removesuffix('_Request_')}"
+        case _:
+            return ""
+
+
+def _put(found: dict[_Key, _Value], key: _Key, value: _Value) -> bool:
+    """Set what was found, without a trace if there is nothing, and return whether that is a change."""
+    if (value or None) == found.get(key):
+        return False
+    if value:
+        found[key] = value
+    else:
+        del found[key]
+    return True

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.bridges.ros2.arrivals import Arrivals
-    from actors.bridges.ros2.endpoints import RosMessageInfo
     from actors.bridges.ros2.importing import Ros
+    from actors.bridges.ros2.message_taker import RosMessageInfo
     from actors.qos.profile import QoSProfile
 
 ENCLAVE: Final = "/callboard_bridge/"
@@ -187,7 +187,7 @@ class RosNode:
                 callback_group=self._group(),
                 raw=True,
             )
-        return RosSubscription(self._context, endpoint, callback, message_class)
+        return RosSubscription(self._context, endpoint, callback)
 
     def create_client(
         self,

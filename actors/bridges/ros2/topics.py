@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from actors.bridges.counters import Counts
     from actors.bridges.plan import Mirror
-    from actors.bridges.ros2.endpoints import RosMessageInfo, RosPublisher, RosSubscription
+    from actors.bridges.ros2.endpoints import RosPublisher, RosSubscription
+    from actors.bridges.ros2.message_taker import RosMessageInfo
     from actors.bridges.ros2.observer import Observer
     from actors.bridges.ros2.participant import RosNode
     from actors.bridges.ros2.types import MessageTypes
