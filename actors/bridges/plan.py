@@ -147,7 +147,13 @@ EMPTY_PLAN: Final = Plan(_EMPTY_SIDE, _EMPTY_SIDE, ())
 """The plan of a bridge that shows nothing, such as one that waits for another one to end."""
 
 
-def plan(ours: SideGraph, theirs: SideGraph, rules: Rules, known: Callable[[str], KnownType]) -> Plan:
+def plan(
+    ours: SideGraph,
+    theirs: SideGraph,
+    rules: Rules,
+    known: Callable[[str], KnownType],
+    before: Plan = EMPTY_PLAN,
+) -> Plan:
     """Return what each side shows of the other one.
 
     Args:
@@ -155,11 +161,13 @@ def plan(ours: SideGraph, theirs: SideGraph, rules: Rules, known: Callable[[str]
         theirs: The graph of the other network.
         rules: What may cross, and under which names.
         known: Returns what is known of a type, by its name.
+        before: The plan before. A mirror whose name was taken keeps its other name, because the node that has
+            the name may be restarting, and could not come back if the mirror took it.
 
     Returns:
-        The plan; equal graphs give equal plans.
+        The plan; equal graphs after equal plans give equal plans.
     """
-    return _Planner(ours, theirs, rules, known).plan()
+    return _Planner(ours, theirs, rules, known, before.ours.nodes).plan()
 
 
 class _Channel:
@@ -194,8 +202,15 @@ class _Planner:
     """Makes one plan."""
 
     def __init__(
-        self, ours: SideGraph, theirs: SideGraph, rules: Rules, known: Callable[[str], KnownType]
+        self,
+        ours: SideGraph,
+        theirs: SideGraph,
+        rules: Rules,
+        known: Callable[[str], KnownType],
+        before: dict[str, str],
     ) -> None:
+        self._before = before
+        """The names of mirror nodes in callboard, with those of their originals."""
         self._ours = ours
         self._theirs = theirs
         self._rules = rules
@@ -390,6 +405,12 @@ class _Planner:
         """Return the names in callboard of nodes of the other network."""
         taken = {node.name for node in self._ours.nodes if not node.shared}
         wanted = {name: self._rules.node_here(name) for name in nodes}
+        # Whether the name is free now or not: see `plan`.
+        taken |= {
+            wanted[original]
+            for name, original in self._before.items()
+            if original in wanted and name != wanted[original]
+        }
         return self._assign(wanted, taken, "_ros2", "a callboard node has its name and does not share it")
 
     def _names_there(self, nodes: set[str]) -> dict[str, str]:

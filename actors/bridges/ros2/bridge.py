@@ -115,10 +115,7 @@ class Bridge:
         self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
         self._from_callboard: dict[tuple[str, str], TopicFromCallboard] = {}
         self._outbound = OutboundCalls(
-            there.control,
-            self._types,
-            partial(counters.service, from_theirs=False),
-            self._from_ros.get,
+            there.control, self._types, partial(counters.service, from_theirs=False), self._from_ros.get
         )
         self._inbound = InboundCalls(
             self._caller,
@@ -127,6 +124,8 @@ class Bridge:
             self._warn,
             self._from_callboard.get,
         )
+        self._plan = EMPTY_PLAN
+        """The last one that was not empty because of another bridge, or of a lost connection."""
         self._election = Election(bridge_id)
         self._marker: BareNode | None = None
         """Says in callboard's graph that this bridge is active."""
@@ -229,7 +228,9 @@ class Bridge:
 
     async def _follow(self, *, active: bool, there: SideGraph) -> None:
         """Hide what is not planned any more, show what is planned anew, and receive what is wanted."""
-        new = plan(self._ours, there, self._rules, self._types.known) if active else EMPTY_PLAN
+        new = EMPTY_PLAN
+        if active:
+            new = self._plan = plan(self._ours, there, self._rules, self._types.known, self._plan)
         if active and self._marker is None:
             # Before the first mirror, so that another bridge knows.
             self._marker = self._node.create_bare_node(

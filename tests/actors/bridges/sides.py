@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
-from actors.bridges.plan import plan
+from actors.bridges.plan import EMPTY_PLAN, Plan, plan
 from actors.bridges.rules import Rules
 from actors.qos.profile import HistoryPolicy, QoSProfile
 from proto.wire.codes import EntryKind
@@ -13,7 +13,7 @@ from proto.wire.codes import EntryKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.bridges.plan import KnownType, Plan
+    from actors.bridges.plan import KnownType
 
 PUBLISHER: Final = EntryKind.PUBLISHER
 SUBSCRIPTION: Final = EntryKind.SUBSCRIPTION
@@ -72,7 +72,8 @@ def planned(
     ours: SideGraph = NOTHING,
     theirs: SideGraph = NOTHING,
     known: Callable[[str], KnownType] = all_known,
+    before: Plan = EMPTY_PLAN,
     **rules: object,
 ) -> Plan:
     """Return the plan for two sides, with some rules."""
-    return plan(ours, theirs, Rules(**rules), known)  # type: ignore[arg-type]
+    return plan(ours, theirs, Rules(**rules), known, before)  # type: ignore[arg-type]

@@ -226,6 +226,18 @@ def test_names_of_nodes_that_are_taken() -> None:
     assert planned(side(publisher), side(nodes=(SideNode("/c", "me"),))).theirs.nodes == {"/c": "/c"}
 
 
+def test_a_mirror_leaves_the_name_to_a_node_that_restarts() -> None:
+    """A mirror with another name keeps it while its original is there, and so the name stays free."""
+    there = side(nodes=("/a",))
+    plan = planned(side(nodes=(SideNode("/a", shared=False),)), there)
+    again = planned(side(), there, before=plan)
+    assert again == plan
+    gone = planned(side(), side(), before=again)
+    assert planned(side(), there, before=gone).ours.nodes == {"/a": "/a"}
+    robot = planned(side(), there, before=planned(side(), there, namespace="/r"), namespace="/r")
+    assert robot.ours.nodes == {"/r/a": "/a"}
+
+
 def test_two_mirrors_never_have_one_name() -> None:
     """If a name with its suffix is also the name of another node, that node keeps it."""
     here = side(nodes=(SideNode("/a", shared=False),))

@@ -84,13 +84,17 @@ class Network:
     def __repr__(self) -> str:
         return self.name
 
+    def is_shared(self, name: str) -> bool:
+        """Return whether a native node shares its name: in callboard half of them do not."""
+        return not self.is_ours or name[-1] in "02468"
+
     def shown_by(self, bridge: Bridge) -> SidePlan:
         """Return what a bridge shows here."""
         return bridge.shows_here if self.is_ours else bridge.shows_there
 
     def view(self) -> View:
         """Return what the network shows now, mirrors with their endpoints included."""
-        nodes = {SideNode(name) for name in self.natives}
+        nodes = {SideNode(name, shared=self.is_shared(name)) for name in self.natives}
         endpoints = {each for found in self.natives.values() for each in found}
         labels: list[dict[str, str]] = []
         for bridge in self.bridges.values():
@@ -126,6 +130,7 @@ class Bridge:
         self.their_bridges: frozenset[str] = frozenset()
         self.wanted: Plan | None = None
         """The plan for these views."""
+        self.before = EMPTY_PLAN
         self.most_lag = 0
         """Steps that its broker may be behind."""
         self.seen_at = -1
@@ -263,7 +268,7 @@ class World:
             bridge.active_since = self.now
         if bridge.wanted is None:
             graphs = bridge.our_view.graph, bridge.their_view.graph
-            bridge.wanted = plan(*graphs, bridge.rules, all_known)
+            bridge.wanted = bridge.before = plan(*graphs, bridge.rules, all_known, bridge.before)
             for graph, side in zip(graphs, (bridge.wanted.theirs, bridge.wanted.ours), strict=True):
                 natives = {(each.node, each.kind, each.name) for each in graph.endpoints if not each.origin}
                 mirrored = {(each.source_node, each.kind, each.source) for each in side.mirrors}
@@ -324,12 +329,15 @@ class World:
         """Let all that is under way arrive, and check that each bridge shows what the graphs ask for."""
         self.run(12)
         for bridge in self.bridges:
-            asked = plan(bridge.ours.view().graph, bridge.theirs.view().graph, bridge.rules, all_known)
+            graphs = bridge.ours.view().graph, bridge.theirs.view().graph
+            asked = plan(*graphs, bridge.rules, all_known, bridge.before)
             shown = asked if bridge.election.active else EMPTY_PLAN
             self.require(bridge.shows_here == shown.ours, f"{bridge.id} does not show what it should here")
             self.require(
                 bridge.shows_there == shown.theirs, f"{bridge.id} does not show what it should there"
             )
+            alone = {each for each in bridge.ours.natives if not bridge.ours.is_shared(each)}
+            self.require(not alone & bridge.shows_here.nodes.keys(), f"{bridge.id} takes a name")
         for network in self.networks:
             network.got.clear()
         self.run(2)
