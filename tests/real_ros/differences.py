@@ -381,6 +381,12 @@ DIFFERENCES: Final = (
     ),
     Difference(
         "program",
+        ("executing.shutdown_that_waits",),
+        "`shutdown(timeout_sec)` of an executor returns False if a callback still runs, as it is documented."
+        " rclpy's returns True.",
+    ),
+    Difference(
+        "program",
         ("actions.wrong_answers_to_cancellations",),
         "The response to a cancellation that is rejected has the code for it, as in C++. rclpy's has none.",
     ),

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 
 PROGRAM_MODULES = (
     "actions",
+    "calls",
     "content_filters",
     "declaring",
     "entities",
+    "executing",
     "index",
     "later_names",
     "message_classes",
