@@ -15,8 +15,14 @@ MAX_REASONS: Final = 20
 OTHER: Final = "other"
 MAX_FAILURES: Final = 50
 """The newest failures that are kept, such as names that ROS 2 refuses."""
+MAX_ROWS: Final = 5000
+"""Topics, and services, whose counts are kept: more than a bridge shows. Beyond it the oldest are forgotten:
+names may be made up for every client."""
 MAX_DETAIL: Final = 300
 """Characters kept of a reason's newest example, which may hold a peer's text."""
+
+_Row = tuple[str, str, bool]
+"""The name of a topic or service, its type, and whether it comes from the other network."""
 
 
 class Counts:
@@ -90,8 +96,8 @@ class Counters:
 
     def __init__(self) -> None:
         self.refusals: tuple[Refusal, ...] = ()
-        self._topics: dict[tuple[str, str, bool], Counts] = {}
-        self._services: dict[tuple[str, str, bool], Counts] = {}
+        self._topics: dict[_Row, Counts] = {}
+        self._services: dict[_Row, Counts] = {}
         self._failures: deque[str] = deque(maxlen=MAX_FAILURES)
 
     def topic(self, name: str, type_name: str, *, from_theirs: bool) -> Counts:
@@ -102,7 +108,7 @@ class Counters:
             type_name: Its type.
             from_theirs: Whether they come from the other network.
         """
-        return self._topics.setdefault((name, type_name, from_theirs), Counts())
+        return _counts(self._topics, (name, type_name, from_theirs))
 
     def service(self, name: str, *, from_theirs: bool) -> CallCounts:
         """Return what counts the calls of a service.
@@ -111,7 +117,7 @@ class Counters:
             name: Its full name in the other network.
             from_theirs: Whether its clients are there, and its server here.
         """
-        return CallCounts(self._services.setdefault((name, "", from_theirs), Counts()))
+        return CallCounts(_counts(self._services, (name, "", from_theirs)))
 
     def failed(self, text: str) -> bool:
         """Note that one side refused something; return whether this is news."""
@@ -136,7 +142,15 @@ class Counters:
         }
 
 
-def _rows(counts: Iterable[tuple[tuple[str, str, bool], Counts]]) -> list[dict[str, Any]]:
+def _counts(rows: dict[_Row, Counts], row: _Row) -> Counts:
+    counts = rows.pop(row, None) or Counts()
+    if len(rows) >= MAX_ROWS:
+        del rows[next(iter(rows))]
+    rows[row] = counts  # the newest one
+    return counts
+
+
+def _rows(counts: Iterable[tuple[_Row, Counts]]) -> list[dict[str, Any]]:
     return [
         {"name": name, "type": type_name, "from_theirs": from_theirs, **each.document()}
         for (name, type_name, from_theirs), each in sorted(counts, key=lambda item: item[0])

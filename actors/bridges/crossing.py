@@ -12,6 +12,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.errors import InvalidMessageError
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -79,7 +80,8 @@ class Crossing:
 
         Args:
             node: The node on the side where messages come from.
-            send: Gets each message, converted, and its source's time in ns.
+            send: Gets each message, converted, and its source's time in ns; raises CallboardError if the
+                other side refuses it.
         """
         self._mirrors[node] = send
         for publisher in self._publishers.values():
@@ -187,5 +189,7 @@ class Crossing:
             send(self._convert(data), stamp_ns)
         except InvalidMessageError as error:
             self._counts.drop("invalid", str(error))
+        except CallboardError as error:
+            self._counts.drop("refused", str(error))
         else:
             self._counts.sent += 1

@@ -215,6 +215,7 @@ class Bridge:
             self._ours = _our_graph(watch.snapshot)
             self._labels = list(watch.snapshot.node_labels().values())
             self._news.set()
+            await asyncio.sleep(LEAST_PAUSE_SEC)
 
     def _elect(self, now: float, there: SideGraph) -> bool:
         """Return whether this bridge, and no other one between the same networks, shows mirrors."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from actors.bridges.counters import Counts
 from actors.bridges.crossing import HELD_MESSAGES, Crossing
 from actors.interfaces.errors import InvalidMessageError
+from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -125,6 +126,23 @@ def test_invalid_messages_are_counted_with_an_example() -> None:
     assert [data for _, data, _ in side.sent] == [b"GOOD"]
     assert dict(side.counts.dropped) == {"invalid": 1}
     assert side.counts.examples == {"invalid": "it is bad"}
+
+
+def test_a_message_that_the_other_side_refuses_is_counted() -> None:
+    """With what it says; the next one crosses."""
+    side = Side()
+    sent: list[bytes] = []
+
+    def send(data: bytes, _: int) -> None:
+        if data == b"NO":
+            raise CallboardError("not this one")
+        sent.append(data)
+
+    side.crossing.add_mirror("/a", send)
+    side.crossing.receive(b"no", A, 1, 0)
+    side.crossing.receive(b"yes", A, 2, 0)
+    assert sent == [b"YES"]
+    assert (side.counts.sent, side.counts.examples) == (1, {"refused": "not this one"})
 
 
 def test_a_node_that_leaves_takes_what_waits_for_it() -> None:
