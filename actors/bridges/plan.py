@@ -184,9 +184,8 @@ class _Channel:
         self.ours: list[SideEndpoint] = []
         self.theirs: list[SideEndpoint] = []
 
-    def endpoints(self) -> Iterable[SideEndpoint]:
-        yield from self.ours
-        yield from self.theirs
+    def endpoints(self) -> list[SideEndpoint]:
+        return self.ours + self.theirs
 
     def on_both_sides(self, kind: EntryKind) -> bool:
         """Return whether both sides have a native endpoint of a kind."""
@@ -227,16 +226,19 @@ class _Planner:
         self._refuse_actions_served_twice()
         channels = [channel for channel in self._channels.values() if self._check(channel)]
         our_names = self._names_here(self._visible_there(channels))
-        their_names = self._names_there({each.node for channel in channels for each in channel.ours})
+        crossing = {each.node for channel in channels for each in channel.ours}
+        their_names = self._names_there(crossing)
+        # Of a node that is not shown nothing crosses.
+        for channel in channels if len(our_names) < len(self._their_natives) else ():
+            channel.theirs = [each for each in channel.theirs if each.node in our_names]
+        for channel in channels if len(their_names) < len(crossing) else ():
+            channel.ours = [each for each in channel.ours if each.node in their_names]
         here, there = _Side(our_names), _Side(their_names)
         surplus: list[_Channel] = []
         most = self._rules.max_endpoints
         if sum(len(channel.ours) + len(channel.theirs) for channel in channels) > most:
             channels.sort(key=lambda channel: (channel.their_name, channel.is_service))
         for channel in channels:
-            # Of a node that is not shown nothing crosses.
-            channel.ours = [each for each in channel.ours if each.node in their_names]
-            channel.theirs = [each for each in channel.theirs if each.node in our_names]
             if here.size + len(channel.theirs) > most or there.size + len(channel.ours) > most:
                 surplus.append(channel)
                 continue
