@@ -24,6 +24,8 @@ from actors.errors import (
     ServiceUnavailable,
 )
 from actors.interfaces.errors import InvalidMessageError
+from actors.interfaces.message import type_name
+from actors.qos.profile import QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,6 +47,9 @@ MATCH_LIMIT_SEC: Final = 10.0
 MAX_PENDING: Final = 500
 """Requests of clients of ROS 2 that wait for one service here; one more is dropped, and counted. A service of
 ROS 2 itself keeps 10."""
+SERVICE_DEPTH: Final = 500
+"""Requests and responses that have arrived in ROS 2 and wait for the loop; ROS 2's default of 10 loses others
+without a word. From 100 on it costs 40 KiB more for each service or client."""
 STALLED_SEC: Final = 1.0
 """How often the servers are counted while no request in flight gets a response: one that is back must not
 wait for what a dead one has taken with it."""
@@ -59,6 +64,9 @@ FEEDBACK_SEC: Final = 0.5
 """How long a goal waits until its client's subscription to the feedback, which began before, has crossed."""
 _POLL_SEC: Final = 0.02
 """Between two looks whether it has."""
+
+_STANDARD: Final = ("rcl_interfaces/", "type_description_interfaces/", "lifecycle_msgs/")
+"""What the types of services begin with that most nodes have and few call: they have ROS 2's default."""
 
 _RESULT: Final = "/_action/get_result"
 _GOAL: Final = "/_action/send_goal"
@@ -88,6 +96,11 @@ class CallCounts(Protocol):
 def _feedback(name: str, type_name: str) -> tuple[str, str]:
     """Return name and type of the topic with the feedback of an action, by those of one of its services."""
     return f"{name.rpartition('/')[0]}/feedback", f"{type_name.rpartition('_')[0]}_FeedbackMessage"
+
+
+def _qos(types: ServiceTypes) -> QoSProfile | None:
+    """Return the QoS of a service or client in ROS 2; None for its default."""
+    return None if type_name(types.ours).startswith(_STANDARD) else QoSProfile(depth=SERVICE_DEPTH)
 
 
 class OutboundCalls:
@@ -215,7 +228,9 @@ class _Server:
     def prepare(self) -> None:
         """Let the client of ROS 2 find the server."""
         if self._client is None:
-            self._client = self._node.create_client(self._types.theirs, self._name, self._responded)
+            self._client = self._node.create_client(
+                self._types.theirs, self._name, self._responded, qos=_qos(self._types)
+            )
 
     async def call(self, request: bytes) -> bytes:
         """Return the response to a request.
@@ -511,7 +526,7 @@ class _Service:
     def show(self, mirror: Mirror, node: RosNode) -> None:
         """Show one of the servers; raise RosError if ROS 2 refuses it."""
         self._shown[mirror] = node.create_service(
-            self._types.theirs, mirror.name, partial(self._requested, mirror)
+            self._types.theirs, mirror.name, partial(self._requested, mirror), qos=_qos(self._types)
         )
 
     def hide(self, mirror: Mirror) -> bool:

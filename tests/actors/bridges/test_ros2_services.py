@@ -21,6 +21,7 @@ from actors.interfaces.errors import InvalidMessageError
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.message import type_name
+from actors.interfaces.rcl_interfaces.srv import ListParameters
 from proto.wire.codes import EntryKind
 from tests.actors.meeting import until
 
@@ -35,6 +36,7 @@ TYPES: dict[str, Any] = {
     f"{ACTION}/send_goal": Fibonacci.Impl.SendGoalService,
     f"{ACTION}/get_result": Fibonacci.Impl.GetResultService,
     f"{ACTION}/cancel_goal": CancelGoal,
+    "/list_parameters": ListParameters,
 }
 FEEDBACK = Fibonacci.Impl.FeedbackMessage
 REFUSED = 1313
@@ -142,13 +144,19 @@ class RosNode:
     def client(self) -> RosClient:
         return self.clients[-1]
 
-    def create_client(self, kind: Any, name: str, callback: Callable[[int, Any], None]) -> RosClient:
+    def create_client(
+        self, kind: Any, name: str, callback: Callable[[int, Any], None], *, qos: Any
+    ) -> RosClient:
         del kind, name
+        assert qos.depth == services.SERVICE_DEPTH
         self.clients.append(RosClient(self, callback))
         return self.client
 
-    def create_service(self, kind: Any, name: str, callback: Callable[[Any, Any], None]) -> RosService:
-        del kind, name
+    def create_service(
+        self, kind: Any, name: str, callback: Callable[[Any, Any], None], *, qos: Any
+    ) -> RosService:
+        del name
+        assert (qos is None) == (kind is ListParameters)
         self.services.append(RosService(callback))
         return self.services[-1]
 
@@ -437,7 +445,7 @@ async def test_what_ros_2_refuses_is_unavailable(sides: Sides, monkeypatch: pyte
         await client.call(AddTwoInts.Request())
     assert sides.counts.all["refused"] == 1
 
-    def refuse(*_: object) -> None:
+    def refuse(*_: object, **__: object) -> None:
         raise RosError("ROS 2 refuses a client of '/work/_action/cancel_goal'")
 
     monkeypatch.setattr(sides.ros, "create_client", refuse)
@@ -707,3 +715,9 @@ async def test_a_result_from_here_follows_the_feedback_into_ros_2(sides: Sides) 
         service.ask(TYPES[name].Request(), number)
         await until(partial(service.has, number))
     assert events == ["feedback", "result"] * 2
+
+
+async def test_standard_services_take_no_more_memory_in_ros_2_than_its_own(sides: Sides) -> None:
+    """Every node has seven, and few are called; others lose no requests while the loop is busy."""
+    sides.show_there("/list_parameters")
+    sides.show_there()
