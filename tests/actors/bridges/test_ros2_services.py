@@ -12,9 +12,10 @@ import pytest
 import actors
 from actors.bridges.plan import Mirror
 from actors.bridges.request_window import MAX_IN_FLIGHT, MAX_WAITING
-from actors.bridges.ros2 import services
+from actors.bridges.ros2 import inbound_calls, outbound_calls, services
 from actors.bridges.ros2.errors import RosError
-from actors.bridges.ros2.services import InboundCalls, OutboundCalls
+from actors.bridges.ros2.inbound_calls import InboundCalls
+from actors.bridges.ros2.outbound_calls import OutboundCalls
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -386,7 +387,7 @@ async def test_a_server_that_is_never_found_is_unavailable(
     sides: Sides, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """ROS 2 shows it, but cannot connect; later calls try again."""
-    monkeypatch.setattr(services, "MATCH_LIMIT_SEC", 0.0)
+    monkeypatch.setattr(outbound_calls, "MATCH_LIMIT_SEC", 0.0)
     sides.ros.servers = 0
     sides.show_here()
     client = await sides.client()
@@ -459,7 +460,7 @@ async def test_a_server_that_is_back_does_not_wait_for_the_dead_one(
     sides: Sides, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """ROS 2 shows a killed one for its lease, with all requests that it has got."""
-    monkeypatch.setattr(services, "STALLED_SEC", 0.0)
+    monkeypatch.setattr(outbound_calls, "STALLED_SEC", 0.0)
     sides.show_here()
     client = await sides.client()
     lost = [client.call_async(AddTwoInts.Request(a=number)) for number in range(MAX_IN_FLIGHT)]
@@ -538,7 +539,7 @@ async def test_too_many_requests_from_ros_2_are_dropped(
     sides: Sides, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each frees its place when it has ended."""
-    monkeypatch.setattr(services, "MAX_PENDING", 2)
+    monkeypatch.setattr(inbound_calls, "MAX_PENDING", 2)
     entered = asyncio.Event()
 
     async def wait(request: AddTwoInts.Request) -> AddTwoInts.Response:

@@ -1,0 +1,254 @@
+"""Calls of clients of ROS 2 to servers here.
+
+ROS 2 has no errors for calls: what fails is counted and logged, and the client gets no response, except from
+the services of an action, which say that the goal is over.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bridges.ros2 import services
+from actors.bridges.ros2.errors import RosError
+from actors.errors import CallFailed, NodeDestroyed, ServiceTimeout, ServiceUnavailable
+from actors.interfaces.errors import InvalidMessageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.bridges.plan import Mirror
+    from actors.bridges.ros2.endpoints import RosService
+    from actors.bridges.ros2.participant import RosNode
+    from actors.bridges.ros2.services import CallCounts
+    from actors.bridges.ros2.topics import TopicFromCallboard
+    from actors.bridges.ros2.types import ServiceTypes, Types
+    from actors.endpoints.client.client import Client
+    from actors.node.bare_node import BareNode
+
+MAX_PENDING: Final = 500
+"""Requests of clients of ROS 2 that wait for one service here; one more is dropped, and counted. A service of
+ROS 2 itself keeps 10."""
+
+_ABORTED: Final = 6
+"""`action_msgs/msg/GoalStatus.STATUS_ABORTED`."""
+_REJECTED: Final = 1
+"""`action_msgs/srv/CancelGoal_Response.ERROR_REJECTED`."""
+
+
+class InboundCalls:
+    """Carries the calls of clients of ROS 2 to servers here.
+
+    Args:
+        node: The node here whose clients send the requests.
+        types: The types.
+        counts: Returns the counters of a service, by its name in ROS 2.
+        warn: Logs, with a limit for each kind of line: the kind, and the line.
+        topic: Returns a topic of callboard that crosses, by name and type.
+    """
+
+    def __init__(
+        self,
+        node: BareNode,
+        types: Types,
+        counts: Callable[[str], CallCounts],
+        warn: Callable[[str, str], object],
+        topic: Callable[[tuple[str, str]], TopicFromCallboard | None],
+    ) -> None:
+        self._node = node
+        self._types = types
+        self._counts = counts
+        self._warn = warn
+        self._topic = topic
+        self._services: dict[str, _Service] = {}
+
+    def show(self, mirror: Mirror, node: RosNode) -> None:
+        """Show a server here to clients of ROS 2.
+
+        Args:
+            mirror: The server.
+            node: The node that has it in ROS 2.
+
+        Raises:
+            UnknownTypeError: One side does not have its type.
+            RosError: ROS 2 refuses it.
+        """
+        types = self._types.service(mirror.type_name)
+        service = self._services.get(mirror.name)
+        if service is None:
+            feedback = partial(self._topic, services.feedback_of(mirror.source, mirror.type_name))
+            service = _Service(
+                self._node, mirror, types, self._counts(mirror.name), self._warn, feedback=feedback
+            )
+        service.show(mirror, node)
+        self._services[mirror.name] = service
+
+    def hide(self, mirror: Mirror) -> None:
+        """Show a server no more; calls that came through it are cancelled."""
+        service = self._services.get(mirror.name)
+        if service is not None and service.hide(mirror):
+            del self._services[mirror.name]
+
+    def close(self) -> None:
+        """Show no server any more."""
+        for service in tuple(self._services.values()):
+            for mirror in service.mirrors():
+                self.hide(mirror)
+
+
+class _Service:
+    """The servers here of one name, as ROS 2 sees them.
+
+    ROS 2 sends each request to all servers of a name. So only the first of them hands requests on: a call has
+    one server here.
+    """
+
+    def __init__(
+        self,
+        node: BareNode,
+        mirror: Mirror,
+        types: ServiceTypes,
+        counts: CallCounts,
+        warn: Callable[[str, str], object],
+        *,
+        feedback: Callable[[], TopicFromCallboard | None],
+    ) -> None:
+        self._node = node
+        self._source = mirror.source
+        self._types = types
+        self._counts = counts
+        self._warn = warn
+        self._feedback = feedback
+        self._loop = asyncio.get_running_loop()
+        self._is_long = mirror.source.endswith(services.RESULT)
+        self._client: Client[bytes, bytes] | None = None
+        self._after: object = None
+        """The subscription to the feedback that results follow."""
+        self._shown: dict[Mirror, RosService] = {}
+        self._pending: dict[asyncio.Future[bytes] | asyncio.TimerHandle, tuple[Mirror, Any]] = {}
+        """Calls, and goals that wait for their client's subscription to the feedback."""
+
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """Return what is shown."""
+        return tuple(self._shown)
+
+    def show(self, mirror: Mirror, node: RosNode) -> None:
+        """Show one of the servers; raise RosError if ROS 2 refuses it."""
+        self._shown[mirror] = node.create_service(
+            self._types.theirs,
+            mirror.name,
+            partial(self._requested, mirror),
+            qos=services.ros_qos(self._types),
+        )
+
+    def hide(self, mirror: Mirror) -> bool:
+        """Show one of the servers no more; return whether it was the last."""
+        shown = self._shown.get(mirror)
+        if shown is not None:
+            for call in [each for each, (own, _) in self._pending.items() if own == mirror]:
+                call.cancel()
+                self._failed(*self._pending.pop(call), "unavailable", "the server is gone")
+            del self._shown[mirror]
+            shown.destroy()
+        if self._shown:
+            return False
+        if self._client is not None:
+            self._client.destroy()
+            self._client = None
+        return True
+
+    def _requested(self, mirror: Mirror, request: object, header: Any) -> None:
+        if mirror is not next(iter(self._shown), None):
+            return
+        self._counts.received()
+        if len(self._pending) >= MAX_PENDING:
+            self._failed(mirror, header, "overloaded", f"{MAX_PENDING} requests wait already")
+            return
+        if self._source.endswith(services.GOAL):
+            self._call_when_heard(mirror, request, header, self._loop.time() + services.FEEDBACK_SEC)
+        else:
+            self._call(mirror, request, header)
+
+    def _call_when_heard(self, mirror: Mirror, request: object, header: Any, end: float) -> None:
+        """Hand a goal on when its feedback is received, of which the server may publish some at once.
+
+        The client's subscription began before its call, but reaches callboard by another way.
+        """
+        topic = self._feedback()
+        if (topic is not None and topic.subscription is not None) or self._loop.time() >= end:
+            self._call(mirror, request, header)
+            return
+
+        def again() -> None:
+            del self._pending[timer]
+            self._call_when_heard(mirror, request, header, end)
+
+        timer = self._loop.call_later(services.FEEDBACK_POLL_SEC, again)
+        self._pending[timer] = mirror, header
+
+    def _call(self, mirror: Mirror, request: object, header: Any) -> None:
+        if self._client is None:
+            ours: Any = self._types.ours
+            self._client = self._node.create_client(ours, self._source, raw=True)
+        if self._is_long:
+            self._receive_after_feedback(self._client)
+        try:
+            body = self._types.request.from_object(request)
+            call = self._client.call_async(body, None if self._is_long else services.CALL_LIMIT_SEC)
+        except (InvalidMessageError, NodeDestroyed) as error:
+            self._failed(mirror, header, "invalid", str(error))
+            return
+        self._pending[call] = mirror, header
+        call.add_done_callback(self._done)
+
+    def _receive_after_feedback(self, client: Client[bytes, bytes]) -> None:
+        """Let the results of goals follow the feedback, which has crossed then."""
+        topic = self._feedback()
+        subscription = None if topic is None else topic.subscription
+        if subscription is not None and subscription is not self._after:
+            self._after = subscription
+            client.receive_after(subscription)
+
+    def _done(self, call: asyncio.Future[bytes]) -> None:
+        found = self._pending.pop(call, None)
+        if found is None:  # hidden
+            return
+        mirror, header = found
+        try:
+            response = self._types.response.to_object(call.result())
+        except InvalidMessageError as error:
+            self._failed(mirror, header, "invalid", str(error))
+        except ServiceTimeout as error:
+            self._failed(mirror, header, "timeout", str(error))
+        except ServiceUnavailable as error:
+            self._failed(mirror, header, "unavailable", str(error))
+        except (CallFailed, NodeDestroyed) as error:
+            self._failed(mirror, header, "failed", str(error))
+        else:
+            self._respond(mirror, header, response)
+
+    def _respond(self, mirror: Mirror, header: Any, response: object) -> None:
+        try:
+            self._shown[mirror].respond(response, header)
+        except RosError as error:
+            self._counts.dropped("refused")
+            self._warn("a response that ROS 2 refuses", f"Service '{self._source}': {error}")
+        else:
+            self._counts.sent()
+
+    def _failed(self, mirror: Mirror, header: Any, reason: str, text: str) -> None:
+        """Count a call that has no response, and say so; the services of an action have one for it."""
+        self._counts.dropped(reason)
+        self._warn(
+            f"a call from ROS 2 without a response: {reason}",
+            f"Service '{self._source}': a call from ROS 2 has no response: {text}",
+        )
+        response = self._types.response.theirs()
+        if self._source.endswith(services.RESULT):
+            response.status = _ABORTED
+        elif self._source.endswith(services.CANCEL):
+            response.return_code = _REJECTED
+        elif not self._source.endswith(services.GOAL):  # whose response says that the goal is not accepted
+            return
+        self._respond(mirror, header, response)
