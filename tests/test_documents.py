@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-GROUPS = {"action", "auth", "topic", "service", "node", "interface", "pkg", "context"}
+GROUPS = {"action", "auth", "bridge", "topic", "service", "node", "interface", "pkg", "context"}
 """First words of commands that have two."""
 
 

@@ -9,16 +9,18 @@ import shutil
 import subprocess
 import sys
 import textwrap
+import time
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from tests.integration.conftest import ROOT
+from tests.integration.conftest import DEADLINE_SEC, ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from tests.integration.conftest import Program, System
 
@@ -69,14 +71,31 @@ class Reader:
     `callboard run` and `callboard launch` go on running, each in a terminal of its own, until the guide
     says "Press Ctrl-C"; their output must contain the shown log lines. The output of other commands must be
     equal to what is shown, except for numbers. The program `ends_alone` ends by itself.
+
+    Args:
+        system: The processes.
+        folder: For the files of the guide, and its environment.
+        ends_alone: As above.
+        goes_on: Further commands that go on running, with what runs instead.
+        settles: Whether a command that prints something else is repeated: what it shows may need a moment.
     """
 
-    def __init__(self, system: System, folder: Path, *, ends_alone: str = "") -> None:
+    def __init__(
+        self,
+        system: System,
+        folder: Path,
+        *,
+        ends_alone: str = "",
+        goes_on: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
+        settles: bool = False,
+    ) -> None:
         self.environment = Environment(folder / "environment")
         self.folder = folder / "work"
         self.folder.mkdir()
         self.outputs: dict[str, str] = {}
         self._ends_alone = ends_alone
+        self._goes_on = goes_on
+        self._settles = settles
         self._latest = ""
         self._installs = False
         self._system = system
@@ -95,15 +114,21 @@ class Reader:
             elif LOG_LINE.match(text):
                 await self._hear(text)
             else:
-                printed = _without_numbers(self.outputs[self._latest])
-                assert printed == _without_numbers(text), f"{self._latest}:\n{self.outputs[self._latest]}"
+                await self._compare(self._latest, _without_numbers(text))
         await self._stop()
+
+    async def _compare(self, line: str, wanted: str) -> None:
+        """Compare what a command has printed, or prints in the end."""
+        end = time.monotonic() + (DEADLINE_SEC if self._settles else 0.0)
+        while _without_numbers(self.outputs[line]) != wanted and time.monotonic() < end:
+            await self._do(shlex.split(line), line)
+        assert _without_numbers(self.outputs[line]) == wanted, f"{line}:\n{self.outputs[line]}"
 
     def _write(self, text: str) -> None:
         """Write a block to the file in its first line, or replace a section of that file."""
         head, _, body = text.partition("\n")
         path = self.folder / head.removeprefix("# ").removeprefix("<!-- ").removesuffix(" -->")
-        if path.suffix == ".toml":
+        if path.suffix == ".toml" and path.exists():
             section = re.escape(body.partition("\n")[0])
             before = path.read_text(encoding="utf-8")
             body, replaced = re.subn(rf"^{section}\n(?:[^\[\n].*\n)*", body, before, flags=re.MULTILINE)
@@ -113,6 +138,8 @@ class Reader:
     async def _do(self, words: list[str], line: str) -> None:
         if words[:2] == ["callboard", "broker"]:
             await self._system.broker()  # at this test's own address
+        elif line in self._goes_on:
+            self._running[Path(words[-1]).stem] = await self._start(list(self._goes_on[line]))
         elif words[:2] in (["callboard", "run"], ["callboard", "launch"]) and words[-1] != "--show-args":
             self._running[words[min(3, len(words) - 1)]] = await self._start(words)
         elif words[0] == "cd":
@@ -153,7 +180,7 @@ class Reader:
         for name, program in self._running.items():
             code = await (program.wait_for_exit() if name == self._ends_alone else program.stop())
             assert code == 0, program.output
-            assert "Traceback" not in program.output
+            assert "Traceback" not in program.output, program.output
         self._running.clear()
 
 
@@ -168,4 +195,6 @@ def _steps(guide: str) -> Iterator[tuple[str, str]]:
 
 def _without_numbers(text: str) -> str:
     text = STARTED_BROKER.sub("", text)
-    return re.sub(r"\b[0-9a-f]{32}\b|\d+", "0", text.strip("\n"))
+    text = re.sub(r"\b[0-9a-f]{32}\b|(?<=b)[0-9a-f]{8}\b|\d+", "0", text.strip("\n"))
+    # Columns are as wide as their widest cell.
+    return re.sub(r"(?<=\S) {2,}", "  ", text)
