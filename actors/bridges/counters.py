@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter, deque
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.bridges.report import Reason
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -127,10 +129,14 @@ class Counters:
         return True
 
     def refuse(self, refusals: tuple[Refusal, ...]) -> list[Refusal]:
-        """Note what does not cross now; return what is new of it."""
-        known = set(self.refusals)
+        """Note what does not cross now; return what is new of it, a type that is missing only once."""
+        known = {_news_of(each) for each in self.refusals}
         self.refusals = refusals
-        return [each for each in refusals if each not in known]
+        fresh: dict[object, Refusal] = {}
+        for each in refusals:
+            if (news := _news_of(each)) not in known:
+                fresh.setdefault(news, each)
+        return list(fresh.values())
 
     def document(self) -> dict[str, Any]:
         """Return everything as JSON has it."""
@@ -148,6 +154,11 @@ def _counts(rows: dict[_Row, Counts], row: _Row) -> Counts:
         del rows[next(iter(rows))]
     rows[row] = counts  # the newest one
     return counts
+
+
+def _news_of(refusal: Refusal) -> object:
+    """Return what is equal for refusals of which one is enough."""
+    return refusal.type_name if refusal.reason is Reason.TYPE_MISSING else refusal
 
 
 def _rows(counts: Iterable[tuple[_Row, Counts]]) -> list[dict[str, Any]]:

@@ -27,6 +27,7 @@ from actors.bridges.qos import (
 from actors.bridges.report import Reason, Refusal
 from actors.bridges.rules import GLOBAL_TOPICS, action_of
 from proto.errors import InvalidNameError
+from proto.untrusted_text import peer_name, peer_text
 from proto.wire.codes import EntryKind
 from proto.wire.names import (
     MAX_NODE_NAME_LENGTH,
@@ -281,7 +282,8 @@ class _Planner:
     def _refuse(
         self, name: str, reason: Reason, text: str, type_name: str = "", *, quiet: bool = False
     ) -> None:
-        self._refusals.add(Refusal(name, reason, text, type_name, quiet))
+        # Other networks check neither names nor types as a broker does.
+        self._refusals.add(Refusal(peer_name(name), reason, peer_text(text), peer_name(type_name), quiet))
 
     def _refuse_actions_served_twice(self) -> None:
         """Remove the services and topics of actions that both sides serve."""

@@ -242,7 +242,7 @@ class Bridge:
             )
         for refusal in self._counters.refuse(new.refusals):
             if not refusal.quiet:
-                self._log.warning(str(refusal))
+                self._warn("what does not cross; 'callboard bridge info' shows all", str(refusal))
         pace = _Pace()
         sides = (self._here, new.ours), (self._there, new.theirs)
         for side, wanted in sides:

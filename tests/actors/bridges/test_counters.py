@@ -51,6 +51,15 @@ def test_news_are_told_once() -> None:
     assert len(counters.document()["failures"]) == MAX_FAILURES
 
 
+def test_a_type_that_is_missing_is_told_once() -> None:
+    """Whatever the number of topics with the type, also those that come later."""
+    counters = Counters()
+    refusals = [Refusal(f"/t{number}", Reason.TYPE_MISSING, "install it", "a/msg/B") for number in range(3)]
+    assert counters.refuse((*refusals[:2],)) == refusals[:1]
+    assert counters.refuse((*refusals,)) == []
+    assert len(counters.document()["refusals"]) == 3
+
+
 def test_the_document_is_json() -> None:
     """With all counts of topics and calls."""
     counters = Counters()

@@ -358,6 +358,18 @@ def test_an_endpoint_with_another_hash() -> None:
         assert "mine" in refusal.text
 
 
+def test_names_of_other_networks_are_made_printable() -> None:
+    """A refusal may quote what no broker would accept: it is escaped and cut."""
+    name, type_name = "/t\x1b[2J", "a\n" * 1000
+    known = Known(reason=f"install {type_name}")
+    graph = side(endpoint("/a", PUBLISHER, name), endpoint("/a", PUBLISHER, "/t", type_name))
+    refusals = planned(theirs=graph, known=lambda _: known).refusals
+    assert len(refusals) == 2
+    for text in (*(str(each) for each in refusals), *(each.type_name for each in refusals)):
+        assert text.isprintable()
+        assert len(text) < 1000
+
+
 def test_a_type_with_two_definitions() -> None:
     """If both sides have a type and it cannot cross, the definitions differ."""
     known = Known("hashes", "1", "2")
