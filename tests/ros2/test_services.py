@@ -182,3 +182,17 @@ async def test_a_service_that_both_sides_serve_stays_on_its_side(pair: Pair) -> 
     client = pair.here.create_client(SetBool, name)
     assert await client.wait_for_service()
     assert (await client.call(YES)).message == "from callboard"
+
+
+async def test_calls_within_ros_do_not_hide_a_response_for_callboard(pair: Pair) -> None:
+    """A client of ROS gets the responses for all clients of a service: those for others come and go."""
+    name = f"{pair.name}/busy_within"
+    await pair.there.service(name, Trigger, Trigger.Response(success=True))
+    client = pair.here.create_client(Trigger, name)
+    assert await client.wait_for_service()
+    assert (await client.call(Trigger.Request())).success
+    other = await pair.there.client(name, Trigger)
+    for _ in range(5):  # at a time as many as a server keeps
+        calls = await other.send(*[Trigger.Request()] * 10)
+        assert len(await other.responses(calls, 10)) == 10
+    assert (await client.call(Trigger.Request())).success

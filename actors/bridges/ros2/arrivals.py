@@ -51,14 +51,15 @@ class Arrivals:
         self.on_error = on_error
         raise_file_limit(None)  # each endpoint has a file descriptor
 
-    def watch(self, handle: Any, kind: EntryKind, take: Callable[[], bool]) -> Watch:
+    def watch(self, handle: Any, kind: EntryKind, take: Callable[[int], bool]) -> Watch:
         """Call a function when something has arrived at an endpoint, also for what has arrived before.
 
         Args:
             handle: rclpy's handle of the endpoint.
             kind: SUBSCRIPTION, SERVICE or CLIENT.
             take: Takes up to `MAX_TAKES_PER_TURN`, and returns whether there may be more; it is called again
-                in the next turn of the loop then, and some time after an exception.
+                in the next turn of the loop then, and some time after an exception. Gets how many have
+                arrived since it was called last.
 
         Returns:
             The watch. Close it before the endpoint is destroyed.
@@ -72,13 +73,14 @@ class Arrivals:
 class Watch:
     """One endpoint that a loop waits for; `Arrivals.watch` makes it."""
 
-    def __init__(self, arrivals: Arrivals, handle: Any, kind: EntryKind, take: Callable[[], bool]) -> None:
+    def __init__(self, arrivals: Arrivals, handle: Any, kind: EntryKind, take: Callable[[int], bool]) -> None:
         self._set_callback = getattr(arrivals.ros.rcl, _FUNCTIONS[kind])
         self._loop = loop = arrivals.loop
         self._on_error = arrivals.on_error
         self._handle = handle
         self._take = take
         self._again: asyncio.Handle | None = None
+        self._count = 0
         try:
             self._fd = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         except OSError as error:
@@ -106,18 +108,20 @@ class Watch:
             self._again.cancel()
 
     def _arrived(self) -> None:
-        os.eventfd_read(self._fd)
+        self._count += os.eventfd_read(self._fd)
         if self._again is None:
             self._run()
 
     def _run(self) -> None:
         self._again = None
+        count, self._count = self._count, 0
         try:
-            has_more = self._take()
+            has_more = self._take(count)
         except Exception as error:  # noqa: BLE001 - of rclpy, which does not list what it raises
             self._on_error(error)
             if self._fd >= 0:
                 self._again = self._loop.call_later(RETRY_SEC, self._run)
         else:
             if has_more and self._fd >= 0:
+                self._count += max(0, count - MAX_TAKES_PER_TURN)
                 self._again = self._loop.call_soon(self._run)

@@ -123,18 +123,23 @@ class Listener(Endpoint, Generic[_Callback]):
 
     def take_now(self) -> None:
         """Take what has arrived, though the loop has not come to it yet; not more than a depth holds."""
-        self._take()
+        self._take(0)
 
     def destroy(self) -> None:
         """Destroy it; nothing is taken any more. A second call does nothing."""
         self.listen(None)
         super().destroy()
 
-    def _take(self) -> bool:
+    def _take(self, count: int) -> bool:
         with self._handle:
-            for _ in range(MAX_TAKES_PER_TURN):
-                if self._callback is None or (taken := self._take_one()) is None:
+            for number in range(1, MAX_TAKES_PER_TURN + 1):
+                if self._callback is None:
                     return False
+                if (taken := self._take_one()) is None:
+                    # A client gets the responses to other clients, too, and ROS 2 says nothing of them.
+                    if number >= count:
+                        return False
+                    continue
                 try:
                     self._callback(*taken)
                 except Exception as error:  # noqa: BLE001 - one bad message must not stop the others
