@@ -63,9 +63,10 @@ class Rules:
     depths: tuple[tuple[str, int], ...] = ()
     max_nodes: int = MAX_NODES
     max_endpoints: int = MAX_ENDPOINTS
-    _decisions: dict[str, bool] = field(
-        default_factory=dict[str, bool], init=False, repr=False, compare=False
+    _decisions: dict[str, tuple[bool, int | None]] = field(
+        default_factory=dict[str, tuple[bool, int | None]], init=False, repr=False, compare=False
     )
+    """By name, whether it crosses, and its depth: each plan asks again."""
 
     def __post_init__(self) -> None:
         for key, patterns in (("allow", self.allow), ("deny", self.deny), ("depths", self.depths)):
@@ -97,18 +98,7 @@ class Rules:
         Args:
             name: Its full name in the other network.
         """
-        decision = self._decisions.get(name)
-        if decision is None:
-            if len(self._decisions) >= MAX_DECISIONS:
-                self._decisions.clear()
-            decision = self._decisions[name] = self._decide(name)
-        return decision
-
-    def _decide(self, name: str) -> bool:
-        names = [name]
-        if _ACTION in name:
-            names.append(name.partition(_ACTION)[0])
-        return not _any_matches(self.deny, names) and (not self.allow or _any_matches(self.allow, names))
+        return self._decision(name)[0]
 
     def depth_of(self, name: str) -> int | None:
         """Return the depth that a topic's mirrors shall have, None if no rule says it.
@@ -116,7 +106,22 @@ class Rules:
         Args:
             name: The topic's full name in the other network.
         """
-        return next((depth for pattern, depth in self.depths if node_matches(pattern, name)), None)
+        return self._decision(name)[1]
+
+    def _decision(self, name: str) -> tuple[bool, int | None]:
+        decision = self._decisions.get(name)
+        if decision is None:
+            if len(self._decisions) >= MAX_DECISIONS:
+                self._decisions.clear()
+            depth = next((depth for pattern, depth in self.depths if node_matches(pattern, name)), None)
+            decision = self._decisions[name] = (self._may_cross(name), depth)
+        return decision
+
+    def _may_cross(self, name: str) -> bool:
+        names = [name]
+        if _ACTION in name:
+            names.append(name.partition(_ACTION)[0])
+        return not _any_matches(self.deny, names) and (not self.allow or _any_matches(self.allow, names))
 
     def name_here(self, name: str) -> str:
         """Return callboard's name of a topic or service of the other network."""
