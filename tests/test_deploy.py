@@ -159,7 +159,7 @@ def test_the_configurations_of_the_page_and_the_mesh_are_accepted(tmp_path: Path
     )
     assert len(sections) == 2
     shown = (DEPLOY / "broker.toml").read_text(encoding="utf-8")
-    examples = "".join(re.findall(r"^# ((?:http|mesh)\w* = .*\n)", shown, re.MULTILINE))
+    examples = "".join(re.findall(r"^# ((?:http|mesh|bridge)\w* = .*\n)", shown, re.MULTILINE))
     path = tmp_path / "broker.toml"
     found: list[set[str]] = []
     for text in (*sections, examples):
@@ -168,6 +168,7 @@ def test_the_configurations_of_the_page_and_the_mesh_are_accepted(tmp_path: Path
         found.append({*tomllib.loads(text)})
     assert found[0] >= {"http", "http_token"} <= found[2]
     assert found[1] == {"mesh_listen", "mesh", "mesh_auth"} <= found[2]
+    assert {"bridge", "bridge_config", "bridge_token"} <= found[2]
 
 
 def test_the_unit_stops_the_broker_before_the_page() -> None:
@@ -191,6 +192,17 @@ def test_the_unit_stops_the_broker_before_the_page() -> None:
         ("dashboard", "10.0.0.1", Action.SUBSCRIBE, "/robot1/camera/image", False),
         ("dashboard", "10.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
         ("dashboard", "8.8.8.8", Action.SUBSCRIBE, "/map", False),
+        ("bridge1", "10.0.0.1", Action.NODE, "/ros2_bridge_7_b1f2", True),
+        ("bridge1", "10.0.0.1", Action.NODE, "/robot1/arm/driver", True),
+        ("bridge1", "10.0.0.1", Action.NODE, "/robot2/driver", False),
+        ("bridge1", "10.0.0.1", Action.PUBLISH, "/robot1/pose", True),
+        ("bridge1", "10.0.0.1", Action.PUBLISH, "/rosout", True),
+        ("bridge1", "10.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
+        ("bridge1", "10.0.0.1", Action.SUBSCRIBE, "/robot1/cmd_vel", True),
+        ("bridge1", "10.0.0.1", Action.SUBSCRIBE, "/robot2/pose", False),
+        ("bridge1", "10.0.0.1", Action.CALL, "/robot2/stop", False),
+        ("bridge1", "10.0.0.1", Action.SERVE, "/ros2_bridge_7_b1f2/get_report", True),
+        ("bridge1", "10.0.0.1", Action.ADMINISTER, "/", False),
         ("web", "127.0.0.1", Action.NODE, "/_callboard_web_1_0a", True),
         ("web", "127.0.0.1", Action.ADMINISTER, "/", True),
         ("web", "127.0.0.1", Action.PUBLISH, "/robot1/cmd_vel", False),
