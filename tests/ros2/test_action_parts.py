@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 FIBONACCI: Any = interface("test_msgs/action/Fibonacci")
 SEND: Any = FIBONACCI.Impl.SendGoalService
 RESULTS: Any = FIBONACCI.Impl.GetResultService
+FEEDBACK: Any = FIBONACCI.Impl.FeedbackMessage
 GOAL: Any = FIBONACCI.Goal(order=3)
 RESULT: Any = FIBONACCI.Result(sequence=[1, 2, 3])
 NUMBER = UUID(uuid=bytes(range(16)))
@@ -80,6 +81,7 @@ async def test_a_goal_id_is_used_once_in_ros(pair: Pair) -> None:
     sends: list[Any] = [pair.here.create_client(SEND, f"{name}/_action/send_goal") for _ in range(2)]
     for each in sends:
         assert await each.wait_for_service()
+    pair.here.create_subscription(FEEDBACK, f"{name}/_action/feedback", print, 10)  # as action clients have
     assert [(await each.call(SAME)).accepted for each in sends] == [True, False]
     assert await server.goals(1) == [GOAL]
     results: Any = pair.here.create_client(RESULTS, f"{name}/_action/get_result")
@@ -96,6 +98,7 @@ async def test_a_goal_id_is_used_once_in_callboard(pair: Pair) -> None:
     name = f"{pair.name}/same_here"
     server = Server(pair.here, name)
     sends = [await pair.there.client(f"{name}/_action/send_goal", SEND) for _ in range(2)]
+    await pair.there.subscription(f"{name}/_action/feedback", FEEDBACK)
     assert [(await each.call(SAME)).accepted for each in sends] == [True, False]
     await until(lambda: len(server.goals) == 1)
     server.end()

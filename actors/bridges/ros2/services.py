@@ -16,8 +16,9 @@ request or a response, so that each call needs a limit."""
 SERVICE_DEPTH: Final = 500
 """Requests and responses that have arrived in ROS 2 and wait for the loop; ROS 2's default of 10 loses others
 without a word. From 100 on it costs 40 KiB more for each service or client."""
-FEEDBACK_SEC: Final = 0.5
-"""How long a goal waits until its client's subscription to the feedback, which began before, has crossed."""
+FEEDBACK_SEC: Final = 3.0
+"""How long a goal waits until its client's subscription to the feedback, which began before, has crossed. It
+takes 0.1 s, or more on a busy machine; action clients always have one."""
 FEEDBACK_POLL_SEC: Final = 0.02
 """Between two looks whether it has."""
 
