@@ -49,6 +49,8 @@ TEST := $(BIN)/python -m pytest --numprocesses=$(WORKERS) --dist=worksteal
 
 # COVERAGE=1 measures the coverage of these tests, which run the code in their own process. It makes Python half as fast,
 # so the others run without it; both in their own workers, because a measurement that pauses loses threads for good.
+# The others mostly wait for processes: with no more workers they end long after the measured ones.
+UNMEASURED_WORKERS ?= $(WORKERS)
 MEASURED := $(addprefix tests/,proto broker actors hostile)
 
 ifdef COVERAGE
@@ -62,7 +64,7 @@ measured: $(READY)
 	@$(TEST) --cov --cov-report= $(MEASURED) $(PYTEST_FLAGS)
 
 unmeasured: $(READY) $(ROS2_READY)
-	@$(TEST) $(addprefix --ignore=,$(MEASURED)) $(PYTEST_FLAGS)
+	@$(TEST) --numprocesses=$(UNMEASURED_WORKERS) $(addprefix --ignore=,$(MEASURED)) $(PYTEST_FLAGS)
 
 coverage: $(READY)
 	@$(MAKE) --no-print-directory test COVERAGE=1
