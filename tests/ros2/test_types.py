@@ -31,6 +31,6 @@ async def test_a_type_that_ros_lacks_is_named(pair: Pair) -> None:
     output = ""
     while f"{pair.name}/tf" not in output:
         process = pair.network.callboard("bridge", "info")
-        assert await asyncio.to_thread(process.wait) == 0, process.output()
+        await asyncio.to_thread(process.wait)  # not 0 as long as the bridge starts
         output = process.output()
     assert "tf2_msgs" in output

@@ -233,7 +233,7 @@ def test_the_bridge_needs_ros(capsys: pytest.CaptureFixture[str]) -> None:
     assert captured.err.startswith(
         "--bridge: the bridge needs ROS 2's rclpy (No module named 'rclpy'): source "
     )
-    assert "pip install 'callboard[ros2]'" in captured.err
+    assert "pip install '.[ros2]'" in captured.err
     assert captured.err.count("\n") == 1
 
 
