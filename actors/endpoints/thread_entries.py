@@ -70,7 +70,9 @@ class ThreadEntries(Generic[E]):
             last: Whether no other is expected soon, so that it leaves at once.
         """
         self._entries.append((channel, entry))
-        if not ((last or len(self._entries) >= BURST) and self._write()) and not self._posted:
+        # After a frame that could not be written, not for each entry: the loop has been asked.
+        due = last or len(self._entries) % BURST == 0
+        if not (due and self._write()) and not self._posted:
             self._posted = True
             self._link.post(self.flush)
 

@@ -20,10 +20,12 @@ class Writing(ThreadChannel):
 
     def __init__(self, *, takes: bool = True) -> None:
         self.takes = takes
+        self.tried = 0
         self.written: list[list[int]] = []
 
     def write_now(self, raw: bytes) -> bool:
         """Note a frame."""
+        self.tried += 1
         if self.takes:
             self.written.append([each.call for each in cast("Reply", decode(raw)).entries])
         return self.takes
@@ -102,6 +104,16 @@ def test_what_cannot_be_written_is_sent_by_the_loop_in_order() -> None:
     link.add(4)
     link.run()
     assert link.collected == [1, 2, 3, 4]
+
+
+def test_a_frame_that_cannot_be_written_is_not_tried_for_each_entry() -> None:
+    """It is made again for each try."""
+    link = Connection()
+    link.channel.takes = False
+    link.add(*range(3 * BURST + 1))
+    assert link.channel.tried == 3
+    link.run()
+    assert link.collected == list(range(3 * BURST + 1))
 
 
 def test_nothing_overtakes_what_the_loop_is_about_to_send() -> None:
