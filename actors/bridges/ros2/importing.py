@@ -49,7 +49,7 @@ PROFILE: Final = f"""\
 """
 """Endpoints of one participant do not match: mirrors of one topic do not feed each other."""
 
-_INSTALLED: Final = "wheels on Linux x86-64 with Python 3.11: pip install '.[ros2]' in a clone of callboard"
+_INSTALLED: Final = "wheels for Linux on x86-64: pip install '.[ros2]' in a clone of callboard"
 """Without the names of its packages, as other extras have them: there are thirty."""
 
 ARRIVAL_FUNCTIONS: Final = (
