@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import signal
     from collections.abc import Mapping
 
-ANSWER_TIMEOUT_SEC: Final = 30.0
+ANSWER_TIMEOUT_SEC: Final = 60.0
 STOP_TIMEOUT_SEC: Final = 10.0
 MAX_DOMAIN: Final = 101
 """Domains above it may use ports that the system gives to other programs."""

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 import actors
 from actors.graph.snapshot import GraphSnapshot
 from proto.wire.codes import EntryKind
+from tests.ros2.ros import WAIT_SEC
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.graph.snapshot import EndpointInfo
 
-WAIT_SEC: Final = 25.0
 POLL_SEC: Final = 0.02
 KINDS: Final = {
     "publishers": EntryKind.PUBLISHER,

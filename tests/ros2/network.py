@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-STOP_TIMEOUT_SEC: Final = 20.0
-MAX_OUTPUT_CHARS: Final = 8000
+STOP_TIMEOUT_SEC: Final = 40.0
 PROFILE: Final = """<profiles xmlns="http://www.eprosima.com"><participant profile_name="short" \
 is_default_profile="true"><rtps><builtin><discovery_config><leaseDuration><sec>{0}</sec></leaseDuration>\
 <leaseAnnouncement><sec>1</sec></leaseAnnouncement></discovery_config></builtin></rtps></participant></profiles>
@@ -64,7 +63,7 @@ class Process:
             file.seek(self._read)
             found = file.read()
         self._read += len(found)
-        return found.decode(errors="replace")[-MAX_OUTPUT_CHARS:]
+        return found.decode(errors="replace")
 
     def send_signal(self, number: signal.Signals) -> None:
         """Send a signal."""
@@ -143,7 +142,7 @@ class Network:
         """Start a process with the variables of this network."""
         own = {name: value for name, value in os.environ.items() if not name.startswith(FOREIGN)}
         environ = {**own, **self.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
-        environ |= {"CALLBOARD_URL": self.url, **variables}
+        environ |= {"CALLBOARD_URL": self.url, "CALLBOARD_DOMAIN": "0", **variables}
         made = Process(command, environ, self._folder / f"{name}.log")
         self._processes.append(made)
         return made

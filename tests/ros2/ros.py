@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from actors.interfaces.message import Message
 
-WAIT_SEC: Final = 25.0
+WAIT_SEC: Final = 50.0
 """For any single event, on a machine that is busy; less than the side's own limit for an answer."""
 DEPTH_10: Final = QoSProfile(depth=10)
 

@@ -68,6 +68,23 @@ async def test_a_latched_value_arrives_after_a_volatile_publisher(pair: Pair) ->
     assert received == ["volatile", "latched", "next"]
 
 
+async def test_a_node_has_a_volatile_and_a_latched_publisher(pair: Pair) -> None:
+    """Of one topic in ROS: the messages of both arrive, once."""
+    topic = f"{pair.name}/changing"
+    received: list[str] = []
+    volatile = await pair.there.publisher(topic, String)
+    pair.here.create_subscription(String, topic, lambda each: received.append(each.data), LATCHED)
+    await volatile.matched()
+    await volatile.publish(String(data="volatile"))
+    await until(lambda: received == ["volatile"])
+    latched = await pair.there.publisher(topic, String, LATCHED)
+    await latched.publish(String(data="latched"))
+    await until(lambda: "latched" in received)
+    await latched.publish(String(data="next"))
+    await until(lambda: "next" in received)
+    assert received == ["volatile", "latched", "next"]
+
+
 async def test_reliable_and_best_effort_publishers_of_ros_share_a_topic(pair: Pair) -> None:
     """A subscription here gets the messages of both."""
     topic = f"{pair.name}/mixed"

@@ -30,7 +30,7 @@ from std_msgs.msg import String
 from tests.real_ros.programs.serialization import find_class
 
 POLL_SEC = 0.005
-DO_SEC = 20
+DO_SEC = 50
 """Less than a side has for its answer."""
 _made = {}
 _numbers = itertools.count(1)
