@@ -12,7 +12,7 @@ ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 NPM_READY := $(NPM)/.ready
 
-.PHONY: demo test coverage measured unmeasured quick bytecode nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd fuzz hostile upstream rclpy-tests judges clean
+.PHONY: demo test coverage measured unmeasured quick bytecode nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd soak-ros2 fuzz hostile upstream rclpy-tests judges clean
 .DEFAULT_GOAL := check
 
 $(DEMO_READY): pyproject.toml
@@ -104,6 +104,7 @@ contracts: $(READY)
 check: $(READY)
 	@$(MAKE) --no-print-directory --jobs=4 --output-sync lint types contracts
 	@$(MAKE) --no-print-directory test
+	@$(MAKE) --no-print-directory soak-ros2 ROS2_MINUTES=0.5 FIRST=7
 
 # Programs written for ROS 2, in checkouts of https://github.com/ros2/examples and demos below the folder UPSTREAM.
 upstream: $(READY)
@@ -150,6 +151,12 @@ mesh-soak: $(READY)
 
 mesh-crowd: $(READY)
 	@$(BIN)/python -m tests.integration.mesh.crowd
+
+# Nodes of callboard and of ROS 2 come and go on both sides of a bridge, which is killed, too. FIRST is the seed.
+ROS2_MINUTES ?= 10
+
+soak-ros2: $(READY) $(ROS2_READY)
+	@$(BIN)/python -m tests.ros2.soak --minutes $(ROS2_MINUTES) --seed $(FIRST)
 
 # Fuzz each target for FUZZ_SECONDS. An input that fails is kept in build/fuzz, and printed.
 FUZZ_SECONDS ?= 450
