@@ -86,8 +86,9 @@ def _lines(document: dict[str, Any]) -> Iterator[str]:
         idle = len(document[kind]) - len(used)
         if idle:
             yield f"    {idle} {'others ' if used else ''}have not been used"
-    yield "  Does not cross:"
-    yield from (f"    {line}" for line in _refused(document))
+    refused = list(_refused(document))
+    yield "  Does not cross:" if refused else "  Does not cross: nothing that was tried"
+    yield from (f"    {line}" for line in refused)
 
 
 def _refused(document: dict[str, Any]) -> Iterator[str]:

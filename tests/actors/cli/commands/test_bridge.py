@@ -1,0 +1,104 @@
+"""`callboard bridge`: what it prints of bridges, and its options; tests/ros2 has the bridge itself."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from actors.bridges.counters import Counters
+from actors.bridges.report import Reason, Refusal
+from actors.cli.main import main
+from actors.interfaces.std_srvs.srv import Trigger
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
+
+    from tests.actors.cli.conftest import Desk
+
+FACTS = {"network": "ros2/7", "id": "b1", "active": True, "waits_for": "", "rmw": "rmw_fastrtps_cpp"}
+FACTS |= {"distribution": "wheels", "has_own_profile": True, "refused_by_broker": []}
+FACTS |= {"shown": {"callboard": {"nodes": 2, "endpoints": 9}, "ros2": {"nodes": 1, "endpoints": 3}}}
+
+
+async def information(desk: Desk, counters: Counters, **facts: Any) -> str:
+    """Return what is printed about a bridge with these counters."""
+
+    def report(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = json.dumps({**FACTS, **counters.document(), **facts})
+        return response
+
+    async with desk.node("bridge", labels={"bridge": "ros2/7", "bridge_id": "b1"}) as bridge:
+        bridge.create_service(Trigger, "~/get_report", report)
+        ended = await desk.callboard("bridge", "info")
+        assert (ended.code, ended.err) == (0, "")
+        documents = (await desk.callboard("bridge", "info", "--json")).json
+        assert [each["node"] for each in documents] == ["/bridge"]
+        return ended.out
+
+
+async def test_the_counts_of_a_bridge(desk: Desk) -> None:
+    """Both sides, what has crossed, and what has not with its reason."""
+    counters = Counters()
+    counters.topic("/battery", "std_msgs/msg/Float64", from_theirs=True)
+    pose = counters.topic("/pose", "geometry_msgs/msg/Pose", from_theirs=False)
+    pose.received, pose.sent, pose.lost = 5, 3, 1
+    pose.drop("invalid", "a string with NUL", 2)
+    lights = counters.service("/lights", from_theirs=True)
+    lights.received()
+    lights.sent()
+    refusal = Refusal("/map", Reason.TYPE_MISSING, "ROS 2 has no type a/msg/Map", "a/msg/Map")
+    counters.refuse((refusal, refusal._replace(name="/silent", quiet=True)))
+    counters.failed("ROS 2 refuses /x")
+    refused = ["/robot1/cmd_vel: not allowed"]
+    assert (
+        await information(desk, counters, refused_by_broker=refused)
+        == """\
+/bridge: ros2/7, active
+  ROS 2: wheels, rmw_fastrtps_cpp
+  2 nodes of ROS 2 here, with 9 endpoints
+  1 nodes of callboard in ROS 2, with 3 endpoints
+  Topics:
+    /pose to ROS 2: 5 received, 3 passed on, 1 lost, 2 dropped (invalid: a string with NUL)
+    1 others have not been used
+  Services:
+    /lights served here: 1 received, 1 passed on
+  Does not cross:
+    /map: ROS 2 has no type a/msg/Map
+    the broker refuses /robot1/cmd_vel: not allowed
+    ROS 2 refuses /x
+"""
+    )
+
+
+async def test_a_bridge_that_waits_for_another_one(desk: Desk) -> None:
+    """It is named; a profile of the user's is mentioned, because it changes what ROS 2 shows."""
+    facts: dict[str, Any] = {"active": False, "waits_for": "b0", "has_own_profile": False}
+    lines = (await information(desk, Counters(), **facts)).splitlines()
+    assert lines[0] == "/bridge: ros2/7, waits for bridge b0"
+    assert "a killed bridge is shown there for its lease" in lines[2]
+    assert lines[-1] == "  Does not cross: nothing that was tried"
+
+
+async def test_a_graph_without_a_bridge(desk: Desk) -> None:
+    """The error says how to start one."""
+    ended = await desk.callboard("bridge", "info")
+    assert ended.code == 1
+    assert ended.err == "there is no bridge in this graph; start one with: callboard bridge ros2\n"
+
+
+def test_wrong_options_of_a_bridge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They are found before ROS 2 is needed, on the command line and in a file."""
+    path = tmp_path / "bridge.toml"
+    path.write_text("max_nodes = 0")
+    for arguments, said in (
+        (("--allow", "camera"), "allow: 'camera' is not a pattern"),
+        (("--depth", "/camera"), "expected a pattern and a depth, such as /camera/**=1, not '/camera'"),
+        (("--domain-id", "233"), "domain_id must be an integer from 0 to 232, not 233"),
+        (("--config", str(path)), f"{path}: max_nodes must be an integer from 1 to 10000, not 0"),
+    ):
+        assert main(["bridge", "ros2", "--check", *arguments]) == 1
+        captured = capsys.readouterr()
+        assert captured.err.startswith(said)
+        assert captured.out == ""
