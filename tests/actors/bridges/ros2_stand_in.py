@@ -100,6 +100,7 @@ class Network:
         published: Messages, requests and responses that the bridge has sent.
         reads: How often the graph was asked for something.
         refuses: What creating an endpoint raises.
+        pointers: Of the bridge's latest endpoints, by kind and name.
     """
 
     nodes: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
@@ -109,6 +110,7 @@ class Network:
     published: list[Any] = field(default_factory=list[Any])
     reads: int = 0
     refuses: Exception | None = None
+    pointers: dict[tuple[EntryKind, str], int] = field(default_factory=dict[tuple[EntryKind, str], int])
     eventfds: dict[int, int] = field(default_factory=dict[int, int])
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(1))
 
@@ -120,6 +122,12 @@ class Network:
         self.endpoints += made
         self.has_changed = True
         return made
+
+    def leave(self, node: str) -> None:
+        """Let a native node go, with its endpoints."""
+        self.nodes.remove((node, "/"))
+        self.endpoints = [each for each in self.endpoints if each.node != node]
+        self.has_changed = True
 
     def arrive(self, pointer: int, item: Any) -> None:
         """Let something arrive at an endpoint."""
@@ -209,7 +217,9 @@ class FakeNode:
         shown = Shown(kind, name, str(cls), self.full_name, OWN + next(network.numbers).to_bytes(4), profile)
         network.endpoints.append(shown)
         network.has_changed = True
-        return SimpleNamespace(handle=Handle(network), shown=shown, get_subscription_count=lambda: 2)
+        handle = Handle(network)
+        network.pointers[kind, name] = handle.pointer
+        return SimpleNamespace(handle=handle, shown=shown, get_subscription_count=lambda: 2)
 
     def create_publisher(self, cls: Any, topic: str, profile: Any, **_: Any) -> Any:
         return self._show(EntryKind.PUBLISHER, topic, cls, profile)
@@ -296,6 +306,10 @@ class FakeNode:
     def get_service_names_and_types(self) -> list[tuple[str, list[str]]]:
         found = {each.name for each in self._network.endpoints if each.topic_kind is not each.kind}
         return [(name, []) for name in sorted(found)]
+
+    def count_services(self, name: str) -> int:
+        """Count the servers."""
+        return sum(each.kind is EntryKind.SERVICE and each.name == name for each in self._network.endpoints)
 
 
 def _split(full_name: str) -> tuple[str, str]:

@@ -1,0 +1,178 @@
+"""A whole bridge between a broker and a stand-in for ROS 2."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from actors.bridges.counters import Counters
+from actors.bridges.ros2 import bridge as bridge_module
+from actors.bridges.ros2.bridge import Bridge
+from actors.bridges.ros2.message_taker import RosMessageInfo
+from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes, UnknownTypeError
+from actors.bridges.rules import Rules
+from actors.interfaces import cdr
+from actors.interfaces.message import type_hash
+from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_srvs.srv import SetBool
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+from proto.aio.tasks import cancel_and_wait
+from proto.wire.codes import EntryKind
+from tests.actors.bridges.ros2_stand_in import Network, make_ros
+from tests.actors.meeting import until
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    import actors
+    from tests.actors.bridges.ros2_stand_in import Shown
+    from tests.actors.meeting import Meeting
+
+PUBLISHER, SUBSCRIPTION = EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION
+SERVICE, CLIENT = EntryKind.SERVICE, EntryKind.CLIENT
+STRING, SET_BOOL = "std_msgs/msg/String", "std_srvs/srv/SetBool"
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Types:
+    """Both sides have the same classes."""
+
+    def known(self, name: str) -> KnownType:
+        if name == STRING:
+            return KnownType(name, "msg", String, String, type_hash(String), type_hash(String))
+        if name == SET_BOOL:
+            return KnownType(
+                name, "srv", SetBool, SetBool, type_hash(SetBool), "", type_hash(SetBool.Request)
+            )
+        return KnownType(name, "msg", None, None, reason=f"there is no {name}")
+
+    def message(self, name: str) -> MessageTypes:
+        if name != STRING:
+            raise UnknownTypeError(name)
+        return MessageTypes(String, String)
+
+    def service(self, name: str) -> ServiceTypes:
+        assert name == SET_BOOL
+        parts = [MessageTypes(each, each) for each in (SetBool.Request, SetBool.Response)]
+        return ServiceTypes(SetBool, SetBool, *parts)
+
+
+class Between:
+    """A bridge, its networks and a node of callboard."""
+
+    def __init__(self, here: actors.Node, network: Network, bridge: Bridge) -> None:
+        self.here = here
+        self.network = network
+        self.bridge = bridge
+
+    def shown(self, side: str) -> tuple[int, int]:
+        """Return how many nodes and endpoints the bridge shows on a side."""
+        found = self.bridge.document()["shown"][side]
+        return found["nodes"], found["endpoints"]
+
+    def native(self, node: str, *endpoints: tuple[EntryKind, str, str]) -> list[Shown]:
+        """Show a native node of ROS 2, whose endpoints do not tell hashes."""
+        made = self.network.show(node, *endpoints)
+        for each in made:
+            each.type_hash = ""
+        return made
+
+    def send(self, gid: bytes, text: str, number: int, topic: str = "/up") -> None:
+        """Let a message of ROS 2 arrive at the bridge."""
+        message = cdr.encode(String(data=text)), RosMessageInfo(gid, number, number, number)
+        self.network.arrive(self.network.pointers[SUBSCRIPTION, topic], message)
+
+
+@pytest.fixture
+async def between(meeting: Meeting, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Between]:
+    """A running bridge."""
+    serialization: Any = ModuleType("rclpy.serialization")
+    serialization.serialize_message = cdr.encode
+    serialization.deserialize_message = lambda data, cls: cdr.decode(cls, data)
+    monkeypatch.setitem(sys.modules, "rclpy.serialization", serialization)
+    monkeypatch.setattr(bridge_module, "Types", Types)
+    network = Network()
+    node = await meeting.node("bridge")
+    bridge = Bridge(node, make_ros(network), Rules(), Counters(), bridge_id="one", domain_id=7)
+    running = asyncio.create_task(bridge.run())
+    yield Between(await meeting.node("here"), network, bridge)
+    await cancel_and_wait(running)
+
+
+async def test_topics_cross_while_somebody_listens(between: Between) -> None:
+    """A node of each side is shown on the other; messages arrive, and nothing is left once they have gone."""
+    received: list[str] = []
+    subscription = between.here.create_subscription(
+        String, "/up", lambda each: received.append(each.data), 10
+    )
+    publisher = between.here.create_publisher(String, "/down", 10)
+    up, _ = between.native("/native", (PUBLISHER, "/up", STRING), (SUBSCRIPTION, "/down", STRING))
+    await until(lambda: between.shown("callboard") == (1, 2) and between.shown("ros2") == (1, 2))
+    await until(lambda: between.network.pointers[SUBSCRIPTION, "/up"] in between.network.eventfds)
+    between.send(up.gid, "one", 1)
+    await until(lambda: received == ["one"])
+    await publisher.wait_for_subscriptions(1)
+    publisher.publish(String(data="two"))
+    await until(lambda: cdr.encode(String(data="two")) in between.network.published)
+    subscription.destroy()
+    await until(lambda: not between.network.eventfds)
+    publisher.destroy()
+    await until(lambda: between.shown("ros2") == (0, 0))
+    between.network.leave("/native")
+    await until(lambda: between.shown("callboard") == (0, 0))
+
+
+async def test_publishers_with_different_offers(between: Between) -> None:
+    """Each message is received once, by the subscription that fits its publisher's offer."""
+    received: list[str] = []
+    between.here.create_subscription(String, "/up", lambda each: received.append(each.data), LATCHED)
+    (plain,) = between.native("/plain", (PUBLISHER, "/up", STRING))
+    (latched,) = between.native("/latched", (PUBLISHER, "/up", STRING))
+    latched.qos = LATCHED
+    await until(lambda: len(between.network.eventfds) == 2)
+    for number, (gid, text) in enumerate(((plain.gid, "plain"), (latched.gid, "latched")), 1):
+        data = cdr.encode(String(data=text)), RosMessageInfo(gid, number, number, number)
+        for pointer in tuple(between.network.eventfds):
+            between.network.arrive(pointer, data)
+    await until(lambda: sorted(received) == ["latched", "plain"])
+
+
+async def test_calls_cross(between: Between) -> None:
+    """A service of each side is called from the other."""
+
+    def answer(request: Any, response: Any) -> Any:
+        response.success = request.data
+        return response
+
+    between.here.create_service(SetBool, "/here", answer)
+    between.native("/native", (SERVICE, "/there", SET_BOOL), (CLIENT, "/here", SET_BOOL))
+    client = between.here.create_client(SetBool, "/there")
+    await client.wait_for_service()
+    call = asyncio.create_task(client.call(SetBool.Request(data=True)))
+    await until(lambda: SetBool.Request(data=True) in between.network.published)
+    header: Any = ModuleType("header")
+    header.request_id = ModuleType("request_id")
+    header.request_id.sequence_number = between.network.published.index(SetBool.Request(data=True)) + 1
+    header.request_id.writer_guid = bytes(16)
+    pointer = between.network.pointers[CLIENT, "/there"]
+    between.network.arrive(pointer, (header, SetBool.Response(success=True)))
+    assert (await call).success
+    await until(lambda: (SERVICE, "/here") in between.network.pointers)
+    between.network.arrive(between.network.pointers[SERVICE, "/here"], (SetBool.Request(data=True), header))
+    wanted = SetBool.Response(success=True), header.request_id
+    await until(lambda: wanted in between.network.published)
+    between.network.leave("/native")
+    await until(lambda: between.shown("callboard") == (0, 0))
+
+
+async def test_what_ros_refuses_is_reported(between: Between) -> None:
+    """It concerns one name; a type that callboard does not have is a refusal."""
+    between.native("/native", (SUBSCRIPTION, "/down", STRING), (PUBLISHER, "/odd", "odd/msg/Odd"))
+    between.network.refuses = RuntimeError("no memory")
+    between.here.create_publisher(String, "/down", 10)
+    await until(lambda: "no memory" in str(between.bridge.document()))
+    assert "there is no odd/msg/Odd" in str(between.bridge.document())
