@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from tests.ros2.network import Network
 
+LATCHED = actors.QoSProfile(depth=1, durability=actors.DurabilityPolicy.TRANSIENT_LOCAL)
+
 
 async def test_the_example_user_of_the_bridge_has_the_rights_that_it_needs(
     network: Network, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -37,15 +39,14 @@ async def test_the_example_user_of_the_bridge_has_the_rights_that_it_needs(
     there = await network.ros().node("driver")
     pose = await there.publisher("/pose", String)
     await there.publisher("/cmd_vel", String)
-    heard = await there.subscription("/goal", String)
+    heard = await there.subscription("/goal", String, LATCHED)
     received: list[str] = []
     async with actors.Node("pilot", url=network.url) as pilot:
         pilot.create_subscription(String, "/robot1/pose", lambda each: received.append(each.data), 10)
-        goal = pilot.create_publisher(String, "/robot1/goal", 10)
+        goal = pilot.create_publisher(String, "/robot1/goal", LATCHED)
         await pose.matched()
         await pose.publish(String(data="here"))
         await until(lambda: received == ["here"], "the message of ROS 2")
-        await until(goal.get_subscription_count, "the subscription of ROS 2")
         goal.publish(String(data="there"))
         assert await heard.received(1) == [String(data="there")]
         labels = (await pilot.get_graph()).node_labels()

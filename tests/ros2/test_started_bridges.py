@@ -51,7 +51,9 @@ async def test_the_bridge_runs_beside_the_broker_and_ends_with_it(
         (first,) = started()
         os.kill(int(first), signal.SIGKILL)
         await until(
-            lambda: len(started()) == 2 and output.count("callboard bridge between") == 2, "a restart"
+            lambda: len(started()) == 2 and output.count("callboard bridge between") == 2,
+            "a restart",
+            deadline_sec=120.0,
         )
         assert await node.wait_for_node("/robot1/talker")
     assert broker.stop() == 0

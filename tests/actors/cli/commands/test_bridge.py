@@ -17,9 +17,17 @@ if TYPE_CHECKING:
 
     from tests.actors.cli.conftest import Desk
 
-FACTS = {"network": "ros2/7", "id": "b1", "active": True, "waits_for": "", "rmw": "rmw_fastrtps_cpp"}
-FACTS |= {"distribution": "wheels", "has_own_profile": True, "refused_by_broker": []}
-FACTS |= {"shown": {"callboard": {"nodes": 2, "endpoints": 9}, "ros2": {"nodes": 1, "endpoints": 3}}}
+FACTS: dict[str, Any] = {
+    "network": "ros2/7",
+    "id": "b1",
+    "active": True,
+    "waits_for": "",
+    "rmw": "rmw_fastrtps_cpp",
+    "distribution": "wheels",
+    "has_own_profile": True,
+    "refused_by_broker": [],
+    "shown": {"callboard": {"nodes": 2, "endpoints": 9}, "ros2": {"nodes": 1, "endpoints": 3}},
+}
 
 
 async def information(desk: Desk, counters: Counters, **facts: Any) -> str:
