@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.bridges.graph import SideEndpoint, SideGraph, SideNode
 from actors.bridges.ros2.endpoints import ros_errors
-from actors.bridges.ros2.participant import CONTROL_NODE, ENCLAVE, GID_PREFIX_SIZE
+from actors.bridges.ros2.participant import CONTROL_NODE, ENCLAVE, GID_PREFIX_SIZE, request_topic
 from actors.bridges.ros2.qos import from_ros
 from proto.wire.codes import EntryKind
 
@@ -164,7 +164,7 @@ class Observer:
         Returns:
             "" if there is no server, or it does not tell.
         """
-        infos = self._infos(EntryKind.SUBSCRIPTION, _request_topic(service), no_mangle=True)
+        infos = self._infos(EntryKind.SUBSCRIPTION, request_topic(service), no_mangle=True)
         return next((found for _, _, info in infos if (found := _type_hash(info))), "")
 
     def _is_bridge(self, gid: bytes) -> bool:
@@ -262,7 +262,7 @@ class Observer:
         side = EntryKind.SUBSCRIPTION if kind is EntryKind.SERVICE else EntryKind.PUBLISHER
         rows = frozenset(
             _Row(node, kind, name, type_name)
-            for node, _, info in self._infos(side, _request_topic(name), no_mangle=True)
+            for node, _, info in self._infos(side, request_topic(name), no_mangle=True)
             if node in self._ambiguous and (type_name := _service_type(info.topic_type))
         )
         self._has_changed |= _put(self._found_rows, key, rows)
@@ -315,11 +315,6 @@ class _GraphChange:
 
 def _full_name(namespace: str, base: str) -> str:
     return f"{'' if namespace == '/' else namespace}/{base}"
-
-
-def _request_topic(service: str) -> str:
-    """Return DDS's name of the topic of a service's requests."""
-    return f"rq{service}Request"
 
 
 def _type_hash(info: Any) -> str:

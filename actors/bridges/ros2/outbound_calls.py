@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import math
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -32,9 +33,11 @@ if TYPE_CHECKING:
 
 MATCH_LIMIT_SEC: Final = 10.0
 """How long calls wait until a client has found a server that ROS 2's graph shows, which takes some 0.1 s."""
-STALLED_SEC: Final = 1.0
-"""How often the servers are counted while no request in flight gets a response: one that is back must not
-wait for what a dead one has taken with it."""
+WATCH_SEC: Final = 1.0
+"""How often the servers are looked at while requests are in flight: a request ends with all servers that have
+got it, and a server that is back must not wait for what a dead one has taken with it."""
+_FRESH_SEC: Final = 0.25
+"""How old may be what is known of the servers when a request is sent; to look takes some 0.1 ms."""
 
 _FIRST_LOOK_SEC: Final = 0.005
 _LAST_LOOK_SEC: Final = 0.25
@@ -151,18 +154,19 @@ class _Server:
         self._window: RequestWindow[bytes] = RequestWindow(is_long=self._is_long)
         self._keys = itertools.count()
         self._calls: dict[int, asyncio.Future[bytes]] = {}
-        self._sent: dict[int, int] = {}
-        """The calls of requests in flight, by ROS 2's numbers; also of some whose callers have given up."""
+        self._sent: dict[int, tuple[int, frozenset[bytes]]] = {}
+        """The calls of requests in flight, and the servers that have got them, by ROS 2's numbers; also some
+        whose callers have given up."""
         self._deadlines = Deadlines(self._expired)
         self._client: RosClient | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._looking_since: float | None = None
         """Since when calls wait for the client to find the server."""
         self._look_sec = _FIRST_LOOK_SEC
-        self._progress = 0.0
-        """When a request was sent, a response arrived, or the servers were counted."""
-        self._counted = 0
-        """How many there were."""
+        self._there: frozenset[bytes] = frozenset()
+        """The servers when they were last looked at."""
+        self._looked = -math.inf
+        self._watch: asyncio.TimerHandle | None = None
         self.mirrors: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
     def prepare(self) -> None:
@@ -228,8 +232,9 @@ class _Server:
         self._calls.clear()
         self._window.clear()
         self._deadlines.clear()
-        if self._timer is not None:
-            self._timer.cancel()
+        for timer in (self._timer, self._watch):
+            if timer is not None:
+                timer.cancel()
         if self._client is not None:
             self._client.destroy()
             self._client = None
@@ -246,21 +251,36 @@ class _Server:
             return
         if not self._is_found(now):
             return
-        if now - self._progress >= STALLED_SEC:
-            self._progress = now
-            self._count_servers()
         while (found := self._window.pop(now)) is not None:
-            self._progress = now
+            if now - self._looked > _FRESH_SEC or self._is_long:
+                self._look_at_servers()
             self._send_one(*found)
-        if self._window.waiting:
-            self._wake(min(self._window.next_space(), now + STALLED_SEC))
+        if self._window.waiting and (space := self._window.next_space()) < math.inf:
+            self._wake(space)
 
-    def _count_servers(self) -> None:
-        """Send more requests if a server is back while ROS 2 still shows the dead one that has got others."""
-        count = self._node.count_servers(self._name)
-        if count > self._counted:
+    def _look_at_servers(self) -> None:
+        before, self._there = self._there, self._node.servers(self._name)
+        self._looked = self._loop.time()
+        if before and self._there - before:
+            # One that is back while ROS 2 still shows the dead one, which may have got all that is in flight.
             self._window.forget_in_flight()
-        self._counted = count
+        if self._watch is None:
+            self._watch = self._loop.call_later(WATCH_SEC, self._watched)
+
+    def _watched(self) -> None:
+        """End the calls whose servers have left, though ROS 2 shows others of the name."""
+        self._watch = None
+        if not self._calls:
+            return
+        self._look_at_servers()
+        for number, (key, servers) in tuple(self._sent.items()):
+            if servers and servers.isdisjoint(self._there):
+                del self._sent[number]
+                self._window.responded(key)
+                if key in self._calls:
+                    self._counts.dropped("unavailable")
+                    self._fail(key, ServiceUnavailable("its server has left ROS 2"))
+        self._send()
 
     def _send_one(self, key: int, request: bytes) -> None:
         assert self._client is not None
@@ -273,8 +293,8 @@ class _Server:
             self._not_sent(key, "refused", ServiceUnavailable(str(error)))
             return
         if len(self._sent) >= _MAX_SENT:
-            self._sent = {number: each for number, each in self._sent.items() if each in self._calls}
-        self._sent[number] = key
+            self._sent = {each: sent for each, sent in self._sent.items() if sent[0] in self._calls}
+        self._sent[number] = key, self._there
 
     def _not_sent(self, key: int, reason: str, error: CallFailed) -> None:
         self._window.responded(key)
@@ -315,13 +335,12 @@ class _Server:
         self._send()
 
     def _responded(self, number: int, response: object) -> None:
-        key = self._sent.pop(number, None)
+        key, _ = self._sent.pop(number, (None, None))
         if key is None or key not in self._calls:
             self._counts.dropped("late")
         else:
             self._end(key, response)
         if key is not None:
-            self._progress = self._loop.time()
             self._window.responded(key)
             self._send()
 

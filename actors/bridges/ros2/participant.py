@@ -246,13 +246,14 @@ class RosNode:
             )
         return RosService(self._context, endpoint, callback, service_class)
 
-    def count_servers(self, name: str) -> int:
-        """Return how many servers a service has, as far as ROS 2 shows.
+    def servers(self, name: str) -> frozenset[bytes]:
+        """Return the gids of the servers of a service; dead ones are among them until their lease ends.
 
         Args:
             name: Its full name.
         """
-        return int(self.rclpy_node.count_services(name))
+        infos = self.rclpy_node.get_subscriptions_info_by_topic(request_topic(name), no_mangle=True)
+        return frozenset(bytes(each.endpoint_gid) for each in infos)
 
     def destroy(self) -> None:
         """Destroy the node and its endpoints."""
@@ -273,3 +274,12 @@ class RosNode:
 
 def _never(*_: object) -> None:
     """Stand in for callbacks of rclpy: no executor calls them."""
+
+
+def request_topic(service: str) -> str:
+    """Return DDS's name of the topic of a service's requests.
+
+    Args:
+        service: The full name of the service.
+    """
+    return f"rq{service}Request"

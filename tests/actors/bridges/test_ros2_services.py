@@ -88,7 +88,7 @@ class RosClient:
         self.destroyed = False
 
     def is_ready(self) -> bool:
-        return self._node.servers > 0
+        return bool(self._node.gids)
 
     def send(self, request: Any) -> int:
         if self._node.refuses:
@@ -133,10 +133,10 @@ class RosService:
 
 
 class RosNode:
-    """A node in ROS 2, where the service has this many servers."""
+    """A node in ROS 2, where the service has these servers."""
 
     def __init__(self) -> None:
-        self.servers = 1
+        self.gids = {b"first"}
         self.refuses = False
         self.clients: list[RosClient] = []
         self.services: list[RosService] = []
@@ -161,9 +161,9 @@ class RosNode:
         self.services.append(RosService(callback))
         return self.services[-1]
 
-    def count_servers(self, name: str) -> int:
+    def servers(self, name: str) -> frozenset[bytes]:
         del name
-        return self.servers
+        return frozenset(self.gids)
 
 
 class Counts:
@@ -367,7 +367,7 @@ async def test_servers_of_one_name_share_their_requests(sides: Sides) -> None:
 
 async def test_requests_wait_until_the_client_has_found_the_server(sides: Sides) -> None:
     """Those that ROS 2 gets before are lost."""
-    sides.ros.servers = 0
+    sides.ros.gids = set()
     sides.show_here()
     sides.outbound.prepare("/other")
     sides.outbound.prepare("/add")
@@ -376,7 +376,7 @@ async def test_requests_wait_until_the_client_has_found_the_server(sides: Sides)
     call = client.call_async(AddTwoInts.Request(a=1, b=2))
     await until(lambda: sides.counts.all["received"] == 1)
     assert sides.ros.client.sent == []
-    sides.ros.servers = 1
+    sides.ros.gids = {b"first"}
     await until(lambda: len(sides.ros.client.sent) == 1)
     sides.ros.client.answer(1)
     assert (await call).sum == 3
@@ -388,12 +388,12 @@ async def test_a_server_that_is_never_found_is_unavailable(
 ) -> None:
     """ROS 2 shows it, but cannot connect; later calls try again."""
     monkeypatch.setattr(outbound_calls, "MATCH_LIMIT_SEC", 0.0)
-    sides.ros.servers = 0
+    sides.ros.gids = set()
     sides.show_here()
     client = await sides.client()
     with pytest.raises(actors.ServiceUnavailable, match="cannot connect"):
         await client.call(AddTwoInts.Request(), None)
-    sides.ros.servers = 1
+    sides.ros.gids = {b"first"}
     call = client.call_async(AddTwoInts.Request(a=1))
     await until(lambda: len(sides.ros.client.sent) == 1)
     sides.ros.client.answer(1)
@@ -460,19 +460,47 @@ async def test_a_server_that_is_back_does_not_wait_for_the_dead_one(
     sides: Sides, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """ROS 2 shows a killed one for its lease, with all requests that it has got."""
-    monkeypatch.setattr(outbound_calls, "STALLED_SEC", 0.0)
+    monkeypatch.setattr(outbound_calls, "WATCH_SEC", 0.0)
     sides.show_here()
     client = await sides.client()
     lost = [client.call_async(AddTwoInts.Request(a=number)) for number in range(MAX_IN_FLIGHT)]
     call = client.call_async(AddTwoInts.Request(a=100))
     await until(lambda: sides.counts.all["received"] == MAX_IN_FLIGHT + 1)
     assert len(sides.ros.client.sent) == MAX_IN_FLIGHT
-    sides.ros.servers = 2
+    sides.ros.gids.add(b"second")
     await until(lambda: len(sides.ros.client.sent) == MAX_IN_FLIGHT + 1)
     sides.ros.client.answer(MAX_IN_FLIGHT + 1)
     assert (await call).sum == 100
+    # Its lease has ended: what it alone had got ends, too.
+    late = client.call_async(AddTwoInts.Request(a=101), None)
+    await until(lambda: len(sides.ros.client.sent) == MAX_IN_FLIGHT + 2)
+    sides.ros.gids.remove(b"first")
     for each in lost:
-        each.cancel()
+        with pytest.raises(actors.ServiceUnavailable, match="its server has left ROS 2"):
+            await each
+    sides.ros.client.answer(MAX_IN_FLIGHT + 2)
+    assert (await late).sum == 101
+    assert sides.counts.all["unavailable"] == MAX_IN_FLIGHT
+
+
+async def test_a_result_that_a_dead_server_had_to_send_ends(
+    sides: Sides, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another server of the name is there all the time, so that the service does not go."""
+    monkeypatch.setattr(outbound_calls, "WATCH_SEC", 0.0)
+    name = f"{ACTION}/get_result"
+    sides.show_here(name)
+    client = await sides.client(name)
+    old = client.call_async(TYPES[name].Request(), None)
+    await until(lambda: sides.counts.all["received"] == 1)
+    sides.ros.gids = {b"first", b"second"}
+    both = client.call_async(TYPES[name].Request(), None)
+    await until(lambda: sides.counts.all["received"] == 2)
+    sides.ros.gids = {b"second"}
+    with pytest.raises(actors.ServiceUnavailable):
+        await old
+    sides.ros.client.respond(2, TYPES[name].Response(status=4))
+    assert (await both).status == 4
 
 
 async def test_a_call_from_ros_2_gets_its_response(sides: Sides) -> None:
