@@ -76,6 +76,8 @@ def _lines(document: dict[str, Any]) -> Iterator[str]:
     yield f"  ROS 2: {document['distribution']}, {document['rmw']}"
     if not document["has_own_profile"]:
         yield "  The middleware has a configuration of its own: a killed bridge is shown there for its lease"
+    if not document["active"]:
+        return
     for side, words in (("callboard", "nodes of ROS 2 here"), ("ros2", "nodes of callboard in ROS 2")):
         yield f"  {shown[side]['nodes']} {words}, with {shown[side]['endpoints']} endpoints"
     for kind in ("topics", "services"):

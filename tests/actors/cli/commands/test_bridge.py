@@ -81,12 +81,17 @@ async def test_the_counts_of_a_bridge(desk: Desk) -> None:
 
 
 async def test_a_bridge_that_waits_for_another_one(desk: Desk) -> None:
-    """It is named; a profile of the user's is mentioned, because it changes what ROS 2 shows."""
+    """It is named, and nothing else crosses; a profile of the user's is mentioned."""
     facts: dict[str, Any] = {"active": False, "waits_for": "b0", "has_own_profile": False}
     lines = (await information(desk, Counters(), **facts)).splitlines()
     assert lines[0] == "/bridge: ros2/7, waits for bridge b0"
     assert "a killed bridge is shown there for its lease" in lines[2]
-    assert lines[-1] == "  Does not cross: nothing that was tried"
+    assert len(lines) == 3
+
+
+async def test_a_bridge_that_has_carried_nothing(desk: Desk) -> None:
+    """Nothing has been refused, either."""
+    assert (await information(desk, Counters())).endswith("  Does not cross: nothing that was tried\n")
 
 
 async def test_a_graph_without_a_bridge(desk: Desk) -> None:
