@@ -455,7 +455,12 @@ def endpoints(node, topic, kind, count, seconds):
         seconds: The longest wait.
     """
     ask = getattr(_made[node], f"get_{kind}_info_by_topic")
-    _until(lambda: len(ask(topic)) == count, seconds)
+
+    def found():
+        # An endpoint can be there before its node's name is.
+        return [each for each in ask(topic) if each.node_name != "_NODE_NAME_UNKNOWN_"]
+
+    _until(lambda: len(found()) == count, seconds)
     return sorted(
         [
             f"{each.node_namespace.rstrip('/')}/{each.node_name}",
@@ -464,7 +469,7 @@ def endpoints(node, topic, kind, count, seconds):
             each.qos_profile.reliability.name,
             each.qos_profile.durability.name,
         ]
-        for each in ask(topic)
+        for each in found()
     )
 
 
