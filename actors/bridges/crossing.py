@@ -29,6 +29,11 @@ MAX_HELD_BYTES: Final = 8 * 1024 * 1024
 """What waits for mirrors, on one topic."""
 
 
+UNNUMBERED: Final = 2**64 - 1
+"""The number of all messages of a middleware that numbers none: rmw's
+RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED."""
+
+
 class _Publisher:
     """What is known of one publisher of the side where messages come from."""
 
@@ -120,7 +125,7 @@ class Crossing:
                 self._forget(gid)
 
     def begin(self) -> None:
-        """Note that a subscription begins: what was published while there was none is not lost."""
+        """Note that messages are received from now on: what was published before is not lost."""
         for publisher in self._publishers.values():
             publisher.is_counted = False
 
@@ -130,7 +135,7 @@ class Crossing:
         Args:
             data: The message.
             gid: 16 bytes that name its publisher.
-            number: Its number among the publisher's messages.
+            number: Its number among the publisher's messages, or `UNNUMBERED`.
             stamp_ns: When it was published, in ns since the epoch.
             node: Its publisher's node, if that comes with the message.
         """
@@ -141,7 +146,7 @@ class Crossing:
                 return
             publisher = self._add(gid, found)
         counts, last = self._counts, publisher.last
-        if number <= last:
+        if number <= last and number != UNNUMBERED:
             counts.repeated += 1
             return
         if publisher.is_counted and number > last + 1:

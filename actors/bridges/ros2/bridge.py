@@ -277,29 +277,35 @@ class Bridge:
             function(*arguments)
         except (RosError, UnknownTypeError) as error:
             if self._counters.failed(str(error)):
-                self._log.warning(str(error))
+                self._warn("what a side refuses; 'callboard bridge info' shows all", str(error))
 
     def _show(self, side: _Here | _There, mirror: Mirror) -> None:
         """Show an endpoint."""
         here = side is self._here
         node: Any = side.nodes[mirror.node]
         handle: Any
+        called = ""
         if mirror.kind is EntryKind.CLIENT:
             types = self._types.service(mirror.type_name)
-            handle = node.create_client(types.ours if here else types.theirs, mirror.name)
-            if not here:
-                self._outbound.prepare(mirror.name)
+            if here:
+                handle = node.create_client(types.ours, mirror.name)
+            else:
+                # It is only seen: it keeps no more of the responses to others than it must.
+                handle = node.create_client(types.theirs, mirror.name, qos=QoSProfile(depth=1))
+                called = mirror.name
         elif mirror.kind is EntryKind.SERVICE:
             handle = (self._outbound if here else self._inbound).show(mirror, node)
             if here and any(
                 each.kind is EntryKind.CLIENT and each.name == mirror.source for each in self._there.shown
             ):
-                self._outbound.prepare(mirror.source)
+                called = mirror.source
         elif mirror.kind is EntryKind.PUBLISHER:
             handle = self._topic(mirror, from_ros=here).add_publisher(mirror, node)
         else:
             handle = self._topic(mirror, from_ros=not here).add_subscription(mirror, node)
         side.shown[mirror] = handle
+        if called:  # not before: it may be refused, and what is shown would never be hidden
+            self._outbound.prepare(called)
 
     def _hide(self, side: _Here | _There, mirror: Mirror) -> None:
         """Show an endpoint no longer."""
@@ -310,10 +316,7 @@ class Bridge:
             (self._outbound if here else self._inbound).hide(mirror)
         else:
             from_ros = here is (mirror.kind is EntryKind.PUBLISHER)
-            topics, key = self._topics(from_ros=from_ros), _topic_of(mirror)
-            topics[key].remove(mirror)
-            if topics[key].is_idle:
-                del topics[key]
+            self._topics(from_ros=from_ros)[_topic_of(mirror)].remove(mirror)
 
     def _topics(self, *, from_ros: bool) -> dict[tuple[str, str], Any]:
         return self._from_ros if from_ros else self._from_callboard
@@ -341,6 +344,9 @@ class Bridge:
             self._attempt(topic.take, profiles)
         for key, here in self._from_callboard.items():
             here.take(wanted.ours.intake.get(key, ()), _receivers(wanted.ours, key[0]))
+        for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
+            for key in [key for key, topic in topics.items() if topic.is_idle]:
+                del topics[key]
 
 
 class _Here:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from actors.bridges.crossing import Crossing
 from actors.bridges.qos import receiver_of
+from actors.errors import PublisherRefused
+from actors.qos.profile import HistoryPolicy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -29,7 +32,8 @@ class TopicFromRos:
     """One topic of ROS 2, received there and published by mirrors here.
 
     Every subscription of callboard is shown in ROS 2 as one of its own, but only one of these takes messages:
-    the others exist to be seen. If publishers offer different QoS, one takes for each kind of offer.
+    the others exist to be seen, and keep no more than they must. If publishers offer different QoS, one takes
+    for each kind of offer.
 
     Args:
         topic: The name of the topic in ROS 2.
@@ -57,6 +61,10 @@ class TopicFromRos:
         self._crossing = Crossing(convert, counts, self._node_of)
         self._publishers: dict[Mirror, Publisher[Any]] = {}
         self._shown: dict[Mirror, RosSubscription] = {}
+        self._nodes: dict[Mirror, RosNode] = {}
+        """The nodes that they are shown on."""
+        self._deep: dict[QoSProfile, Mirror] = {}
+        """By profile, the one that keeps as much as it says, to take messages."""
         self._own: dict[QoSProfile, RosSubscription] = {}
         """Subscriptions of the bridge itself, for profiles that no mirror has."""
         self._takers: dict[QoSProfile, RosSubscription] = {}
@@ -97,13 +105,28 @@ class TopicFromRos:
         assert mirror.qos is not None
         publisher = bare.create_publisher(self._types.ours, mirror.name, mirror.qos)
         self._publishers[mirror] = publisher
-        self._crossing.add_mirror(mirror.source_node, publisher.publish_encoded)
+
+        def send(data: bytes, stamp_ns: int) -> None:
+            if publisher.refusal:  # by the broker, which publishers are not told when they publish
+                raise PublisherRefused(publisher.refusal)
+            publisher.publish_encoded(data, stamp_ns)
+
+        self._crossing.add_mirror(mirror.source_node, send)
         return publisher
 
     def add_subscription(self, mirror: Mirror, node: RosNode) -> None:
         """Show a subscription of callboard on a node of ROS 2."""
-        assert mirror.qos is not None
-        self._shown[mirror] = node.create_subscription(self._types.theirs, self._topic, mirror.qos)
+        qos = mirror.qos
+        assert qos is not None
+        is_deep = qos not in self._deep
+        profile = qos if is_deep else replace(qos, history=HistoryPolicy.KEEP_LAST, depth=1)
+        self._shown[mirror] = self._subscription(node, profile)
+        self._nodes[mirror] = node
+        if is_deep:
+            self._deep[qos] = mirror
+
+    def _subscription(self, node: RosNode, qos: QoSProfile) -> RosSubscription:
+        return node.create_subscription(self._types.theirs, self._topic, qos)
 
     def remove(self, mirror: Mirror) -> None:
         """Show a publisher or subscription no longer."""
@@ -112,6 +135,8 @@ class TopicFromRos:
             self._crossing.remove_mirror(mirror.source_node)
         elif mirror in self._shown:
             subscription = self._shown.pop(mirror)
+            del self._nodes[mirror]
+            self._deep = {qos: each for qos, each in self._deep.items() if each != mirror}
             self._takers = {qos: each for qos, each in self._takers.items() if each is not subscription}
             subscription.destroy()
 
@@ -121,6 +146,8 @@ class TopicFromRos:
         Args:
             profiles: The QoS of the subscriptions that take, the strongest first; none to receive nothing.
         """
+        if not self._profiles:  # otherwise what is published until others take is lost
+            self._crossing.begin()
         self._profiles = profiles
         for qos in tuple(self._takers):
             if qos not in profiles:
@@ -134,14 +161,17 @@ class TopicFromRos:
                 subscription.destroy()
 
     def _taker(self, qos: QoSProfile) -> RosSubscription:
-        shown = (each for mirror, each in self._shown.items() if mirror.qos == qos)
-        subscription = next(shown, None)
-        if subscription is None:
-            subscription = self._own.get(qos) or self._control.create_subscription(
-                self._types.theirs, self._topic, qos
-            )
+        if qos in self._deep:
+            subscription = self._shown[self._deep[qos]]
+        elif mirror := next((each for each in self._shown if each.qos == qos), None):
+            # The one that took is gone: this one keeps more from now on.
+            subscription = self._subscription(self._nodes[mirror], qos)
+            self._shown[mirror].destroy()
+            self._shown[mirror] = subscription
+            self._deep[qos] = mirror
+        else:
+            subscription = self._own.get(qos) or self._subscription(self._control, qos)
             self._own[qos] = subscription
-        self._crossing.begin()
         subscription.listen(partial(self._received, qos))
         return subscription
 
@@ -152,7 +182,9 @@ class TopicFromRos:
             offer = self._observer.offer_of(self._topic, info.gid)
             if profiles[len(profiles) - 1 if offer is None else receiver_of(profiles, offer)] != qos:
                 return
-        self._crossing.receive(data, info.gid, info.sequence, info.source_ns)
+        # Another program of DDS may write without a time, or with any.
+        stamp_ns = info.source_ns if info.source_ns >= 0 else max(info.received_ns, 0)
+        self._crossing.receive(data, info.gid, info.sequence, stamp_ns)
 
     def close(self) -> None:
         """Show and receive nothing any more."""
@@ -213,8 +245,6 @@ class TopicFromCallboard:
 
     def add_subscription(self, mirror: Mirror, bare: BareNode) -> Subscription[Any]:
         """Show a subscription of ROS 2 on a node here, and receive."""
-        if not self._subscriptions:
-            self._crossing.begin()
         assert mirror.qos is not None
         subscription = self._subscriptions[mirror] = self._subscription(bare, mirror.qos)
         return subscription
@@ -238,6 +268,8 @@ class TopicFromCallboard:
             profiles: As for `TopicFromRos.take`; those of mirrors have the last one.
             receivers: If there are several, by node, the index of the one whose messages of the node count.
         """
+        if not self._profiles:
+            self._crossing.begin()
         self._profiles, self._receivers = profiles, receivers
         for qos in self._own.keys() - {*profiles[:-1]}:
             self._own.pop(qos).destroy()

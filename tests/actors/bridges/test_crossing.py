@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.bridges.counters import Counts
-from actors.bridges.crossing import HELD_MESSAGES, Crossing
+from actors.bridges.crossing import HELD_MESSAGES, UNNUMBERED, Crossing
 from actors.interfaces.errors import InvalidMessageError
 from proto.errors import CallboardError
 
@@ -166,3 +166,13 @@ def test_what_waits_has_a_limit_in_bytes_and_publishers() -> None:
     side.add("/a")
     side.add("/o")
     assert side.sent == [("/o", b"Z" * 8, 0)]
+
+
+def test_messages_without_numbers_cross() -> None:
+    """Some middleware numbers none: all have the greatest number, and none is a repetition."""
+    side = Side()
+    side.add("/a")
+    side.crossing.receive(b"x", A, UNNUMBERED, 0)
+    side.crossing.receive(b"y", A, UNNUMBERED, 0)
+    assert [data for _, data, _ in side.sent] == [b"X", b"Y"]
+    assert (side.counts.repeated, side.counts.lost) == (0, 0)
