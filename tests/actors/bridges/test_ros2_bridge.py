@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     import actors
     from tests.actors.bridges.ros2_stand_in import Shown
     from tests.actors.meeting import Meeting
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "eventfd"), reason="needs eventfd")
 
 PUBLISHER, SUBSCRIPTION = EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION
 SERVICE, CLIENT = EntryKind.SERVICE, EntryKind.CLIENT

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
     from actors.bridges.ros2.participant import RosNode
 
+pytestmark = pytest.mark.skipif(not hasattr(os, "eventfd"), reason="needs eventfd")
+
 DEPTH = QoSProfile(depth=10)
 
 

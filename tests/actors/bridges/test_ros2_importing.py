@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs glibc")
+
 GID = bytes(range(16))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +19,8 @@ from tests.actors.bridges.ros2_stand_in import OTHER, OWN, QOS, SERVICE_CLASS, N
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "eventfd"), reason="needs eventfd")
 
 PUBLISHER, SUBSCRIPTION = EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION
 SERVICE, CLIENT = EntryKind.SERVICE, EntryKind.CLIENT
