@@ -12,7 +12,7 @@ ROS2_READY := $(ROS2)/.ready
 NPM := build/npm
 NPM_READY := $(NPM)/.ready
 
-.PHONY: demo test coverage measured unmeasured quick bytecode nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd soak-ros2 fuzz hostile upstream rclpy-tests judges clean
+.PHONY: demo test coverage measured unmeasured quick bytecode nightly flakes web-bench web-test web-types web-unit check lint types pyright mypy contracts format bench soak slot-kills mesh-soak mesh-crowd soak-ros2 fuzz hostile upstream rclpy-tests ros2cli-bridge judges clean
 .DEFAULT_GOAL := check
 
 $(DEMO_READY): pyproject.toml
@@ -114,6 +114,10 @@ upstream: $(READY)
 # rclpy's own tests with callboard in its place, from a checkout with its history in the folder UPSTREAM.
 rclpy-tests: $(READY) $(ROS2_READY)
 	@$(BIN)/python -m tests.upstream.rclpy_tests "$(or $(UPSTREAM),$(error make rclpy-tests UPSTREAM=folder with a checkout of rclpy))" $(UPSTREAM_FLAGS)
+
+# The real command `ros2` and a node of callboard, with a bridge between them; from checkouts of ros2cli and rosidl_runtime_py.
+ros2cli-bridge: $(READY) $(ROS2_READY)
+	@$(BIN)/python -m tests.upstream.bridged_ros2cli "$(or $(UPSTREAM),$(error make ros2cli-bridge UPSTREAM=folder with checkouts of ros2cli and rosidl_runtime_py))"
 
 # Tests of packages from the package index that are written for rclpy.
 judges: $(READY)
