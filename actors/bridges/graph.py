@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from actors.qos.profile import QoSProfile
+from proto.wire.codes import EntryKind
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.qos.profile import QoSProfile
-    from proto.wire.codes import EntryKind
+    from actors.graph.snapshot import GraphSnapshot
 
 ORIGIN_LABEL: Final = "origin"
 """Label of a mirror in callboard's graph: the network that its original is in, such as "ros2/7"."""
@@ -27,6 +29,8 @@ BRIDGE_STATE_LABEL: Final = "bridge_state"
 BRIDGE_APART: Final = "bridge"
 """Text by which all bridges keep their nodes in callboard apart: no mirror receives from another mirror, so
 that nothing that has crossed one bridge crosses another one."""
+
+_TOPICS: Final = frozenset({EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION})
 
 
 class SideNode(NamedTuple):
@@ -86,3 +90,23 @@ def origin_of(labels: Mapping[str, str]) -> str:
         labels: The labels of the node.
     """
     return labels.get(ORIGIN_LABEL) or labels.get(BRIDGE_LABEL) or ""
+
+
+def our_graph(snapshot: GraphSnapshot) -> SideGraph:
+    """Return callboard's graph as plans read it.
+
+    Args:
+        snapshot: The graph.
+    """
+    nodes, endpoints = set[SideNode](), set[SideEndpoint]()
+    # Nobody elsewhere calls the services of bridges: who asks one for its report has no mirror for that.
+    bridges = tuple(f"{name}/" for name, labels in snapshot.node_labels().items() if BRIDGE_LABEL in labels)
+    for entry in snapshot.entries.values():
+        origin = origin_of(snapshot.labels_of(entry))
+        if entry.kind == EntryKind.NODE:
+            nodes.add(SideNode(entry.node, origin, shared=entry.qos.get("shared") is True))
+        elif not origin and not entry.name.startswith(bridges):
+            kind = EntryKind(entry.kind)
+            qos = QoSProfile.from_wire(entry.qos) if kind in _TOPICS else None
+            endpoints.add(SideEndpoint(entry.node, kind, entry.name, entry.type_name, entry.type_hash, qos))
+    return SideGraph(frozenset(nodes), frozenset(endpoints))

@@ -17,10 +17,8 @@ from actors.bridges.graph import (
     BRIDGE_LABEL,
     BRIDGE_STATE_LABEL,
     ORIGIN_LABEL,
-    SideEndpoint,
     SideGraph,
-    SideNode,
-    origin_of,
+    our_graph,
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
     from actors.bridges.ros2.participant import RosNode
     from actors.bridges.rules import Rules
     from actors.graph.changes import GraphWatch
-    from actors.graph.snapshot import GraphSnapshot
     from actors.node.bare_node import BareNode
     from actors.node.node import Node
 
@@ -59,8 +56,6 @@ POLL_SEC: Final = 0.1
 
 STEPS: Final = 10
 """Endpoints shown or hidden before messages have their turn: some milliseconds."""
-
-_TOPICS: Final = frozenset({EntryKind.PUBLISHER, EntryKind.SUBSCRIPTION})
 
 
 class Bridge:
@@ -213,7 +208,7 @@ class Bridge:
 
     async def _watch(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
-            self._ours = _our_graph(watch.snapshot)
+            self._ours = our_graph(watch.snapshot)
             self._labels = list(watch.snapshot.node_labels().values())
             self._news.set()
             await asyncio.sleep(LEAST_PAUSE_SEC)
@@ -415,17 +410,3 @@ def _topic_of(mirror: Mirror) -> tuple[str, str]:
 def _order(mirror: Mirror) -> tuple[bool, str, str]:
     """Put publishers behind all others, so that nothing is published before it can be passed on."""
     return mirror.kind is EntryKind.PUBLISHER, mirror.node, mirror.name
-
-
-def _our_graph(snapshot: GraphSnapshot) -> SideGraph:
-    """Return callboard's graph as plans read it."""
-    nodes, endpoints = set[SideNode](), set[SideEndpoint]()
-    for entry in snapshot.entries.values():
-        origin = origin_of(snapshot.labels_of(entry))
-        if entry.kind == EntryKind.NODE:
-            nodes.add(SideNode(entry.node, origin, shared=entry.qos.get("shared") is True))
-        elif not origin:
-            kind = EntryKind(entry.kind)
-            qos = QoSProfile.from_wire(entry.qos) if kind in _TOPICS else None
-            endpoints.add(SideEndpoint(entry.node, kind, entry.name, entry.type_name, entry.type_hash, qos))
-    return SideGraph(frozenset(nodes), frozenset(endpoints))
