@@ -151,9 +151,9 @@ VERBS: Final[dict[str, Verb | Group]] = {
         },
     ),
     "bridge": Group(
-        "show another network's nodes in the graph, and let messages and calls cross",
+        "put the nodes of another network into the graph",
         {
-            "ros2": Verb("nodes of callboard and of ROS 2 in one graph", stays=True),
+            "ros2": Verb("show the nodes of callboard and of ROS 2 in one graph", stays=True),
             "info": Verb("print what crosses, and what does not, and why"),
         },
     ),

@@ -9,13 +9,18 @@ from actors.cli.parsing import Options, Parser, add_broker_options, add_json_opt
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from actors.endpoints.client.client import Client
+    from actors.interfaces.std_srvs.srv import Trigger
+
 EXAMPLES: Final = {
-    "callboard bridge info": "all bridges: what crosses, drops, and what does not cross and why",
+    "callboard bridge info": "all bridges: what crosses, rates, drops, and what does not cross and why",
     "callboard bridge info --json": "the same for programs",
 }
 
 ANSWER_SEC: Final = 5.0
 """How long each bridge may take to answer."""
+RATE_SEC: Final = 1.0
+"""Time between the two reports of a bridge from which rates are taken."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -35,61 +40,87 @@ def run(options: Options) -> int:
         print_json(documents)
     elif not documents:
         raise CommandError("there is no bridge in this graph; start one with: callboard bridge ros2")
-    for document in [] if options.json else documents:
-        for line in _lines(document):
-            print_out(line)
+    else:
+        print_out("\n".join(line for document in documents for line in _lines(document)))
     return 0
 
 
 async def _ask(options: Options) -> list[dict[str, Any]]:
-    import json
+    import asyncio
 
     from actors.bridges.graph import BRIDGE_ID_LABEL, BRIDGE_STATE_LABEL
-    from actors.cli.errors import CommandError
     from actors.cli.hidden_node import hidden_node
+    from actors.interfaces.std_srvs.srv import Trigger
+
+    async with hidden_node(options) as node:
+        labels = (await node.get_graph()).node_labels()
+        clients = {
+            name: node.create_client(Trigger, f"{name}/get_report")
+            for name, each in sorted(labels.items())
+            if BRIDGE_ID_LABEL in each and BRIDGE_STATE_LABEL not in each
+        }
+        loop = asyncio.get_running_loop()
+        before = {name: (loop.time(), await _report(name, client)) for name, client in clients.items()}
+        if before:
+            await asyncio.sleep(RATE_SEC)
+        documents: list[dict[str, Any]] = []
+        for name, (asked_at, report) in before.items():
+            now = await _report(name, clients[name])
+            documents.append(_with_rates(now, report, loop.time() - asked_at))
+        return documents
+
+
+async def _report(name: str, client: Client[Trigger.Request, Trigger.Response]) -> dict[str, Any]:
+    import json
+
+    from actors.cli.errors import CommandError
     from actors.errors import CallFailed
     from actors.interfaces.std_srvs.srv import Trigger
 
-    documents: list[dict[str, Any]] = []
-    async with hidden_node(options) as node:
-        labels = (await node.get_graph()).node_labels()
-        bridges = [
-            name
-            for name, each in labels.items()
-            if BRIDGE_ID_LABEL in each and BRIDGE_STATE_LABEL not in each
-        ]
-        for name in sorted(bridges):
-            client = node.create_client(Trigger, f"{name}/get_report")
-            try:
-                answer = await client.call(Trigger.Request(), timeout_sec=ANSWER_SEC)
-            except CallFailed as error:
-                raise CommandError(f"the bridge {name} does not answer: {error}") from None
-            documents.append({"node": name, **json.loads(answer.message)})
-    return documents
+    try:
+        answer = await client.call(Trigger.Request(), timeout_sec=ANSWER_SEC)
+    except CallFailed as error:
+        raise CommandError(f"the bridge {name} does not answer: {error}") from None
+    return {"node": name, **json.loads(answer.message)}
+
+
+def _with_rates(now: dict[str, Any], before: dict[str, Any], elapsed_sec: float) -> dict[str, Any]:
+    """Return a report with the rates since an earlier one."""
+    for kind in ("topics", "services"):
+        received = {_key(row): row["received"] for row in before[kind]}
+        for row in now[kind]:
+            new = row["received"] - received.get(_key(row), 0)
+            row["received_per_sec"] = round(max(0, new) / elapsed_sec, 1)
+    return now
+
+
+def _key(row: dict[str, Any]) -> tuple[str, str, bool]:
+    return row["name"], row["type"], row["from_theirs"]
 
 
 def _lines(document: dict[str, Any]) -> Iterator[str]:
     """Yield the lines about a bridge."""
     shown = document["shown"]
-    state = "active" if document["active"] else f"waits for bridge {document['waits_for'] or '?'}"
+    waits_for = document["waits_for"]
+    state = "active" if document["active"] else f"waits for bridge {waits_for}" if waits_for else "starts"
     yield f"{document['node']}: {document['network']}, {state}"
     yield f"  ROS 2: {document['distribution']}, {document['rmw']}"
     if not document["has_own_profile"]:
         yield "  The middleware has a configuration of its own: a killed bridge is shown there for its lease"
     if not document["active"]:
         return
-    for side, words in (("callboard", "nodes of ROS 2 here"), ("ros2", "nodes of callboard in ROS 2")):
-        yield f"  {shown[side]['nodes']} {words}, with {shown[side]['endpoints']} endpoints"
+    for side, words in (("callboard", "Nodes of ROS 2 here"), ("ros2", "Nodes of callboard in ROS 2")):
+        yield f"  {words}: {shown[side]['nodes']}, with {shown[side]['endpoints']} endpoints"
     for kind in ("topics", "services"):
-        yield f"  {kind.capitalize()}:"
         used = [row for row in document[kind] if row["received"] or row["dropped"]]
+        idle = len(document[kind]) - len(used)
+        yield f"  {kind.capitalize()}:{'' if used or idle else ' none'}"
         for row in used:
             yield f"    {row['name']}{_direction(kind, row)}: {_counts(row)}"
-        idle = len(document[kind]) - len(used)
         if idle:
-            yield f"    {idle} {'others ' if used else ''}have not been used"
+            yield f"    {idle} {'more ' if used else ''}not used yet"
     refused = list(_refused(document))
-    yield "  Does not cross:" if refused else "  Does not cross: nothing that was tried"
+    yield f"  Does not cross:{'' if refused else ' nothing that was tried'}"
     yield from (f"    {line}" for line in refused)
 
 
@@ -109,7 +140,7 @@ def _direction(kind: str, row: dict[str, Any]) -> str:
 
 
 def _counts(row: dict[str, Any]) -> str:
-    parts = [f"{row['received']} received, {row['sent']} passed on"]
+    parts = [f"{row['received']} received ({row['received_per_sec']}/s)", f"{row['sent']} passed on"]
     parts += [f"{row[key]} {key}" for key in ("lost", "repeated") if row[key]]
     for reason, count in row["dropped"].items():
         example = row["examples"].get(reason)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+import pytest
+
 from actors.bridges.counters import Counters
 from actors.bridges.report import Reason, Refusal
+from actors.cli.commands.bridge import info
 from actors.cli.main import main
 from actors.interfaces.std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import pytest
 
     from tests.actors.cli.conftest import Desk
 
@@ -28,6 +29,11 @@ FACTS: dict[str, Any] = {
     "refused_by_broker": [],
     "shown": {"callboard": {"nodes": 2, "endpoints": 9}, "ros2": {"nodes": 1, "endpoints": 3}},
 }
+
+
+@pytest.fixture(autouse=True)
+def _rates_need_no_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(info, "RATE_SEC", 0.01)
 
 
 async def information(desk: Desk, counters: Counters, **facts: Any) -> str:
@@ -65,19 +71,36 @@ async def test_the_counts_of_a_bridge(desk: Desk) -> None:
         == """\
 /bridge: ros2/7, active
   ROS 2: wheels, rmw_fastrtps_cpp
-  2 nodes of ROS 2 here, with 9 endpoints
-  1 nodes of callboard in ROS 2, with 3 endpoints
+  Nodes of ROS 2 here: 2, with 9 endpoints
+  Nodes of callboard in ROS 2: 1, with 3 endpoints
   Topics:
-    /pose to ROS 2: 5 received, 3 passed on, 1 lost, 2 dropped (invalid: a string with NUL)
-    1 others have not been used
+    /pose to ROS 2: 5 received (0.0/s), 3 passed on, 1 lost, 2 dropped (invalid: a string with NUL)
+    1 more not used yet
   Services:
-    /lights served here: 1 received, 1 passed on
+    /lights served here: 1 received (0.0/s), 1 passed on
   Does not cross:
     /map: ROS 2 has no type a/msg/Map
     the broker refuses /robot1/cmd_vel: not allowed
     ROS 2 refuses /x
 """
     )
+
+
+async def test_the_rates_of_a_bridge(desk: Desk) -> None:
+    """They are those between two reports, also of a topic that has just appeared."""
+    counters = Counters()
+
+    def report(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = json.dumps({**FACTS, **counters.document()})
+        counters.topic("/battery", "std_msgs/msg/Float64", from_theirs=True).received += 10
+        counters.service("/idle", from_theirs=True)
+        return response
+
+    async with desk.node("bridge", labels={"bridge": "ros2/7", "bridge_id": "b1"}) as bridge:
+        bridge.create_service(Trigger, "~/get_report", report)
+        (document,) = (await desk.callboard("bridge", "info", "--json")).json
+    assert document["topics"][0]["received_per_sec"] > 0
+    assert document["services"][0]["received_per_sec"] == 0
 
 
 async def test_a_bridge_that_waits_for_another_one(desk: Desk) -> None:
