@@ -110,16 +110,11 @@ class Bridge:
         )
         self._from_ros: dict[tuple[str, str], TopicFromRos] = {}
         self._from_callboard: dict[tuple[str, str], TopicFromCallboard] = {}
+        outward, inward = (partial(counters.service, from_theirs=each) for each in (False, True))
         self._outbound = OutboundCalls(
-            there.control, self._types, partial(counters.service, from_theirs=False), self._from_ros.get
+            there.control, self._types, outward, self._from_ros.get, self._observer.request_hash
         )
-        self._inbound = InboundCalls(
-            self._caller,
-            self._types,
-            partial(counters.service, from_theirs=True),
-            self._warn,
-            self._from_callboard.get,
-        )
+        self._inbound = InboundCalls(self._caller, self._types, inward, self._warn, self._from_callboard.get)
         self._plan = EMPTY_PLAN
         """The last one that was not empty because of another bridge, or of a lost connection."""
         self._election = Election(bridge_id)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.bridges.request_window import RequestWindow
 from actors.bridges.ros2 import services
 from actors.bridges.ros2.errors import RosError
+from actors.bridges.ros2.types import UnknownTypeError
 from actors.callbacks.deadlines import Deadlines
 from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.errors import InvalidMessageError
@@ -54,6 +55,7 @@ class OutboundCalls:
         types: The types.
         counts: Returns the counters of a service, by its name in ROS 2.
         topic: Returns a topic of ROS 2 that crosses, by name and type.
+        request_hash: Returns the hash of the requests that the servers of a name take; "" if it is unknown.
     """
 
     def __init__(
@@ -62,11 +64,13 @@ class OutboundCalls:
         types: Types,
         counts: Callable[[str], CallCounts],
         topic: Callable[[tuple[str, str]], TopicFromRos | None],
+        request_hash: Callable[[str], str],
     ) -> None:
         self._node = node
         self._types = types
         self._counts = counts
         self._topic = topic
+        self._request_hash = request_hash
         self._servers: dict[str, _Server] = {}
         self._shown: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
@@ -81,11 +85,15 @@ class OutboundCalls:
             The server here.
 
         Raises:
-            UnknownTypeError: One side does not have its type.
+            UnknownTypeError: One side does not have its type, or has another of this name.
         """
         types = self._types.service(mirror.type_name)
         server = self._servers.get(mirror.source)
         if server is None:
+            known = self._types.known(mirror.type_name)
+            difference = known.difference(self._request_hash(mirror.source))
+            if difference:
+                raise UnknownTypeError(f"'{mirror.source}' does not cross: {difference}")
             feedback = partial(self._topic, services.feedback_of(mirror.source, mirror.type_name))
             server = _Server(self._node, mirror.source, types, self._counts(mirror.source), feedback)
             self._servers[mirror.source] = server

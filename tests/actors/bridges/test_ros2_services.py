@@ -16,6 +16,7 @@ from actors.bridges.ros2 import inbound_calls, outbound_calls, services
 from actors.bridges.ros2.errors import RosError
 from actors.bridges.ros2.inbound_calls import InboundCalls
 from actors.bridges.ros2.outbound_calls import OutboundCalls
+from actors.bridges.ros2.types import KnownType, UnknownTypeError
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -76,6 +77,9 @@ class Types:
         found = next(each for each in TYPES.values() if type_name(each) == name)
         request, response = OneType(found.Request, found.Request), OneType(found.Response, found.Response)
         return ServiceTypes(found, found, request, response)
+
+    def known(self, name: str) -> KnownType:
+        return KnownType(name, "srv", our_request_hash="RIHS01_1")
 
 
 class RosClient:
@@ -227,7 +231,8 @@ class Sides:
         ros: Any = self.ros
         self.feedback: Any = None
         """The topic with the feedback of the action."""
-        self.outbound = OutboundCalls(ros, types, self.count, self.topic)
+        self.request_hash = ""
+        self.outbound = OutboundCalls(ros, types, self.count, self.topic, lambda _: self.request_hash)
         self.inbound = InboundCalls(self.bare, types, self.count, self.warn, self.topic)
 
     def warn(self, kind: str, text: str) -> None:
@@ -292,6 +297,15 @@ async def test_a_server_gets_ten_requests_and_the_others_wait(sides: Sides) -> N
     assert [each.sum for each in await asyncio.gather(*calls)] == list(range(100, 125))
     assert sides.counts.all == {"received": 25, "sent": 25}
     assert (len(sides.ros.clients), sides.counts.of) == (1, "/add")
+
+
+async def test_a_server_with_another_request_is_not_shown(sides: Sides) -> None:
+    """The error has both hashes; one with the same hash, or with an unknown one, is shown."""
+    sides.request_hash = "RIHS01_2"
+    with pytest.raises(UnknownTypeError, match="RIHS01_1 in callboard and RIHS01_2 in ROS 2"):
+        sides.show_here()
+    sides.request_hash = "RIHS01_1"
+    sides.show_here()
 
 
 async def test_more_than_the_queue_takes_are_refused_at_once(sides: Sides) -> None:
