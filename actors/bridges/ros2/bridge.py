@@ -33,6 +33,7 @@ from actors.bridges.ros2.types import Types, UnknownTypeError
 from actors.logging.limited_lines import LimitedLines
 from actors.qos.profile import QoSProfile
 from proto.aio.tasks import cancel_and_wait
+from proto.untrusted_text import peer_text
 from proto.wire.codes import EntryKind
 from proto.wire.names import split_node_name
 
@@ -93,10 +94,9 @@ class Bridge:
         self._counters = counters
         self._log = node.get_logger()
         self._lines = LimitedLines(self._log.warning)
-        self._failure: BaseException | None = None
         self._news = asyncio.Event()
         self._types = Types()
-        arrivals = Arrivals(ros, asyncio.get_running_loop(), self._fail)
+        arrivals = Arrivals(ros, asyncio.get_running_loop(), self._failed)
         there = self._participant = Participant(
             ros, bridge_id=bridge_id, domain_id=domain_id, arrivals=arrivals
         )
@@ -128,15 +128,20 @@ class Bridge:
         if self._lines.admits(kind):
             self._log.warning(text)
 
-    def _fail(self, error: BaseException) -> None:
-        self._failure = self._failure or error
-        self._news.set()
+    def _failed(self, error: Exception) -> None:
+        """Go on after an unexpected error: it may be due to one message, which is lost.
+
+        If ROS 2 has ended, its graph cannot be read, either.
+        """
+        text = f"Something from ROS 2 is lost: {type(error).__name__}: {peer_text(str(error))}"
+        self._counters.failed(text)
+        self._warn("unexpected errors", text)
 
     async def run(self) -> None:
         """Follow both graphs until cancelled.
 
         Raises:
-            Exception: Taking from ROS 2 has failed: the bridge must not go on half alive.
+            RosError: ROS 2 has ended: the bridge must not go on half alive.
         """
         loop = asyncio.get_running_loop()
         watch = self._node.watch_graph()
@@ -146,8 +151,6 @@ class Bridge:
         try:
             while True:
                 self._news.clear()
-                if self._failure is not None:
-                    raise self._failure
                 if watching.done():
                     watching.result()
                 there = self._observer.poll(loop.time())

@@ -311,7 +311,7 @@ def _theirs(package: str, folder: str, base: str, path: list[str]) -> tuple[type
         cls = _part(whole, path)
         if cls._TYPE_SUPPORT is None:
             cast("Any", type(cls)).__import_type_support__()
-    except (ImportError, AttributeError, OSError) as error:
+    except Exception as error:  # noqa: BLE001 - of the package's own code, also rosidl's UnsupportedTypeSupport
         return None, f"the package {package} of ROS 2 cannot be imported: {error}"
     if cls._TYPE_SUPPORT is None:
         return None, f"{package}/{folder}/{base} has no type support for this ROS 2: build {package} again"

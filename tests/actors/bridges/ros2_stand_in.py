@@ -100,6 +100,7 @@ class Network:
         published: Messages, requests and responses that the bridge has sent.
         reads: How often the graph was asked for something.
         refuses: What creating an endpoint raises.
+        refusing_node: The node where it does; "" for all.
         pointers: Of the bridge's latest endpoints, by kind and name.
     """
 
@@ -110,6 +111,7 @@ class Network:
     published: list[Any] = field(default_factory=list[Any])
     reads: int = 0
     refuses: Exception | None = None
+    refusing_node: str = ""
     pointers: dict[tuple[EntryKind, str], int] = field(default_factory=dict[tuple[EntryKind, str], int])
     eventfds: dict[int, int] = field(default_factory=dict[int, int])
     numbers: Iterator[int] = field(default_factory=lambda: itertools.count(1))
@@ -212,7 +214,7 @@ class FakeNode:
 
     def _show(self, kind: EntryKind, name: str, cls: Any, profile: Any) -> Any:
         network = self._network
-        if network.refuses:
+        if network.refuses and network.refusing_node in {"", self.full_name}:
             raise network.refuses
         shown = Shown(kind, name, str(cls), self.full_name, OWN + next(network.numbers).to_bytes(4), profile)
         network.endpoints.append(shown)

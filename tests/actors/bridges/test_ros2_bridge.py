@@ -179,3 +179,46 @@ async def test_what_ros_refuses_is_reported(between: Between) -> None:
     between.here.create_publisher(String, "/down", 10)
     await until(lambda: "no memory" in str(between.bridge.document()))
     assert "there is no odd/msg/Odd" in str(between.bridge.document())
+
+
+async def test_an_unexpected_error_costs_one_message(
+    between: Between, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bridge says so, and goes on with the next message and with all else."""
+
+    def convert(types: MessageTypes, data: bytes) -> bytes:
+        if cdr.decode(types.ours, data) == String(data="odd"):
+            raise RuntimeError("nobody expects this")
+        return to_callboard(types, data)
+
+    to_callboard = MessageTypes.to_callboard
+    monkeypatch.setattr(MessageTypes, "to_callboard", convert)
+    received: list[str] = []
+    between.here.create_subscription(String, "/up", lambda each: received.append(each.data), 10)
+    (up,) = between.native("/native", (PUBLISHER, "/up", STRING))
+    await until(lambda: between.network.eventfds)
+    between.send(up.gid, "odd", 1)
+    between.send(up.gid, "even", 2)
+    await until(lambda: received == ["even"])
+    assert "nobody expects this" in str(between.bridge.document()["failures"])
+
+
+async def test_what_cannot_be_prepared_is_shown_once(between: Between) -> None:
+    """ROS 2 refuses the client that would call for others: those are shown, and hidden when they end."""
+
+    def shown() -> list[str]:
+        found = [each for each in between.network.endpoints if each.node == "/here"]
+        return sorted(each.name for each in found if each.kind in {CLIENT, SUBSCRIPTION})
+
+    between.native("/native", (SERVICE, "/there", SET_BOOL))
+    await until(lambda: between.shown("callboard") == (1, 1))
+    between.network.refuses = RuntimeError("too many open files")
+    between.network.refusing_node = "/callboard_bridge_one"
+    client = between.here.create_client(SetBool, "/there")
+    await until(lambda: shown() == ["/there"])
+    between.native("/native", (PUBLISHER, "/up", STRING))
+    between.here.create_subscription(String, "/up", print, 10)
+    await until(lambda: shown() == ["/there", "/up"])
+    client.destroy()
+    await until(lambda: shown() == ["/up"])
+    assert "too many open files" in str(between.bridge.document()["failures"])

@@ -144,3 +144,15 @@ def test_names_that_are_remembered() -> None:
     assert types.known("0") is first
     types.known("one more")
     assert types.known("0") is not first
+
+
+def test_a_type_whose_support_cannot_be_loaded_does_not_cross(packages: Packages) -> None:
+    """Whatever the package's code raises: rosidl's own error is no ImportError."""
+
+    class Support(type):
+        def __import_type_support__(cls) -> None:
+            raise RuntimeError("no open files are left")
+
+    packages.add("std_msgs/msg/String", Support("Their", (), {"_TYPE_SUPPORT": None}))
+    reason = Types().known("std_msgs/msg/String").reason
+    assert reason.endswith("cannot be imported: no open files are left")
