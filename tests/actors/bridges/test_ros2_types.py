@@ -150,6 +150,7 @@ def test_a_type_whose_support_cannot_be_loaded_does_not_cross(packages: Packages
     """Whatever the package's code raises: rosidl's own error is no ImportError."""
 
     class Support(type):
+        @classmethod
         def __import_type_support__(cls) -> None:
             raise RuntimeError("no open files are left")
 
