@@ -82,9 +82,7 @@ class Election:
         """When it can be active; None before the first update."""
         self._seen: dict[str, _Seen] = {}
         self._active = False
-        self._start_at = None
         self._waits_for = ""
-        self._next_at: float | None = None
 
     @property
     def active(self) -> bool:
@@ -96,15 +94,10 @@ class Election:
         """The id of the bridge because of which this one is not active; "" if it is, or has just started."""
         return self._waits_for
 
-    @property
-    def next_at(self) -> float | None:
-        """When `update` can give another answer although nothing has changed; None for never."""
-        return self._next_at
-
     def update(self, now: float, here: Mapping[str, bool], there: Collection[str]) -> bool:
         """Take note of the bridges that are visible, and return whether this one is active.
 
-        Call it when one of both graphs has changed, and at `next_at`.
+        Call it several times per second: the answer may change although both graphs have not.
 
         Args:
             now: A monotonic time in seconds.
@@ -113,7 +106,7 @@ class Election:
         """
         if self._start_at is None:
             self._start_at = now + self._start_sec
-        rivals = self._rivals(now, here, there, self._start_at)
+        rivals = self._rivals(now, here, there)
         if self._active:
             # Networks that were apart have met: both bridges know it, and one of them goes on.
             stronger = (each for each in rivals if here[each] and each in there and each < self._own_id)
@@ -128,25 +121,18 @@ class Election:
         self._active = False
         self._start_at = None
         self._waits_for = ""
-        self._next_at = None
         self._seen.clear()
 
-    def _rivals(
-        self, now: float, here: Mapping[str, bool], there: Collection[str], start_at: float
-    ) -> list[str]:
+    def _rivals(self, now: float, here: Mapping[str, bool], there: Collection[str]) -> list[str]:
         """Return the bridges that are, or may be, between the same two networks."""
         self._seen = {each: self._seen.get(each) or _Seen(now) for each in here if each != self._own_id}
         rivals: list[str] = []
-        deadlines = [start_at]
         for each, seen in self._seen.items():
             if seen.is_there and each not in there:
                 seen.doubtful_at = now
             seen.is_there = each in there
-            settled_at = seen.doubtful_at + self._settle_sec
-            if seen.is_there or now < settled_at:
+            if seen.is_there or now < seen.doubtful_at + self._settle_sec:
                 rivals.append(each)
-                deadlines += [seen.first_at + self._settle_sec] + ([] if seen.is_there else [settled_at])
-        self._next_at = min((each for each in deadlines if each > now), default=None)
         return rivals
 
     def _blocking(self, now: float, here: Mapping[str, bool], rivals: list[str]) -> str:

@@ -1,4 +1,8 @@
-"""Errors of bridges."""
+"""Errors of bridges.
+
+CallboardError (proto.errors)
+└── InvalidBridgeOptionError    a rule or an option of a bridge is wrong
+"""
 
 from __future__ import annotations
 

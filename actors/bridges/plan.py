@@ -1,8 +1,8 @@
 """What each side of a bridge shows of the other one: a pure function of both graphs and the rules.
 
-    plan = plan_bridge(ours, theirs, rules, known)
-    plan.ours.mirrors    # endpoints to show in callboard
-    plan.theirs.intake   # topics of the other network to subscribe to, and with which QoS
+    wanted = plan(ours, theirs, rules, known)
+    wanted.ours.mirrors    # endpoints to show in callboard
+    wanted.theirs.intake   # topics of the other network to subscribe to, and with which QoS
 
 Only native nodes have mirrors: a mirror is never mirrored, whoever made it. So nothing crosses twice or comes
 back, however bridges are connected. Mirrors exist as long as their originals, so presence and demand are in

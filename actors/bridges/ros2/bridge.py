@@ -22,14 +22,14 @@ from actors.bridges.graph import (
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
-from actors.bridges.ros2.errors import RosError
+from actors.bridges.ros2.errors import RosError, UnknownTypeError
 from actors.bridges.ros2.inbound_calls import InboundCalls
 from actors.bridges.ros2.node_texts import converter
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.outbound_calls import OutboundCalls
 from actors.bridges.ros2.participant import Participant
 from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
-from actors.bridges.ros2.types import Types, UnknownTypeError
+from actors.bridges.ros2.types import Types
 from actors.logging.limited_lines import LimitedLines
 from actors.qos.profile import QoSProfile
 from proto.aio.tasks import cancel_and_wait

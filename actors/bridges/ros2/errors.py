@@ -2,7 +2,8 @@
 
 CallboardError (proto.errors)
 ├── RosNotFoundError    ROS 2 cannot be used in this process; the text says what to do
-└── RosError            ROS 2 refuses a name, an entity or a call
+├── RosError            ROS 2 refuses a name, an entity or a call
+└── UnknownTypeError    one side does not have a type, or has another of this name
 """
 
 from __future__ import annotations
@@ -16,3 +17,7 @@ class RosNotFoundError(CallboardError):
 
 class RosError(CallboardError):
     """ROS 2 refuses a name, an entity or a call; the text says which and why."""
+
+
+class UnknownTypeError(CallboardError, LookupError):
+    """One side does not have a type, or has another of this name; the text says what to do."""

@@ -86,14 +86,6 @@ class Ros:
     rmw: str
     has_own_profile: bool
 
-    def module(self, name: str) -> Any:
-        """Import a module of ROS 2, such as "std_msgs.msg".
-
-        Raises:
-            ImportError: There is none.
-        """
-        return import_module(name)
-
     @contextmanager
     def profile(self) -> Generator[None]:
         """Give Fast DDS the bridge's profile; it reads the file for its first participant."""

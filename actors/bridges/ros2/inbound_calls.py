@@ -18,10 +18,10 @@ from actors.interfaces.errors import InvalidMessageError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.bridges.counters import CallCounts
     from actors.bridges.plan import Mirror
     from actors.bridges.ros2.endpoints import RosService
     from actors.bridges.ros2.participant import RosNode
-    from actors.bridges.ros2.services import CallCounts
     from actors.bridges.ros2.topics import TopicFromCallboard
     from actors.bridges.ros2.types import ServiceTypes, Types
     from actors.endpoints.client.client import Client

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.bridges.request_window import RequestWindow
 from actors.bridges.ros2 import services
-from actors.bridges.ros2.errors import RosError
-from actors.bridges.ros2.types import UnknownTypeError
+from actors.bridges.ros2.errors import RosError, UnknownTypeError
 from actors.callbacks.deadlines import Deadlines
 from actors.errors import CallFailed, RemoteError, ServiceOverloaded, ServiceTimeout, ServiceUnavailable
 from actors.interfaces.errors import InvalidMessageError
@@ -23,10 +22,10 @@ from actors.interfaces.errors import InvalidMessageError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.bridges.counters import CallCounts
     from actors.bridges.plan import Mirror
     from actors.bridges.ros2.endpoints import RosClient
     from actors.bridges.ros2.participant import RosNode
-    from actors.bridges.ros2.services import CallCounts
     from actors.bridges.ros2.topics import TopicFromRos
     from actors.bridges.ros2.types import ServiceTypes, Types
     from actors.endpoints.service.service import ServiceServer

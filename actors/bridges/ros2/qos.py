@@ -17,9 +17,6 @@ from actors.time.types import INFINITE, Duration
 if TYPE_CHECKING:
     from actors.bridges.ros2.importing import Ros
 
-_UNKNOWN_DEPTH = 0
-"""ROS 2 does not show the depth of a remote endpoint."""
-
 
 def to_ros(ros: Ros, profile: QoSProfile) -> Any:
     """Return rclpy's profile with the policies of callboard's; their numbers are the same."""
@@ -43,7 +40,7 @@ def from_ros(profile: Any) -> QoSProfile:
     """
     return QoSProfile(
         history=HistoryPolicy(int(profile.history)),
-        depth=profile.depth or _UNKNOWN_DEPTH,
+        depth=profile.depth,
         reliability=ReliabilityPolicy(int(profile.reliability)),
         durability=DurabilityPolicy(int(profile.durability)),
         deadline=_from_ros_time(profile.deadline),

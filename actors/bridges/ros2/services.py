@@ -1,8 +1,8 @@
-"""What both directions of calls have in common: limits, counters, the parts of actions."""
+"""What both directions of calls have in common: limits, QoS, the parts of actions."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.message import type_name
 from actors.qos.profile import QoSProfile
@@ -29,22 +29,6 @@ CANCEL: Final = "/_action/cancel_goal"
 
 _STANDARD: Final = ("rcl_interfaces/", "type_description_interfaces/", "lifecycle_msgs/")
 """What the types of services begin with that most nodes have and few call: they have ROS 2's default."""
-
-
-class CallCounts(Protocol):
-    """Counts what happens to the calls of one service."""
-
-    def received(self) -> None:
-        """Count a request."""
-        ...
-
-    def sent(self) -> None:
-        """Count a response."""
-        ...
-
-    def dropped(self, reason: str) -> None:
-        """Count a request or a response that did not cross."""
-        ...
 
 
 def feedback_of(name: str, service_type: str) -> tuple[str, str]:

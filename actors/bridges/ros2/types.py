@@ -11,6 +11,7 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.bridges.ros2.errors import UnknownTypeError
 from actors.interfaces.cdr import codec_for as cdr_codec_for
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import UnknownInterfaceError
@@ -18,7 +19,6 @@ from actors.interfaces.message import Message, Service, type_hash
 from actors.interfaces.registry import find_interface, installed_interface
 from actors.regular_files import read_regular
 from actors.tools.prefixes import package_prefix, use_ros_interfaces
-from proto.errors import CallboardError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,10 +44,6 @@ _PARTS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
 }
 """The attributes of a class, here and in rclpy, that have the types whose names begin with its name."""
 _SERVICES: Final = frozenset({"SendGoal", "GetResult"})
-
-
-class UnknownTypeError(CallboardError, LookupError):
-    """One side does not have a type, or has another of this name; the text says what to do."""
 
 
 class KnownType(NamedTuple):

@@ -13,8 +13,9 @@ import pytest
 from actors.bridges.counters import Counters
 from actors.bridges.ros2 import bridge as bridge_module
 from actors.bridges.ros2.bridge import Bridge
+from actors.bridges.ros2.errors import UnknownTypeError
 from actors.bridges.ros2.message_taker import RosMessageInfo
-from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes, UnknownTypeError
+from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes
 from actors.bridges.rules import Rules
 from actors.interfaces import cdr
 from actors.interfaces.message import type_hash

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.bridges.ros2.types import MAX_TYPES, Types, UnknownTypeError
+from actors.bridges.ros2.errors import UnknownTypeError
+from actors.bridges.ros2.types import MAX_TYPES, Types
 from actors.interfaces import cdr
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.message import type_hash

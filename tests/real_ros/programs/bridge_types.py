@@ -11,7 +11,8 @@ from typing import Any
 
 from rclpy.serialization import serialize_message
 
-from actors.bridges.ros2.types import MessageTypes, Types, UnknownTypeError
+from actors.bridges.ros2.errors import UnknownTypeError
+from actors.bridges.ros2.types import MessageTypes, Types
 from actors.interfaces.codec import codec_for
 
 
