@@ -17,6 +17,9 @@ EXAMPLES: Final = {
     "callboard bridge info --json": "the same for programs",
 }
 
+_ODD: Final = (LookupError, ValueError, TypeError, AttributeError, RecursionError)
+"""What a report with other contents raises."""
+
 ANSWER_SEC: Final = 5.0
 """How long each bridge may take to answer."""
 RATE_SEC: Final = 1.0
@@ -35,20 +38,28 @@ def run(options: Options) -> int:
     from actors.cli.loop import run_async
     from actors.cli.output import print_json, print_out
 
-    documents = run_async(lambda: _ask(options))
+    faults: list[str] = []
+    documents = run_async(lambda: _ask(options, faults))
     if options.json:
         print_json(documents)
-    elif not documents:
+    elif not documents and not faults:
         raise CommandError("there is no bridge in this graph; start one with: callboard bridge ros2")
-    else:
-        print_out("\n".join(line for document in documents for line in _lines(document)))
+    for document in [] if options.json else documents:
+        try:
+            print_out("\n".join(_lines(document)))
+        except _ODD:
+            faults.append(_odd(document["node"]))
+    if faults:
+        raise CommandError("\n".join(faults))
     return 0
 
 
-async def _ask(options: Options) -> list[dict[str, Any]]:
+async def _ask(options: Options, faults: list[str]) -> list[dict[str, Any]]:
+    """Return the reports of all bridges that give one; any node can say that it is a bridge."""
     import asyncio
 
     from actors.bridges.graph import BRIDGE_ID_LABEL, BRIDGE_STATE_LABEL
+    from actors.cli.errors import CommandError
     from actors.cli.hidden_node import hidden_node
     from actors.interfaces.std_srvs.srv import Trigger
 
@@ -60,13 +71,23 @@ async def _ask(options: Options) -> list[dict[str, Any]]:
             if BRIDGE_ID_LABEL in each and BRIDGE_STATE_LABEL not in each
         }
         loop = asyncio.get_running_loop()
-        before = {name: (loop.time(), await _report(name, client)) for name, client in clients.items()}
+        before: dict[str, tuple[float, dict[str, Any]]] = {}
+        documents: list[dict[str, Any]] = []
+        for name, client in clients.items():
+            try:
+                before[name] = loop.time(), await _report(name, client)
+            except CommandError as error:
+                faults.append(str(error))
         if before:
             await asyncio.sleep(RATE_SEC)
-        documents: list[dict[str, Any]] = []
         for name, (asked_at, report) in before.items():
-            now = await _report(name, clients[name])
-            documents.append(_with_rates(now, report, loop.time() - asked_at))
+            try:
+                now = await _report(name, clients[name])
+                documents.append(_with_rates(now, report, loop.time() - asked_at))
+            except CommandError as error:
+                faults.append(str(error))
+            except _ODD:
+                faults.append(_odd(name))
         return documents
 
 
@@ -81,7 +102,14 @@ async def _report(name: str, client: Client[Trigger.Request, Trigger.Response]) 
         answer = await client.call(Trigger.Request(), timeout_sec=ANSWER_SEC)
     except CallFailed as error:
         raise CommandError(f"the bridge {name} does not answer: {error}") from None
-    return {"node": name, **json.loads(answer.message)}
+    try:
+        return {**json.loads(answer.message), "node": name}
+    except _ODD:
+        raise CommandError(_odd(name)) from None
+
+
+def _odd(name: str) -> str:
+    return f"the bridge {name} answers with something else than a report of this version's bridges"
 
 
 def _with_rates(now: dict[str, Any], before: dict[str, Any], elapsed_sec: float) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -115,6 +116,26 @@ async def test_a_bridge_that_waits_for_another_one(desk: Desk) -> None:
 async def test_a_bridge_that_has_carried_nothing(desk: Desk) -> None:
     """Nothing has been refused, either."""
     assert (await information(desk, Counters())).endswith("  Does not cross: nothing that was tried\n")
+
+
+async def test_other_bridges_are_shown_beside_one_without_a_report(desk: Desk) -> None:
+    """One that fails, or is none, hides no other one; the command says so, and fails."""
+    messages = {"good": json.dumps({**FACTS, **Counters().document()}), "odd": '{"topics": 7}', "none": "["}
+    async with contextlib.AsyncExitStack() as stack:
+        for name in (*messages, "fails"):
+            labels = {"bridge": "ros2/7", "bridge_id": name}
+            node = await stack.enter_async_context(desk.node(name, labels=labels))
+
+            def report(_: Trigger.Request, response: Trigger.Response, name: str = name) -> Trigger.Response:
+                response.message = messages[name]  # KeyError
+                return response
+
+            node.create_service(Trigger, "~/get_report", report)
+        ended = await desk.callboard("bridge", "info")
+    assert ended.out.startswith("/good: ros2/7, active\n")
+    assert "the bridge /fails does not answer" in ended.err
+    assert all(f"the bridge /{name} answers with something else" in ended.err for name in ("odd", "none"))
+    assert ended.code == 1
 
 
 async def test_a_graph_without_a_bridge(desk: Desk) -> None:
