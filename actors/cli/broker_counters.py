@@ -10,6 +10,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from actors.bridges.graph import ORIGIN_LABEL
 from actors.cli.broker_target import open_inspector
 from actors.cli.errors import TIMEOUT, CommandError
 from actors.cli.named import TOPIC, print_unpublished
@@ -150,12 +151,15 @@ def _warn_unpublished(report: BrokerReport, watched: list[WatchedTopic]) -> None
 
 
 def publishes_elsewhere(options: Options, topics: Iterable[str]) -> bool:
-    """Return whether topics have publishers of other brokers of the mesh.
+    """Return whether topics have publishers of other brokers of the mesh, or beyond a bridge.
 
     A broker gets and counts their messages only while its own nodes subscribe.
     """
     names = set(map(TOPIC.full_name, topics))
     with open_inspector(options) as inspector:
-        entries = inspector.graph().of_kind(EntryKind.PUBLISHER)
-        brokers = {entry.broker for entry in entries if entry.name in names}
+        graph = inspector.graph()
+        entries = [entry for entry in graph.of_kind(EntryKind.PUBLISHER) if entry.name in names]
+        if any(ORIGIN_LABEL in graph.labels_of(entry) for entry in entries):
+            return True
+        brokers = {entry.broker for entry in entries}
         return any(brokers) and brokers != {next(iter(inspector.report().brokers), 0)}

@@ -57,6 +57,22 @@ def speaking(node: actors.Node, topic: str = "said", message: Any = None) -> Non
     node.create_timer(0.01, lambda: publisher.publish(said))
 
 
+async def test_messages_from_beyond_a_bridge_are_subscribed_to(desk: Desk) -> None:
+    """A bridge brings them only if somebody subscribes: the broker has nothing to count."""
+    async with desk.node() as gateway:
+        mirror = gateway.create_bare_node("robot", labels={"origin": "ros2/7"})
+        publisher = mirror.create_publisher(String, "/said", 10)
+
+        def tell() -> None:
+            if publisher.get_subscription_count():
+                publisher.publish(String(data="hello"))
+
+        gateway.create_timer(0.01, tell)
+        await gateway.get_graph()
+        measured = (await desk.callboard("topic", "bw", "/said", "--json", *PATIENCE)).json
+    assert measured["min_bytes"] > 0
+
+
 class FakeBroker:
     """A broker's numbers and a clock, for one topic with steady publishers."""
 
