@@ -157,7 +157,7 @@ def main(role):
     with suppress(ExternalShutdownException), rclpy.init():
         node = rclpy.create_node(f"bench_{role}")
         if role == "relay":
-            threading.Thread(target=lambda: (sys.stdin.read(), rclpy.shutdown()), daemon=True).start()
+            threading.Thread(target=lambda: (sys.stdin.read(), rclpy.try_shutdown()), daemon=True).start()
             relay(node)
             return
         made = {"source": Source, "sink": Sink, "crowd": Crowd}[role](node)
