@@ -184,10 +184,10 @@ class Bridge:
     def document(self) -> dict[str, Any]:
         """Return what crosses, and what does not, as JSON has it."""
         ros, here, there = self._ros, self._here, self._there
-        refused = {node.refusal for node in here.nodes.values()}
-        refused |= {
-            f"{mirror.name}: {handle.refusal}" for mirror, handle in here.shown.items() if handle.refusal
-        }
+        nodes = {name: node.refusal for name, node in here.nodes.items() if node.refusal}
+        endpoints = {mirror: each.refusal for mirror, each in here.shown.items() if each.refusal}
+        # Those of a refused node have the same reason.
+        others = {f"{mirror.name}: {text}" for mirror, text in endpoints.items() if mirror.node not in nodes}
         return {
             "network": self.origin,
             "id": self._participant.bridge_id,
@@ -197,10 +197,13 @@ class Bridge:
             "distribution": ros.distribution,
             "has_own_profile": ros.has_own_profile,
             "shown": {
-                side: {"nodes": len(each.nodes), "endpoints": len(each.shown)}
-                for side, each in (("callboard", here), ("ros2", there))
+                "callboard": {
+                    "nodes": len(here.nodes) - len(nodes),
+                    "endpoints": len(here.shown) - len(endpoints),
+                },
+                "ros2": {"nodes": len(there.nodes), "endpoints": len(there.shown)},
             },
-            "refused_by_broker": sorted(refused - {""}),
+            "refused_by_broker": sorted(others | {f"{name}: {text}" for name, text in nodes.items()}),
             **self._counters.document(),
         }
 
@@ -219,6 +222,8 @@ class Bridge:
         waits_for = self._election.waits_for
         if waits_for and waits_for != waited_for:
             self._log.info(f"The bridge {waits_for} connects the same networks; this one waits until it ends")
+        elif elected and waited_for:
+            self._log.info(f"This bridge is active now; it has waited for the bridge {waited_for}")
         return elected
 
     async def _follow(self, *, active: bool, there: SideGraph) -> None:

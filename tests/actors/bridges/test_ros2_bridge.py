@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import actors
 from actors.bridges.counters import Counters
 from actors.bridges.ros2 import bridge as bridge_module
 from actors.bridges.ros2.bridge import Bridge
@@ -17,10 +18,12 @@ from actors.bridges.ros2.errors import UnknownTypeError
 from actors.bridges.ros2.message_taker import RosMessageInfo
 from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes
 from actors.bridges.rules import Rules
+from actors.endpoints.service.service import ServiceServer
 from actors.interfaces import cdr
 from actors.interfaces.message import type_hash
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.node.bare_node import BareNode
 from actors.qos.profile import DurabilityPolicy, QoSProfile
 from proto.aio.tasks import cancel_and_wait
 from proto.wire.codes import EntryKind
@@ -30,7 +33,6 @@ from tests.actors.meeting import until
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    import actors
     from tests.actors.bridges.ros2_stand_in import Shown
     from tests.actors.meeting import Meeting
 
@@ -180,6 +182,18 @@ async def test_what_ros_refuses_is_reported(between: Between) -> None:
     between.here.create_publisher(String, "/down", 10)
     await until(lambda: "no memory" in str(between.bridge.document()))
     assert "there is no odd/msg/Odd" in str(between.bridge.document())
+
+
+async def test_a_node_that_the_broker_refuses_is_reported_once(
+    between: Between, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not once more for each of its endpoints; neither it nor they count as shown."""
+    between.native("/native", (PUBLISHER, "/up", STRING), (SERVICE, "/light", SET_BOOL))
+    await until(lambda: between.shown("callboard") == (1, 2))
+    for each in (BareNode, actors.Publisher, ServiceServer):
+        monkeypatch.setattr(each, "refusal", "not allowed")
+    assert between.shown("callboard") == (0, 0)
+    assert between.bridge.document()["refused_by_broker"] == ["/native: not allowed"]
 
 
 async def test_an_unexpected_error_costs_one_message(
