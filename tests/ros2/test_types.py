@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any
 
+from actors.interfaces.std_msgs.msg import Int64, String
 from actors.interfaces.tf2_msgs.msg import TFMessage
 from tests.ros2.graphs import endpoints_until
 from tests.ros2.ros import interface
+from tests.waiting import until
 
 if TYPE_CHECKING:
     from tests.ros2.conftest import Pair
@@ -34,3 +36,16 @@ async def test_a_type_that_ros_lacks_is_named(pair: Pair) -> None:
         await asyncio.to_thread(process.wait)  # not 0 as long as the bridge starts
         output = process.output()
     assert "tf2_msgs" in output
+
+
+async def test_the_second_type_of_a_topic_does_not_cross(pair: Pair) -> None:
+    """The first one goes on."""
+    topic = f"{pair.name}/two_types"
+    received: list[String] = []
+    publisher = await pair.there.publisher(topic, String)
+    pair.here.create_subscription(String, topic, received.append, 10)
+    await publisher.matched()
+    bare = pair.here.create_bare_node(f"{pair.name[1:]}_other")
+    bare.create_publisher(Int64, topic, 10).publish(Int64(data=1))
+    await publisher.publish(String(data="first"))
+    await until(lambda: received == [String(data="first")])
