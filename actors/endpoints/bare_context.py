@@ -83,9 +83,9 @@ class BareContext(NodeContext):
             if self.link.loop is not None:
                 self.link.loop.call_soon(self.refused, ErrorCode.UNEXPECTED, text)
             return frames.Undeclare(self.id)  # an unknown id, which brokers ignore; they refuse its endpoints
-        warned = super().declaration()
-        assert isinstance(warned, frames.Node)
-        return warned._replace(apart=self.apart)
+        frame = super().declaration()
+        assert isinstance(frame, frames.Node)
+        return frame._replace(apart=self.apart)
 
     def accepted(self, number: int) -> None:
         """Note that the node is in the graph."""

@@ -44,7 +44,9 @@ def add_arguments(parser: Parser) -> None:
         help="the depth of the mirrors of topics, in messages, such as '/camera/**=2'; may be repeated",
     )  # fmt: skip
     parser.add_argument(
-        "--config", metavar="FILE", help="a TOML file with these options; they take precedence"
+        "--config",
+        metavar="FILE",
+        help="a TOML file with these options and more; the command line takes precedence over it",
     )
     parser.add_flag("--check", help="say whether the options and ROS 2 can be used, and exit")
     add_broker_options(parser)
