@@ -99,6 +99,7 @@ async def _report(name: str, client: Client[Trigger.Request, Trigger.Response]) 
     from actors.interfaces.std_srvs.srv import Trigger
 
     try:
+        await client.wait_for_service(ANSWER_SEC)  # a bridge that starts has none yet
         answer = await client.call(Trigger.Request(), timeout_sec=ANSWER_SEC)
     except CallFailed as error:
         raise CommandError(f"the bridge {name} does not answer: {error}") from None

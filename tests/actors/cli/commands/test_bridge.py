@@ -13,6 +13,7 @@ from actors.bridges.report import Reason, Refusal
 from actors.cli.commands.bridge import info
 from actors.cli.main import main
 from actors.interfaces.std_srvs.srv import Trigger
+from proto.wire.codes import EntryKind
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -136,6 +137,24 @@ async def test_other_bridges_are_shown_beside_one_without_a_report(desk: Desk) -
     assert "the bridge /fails does not answer" in ended.err
     assert all(f"the bridge /{name} answers with something else" in ended.err for name in ("odd", "none"))
     assert ended.code == 1
+
+
+async def test_a_bridge_that_starts(desk: Desk) -> None:
+    """Its node is in the graph before it can report: that is waited for."""
+
+    def report(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.message = json.dumps({**FACTS, **Counters().document()})
+        return response
+
+    async with desk.node("bridge", labels={"bridge": "ros2/7", "bridge_id": "b1"}) as bridge:
+        command = desk.start("bridge", "info")
+        watch = bridge.watch_graph()
+        async for _ in watch:
+            if watch.snapshot.count(EntryKind.CLIENT, "/bridge/get_report"):
+                break
+        bridge.create_service(Trigger, "~/get_report", report)
+        ended = await command
+    assert (ended.code, ended.err) == (0, "")
 
 
 async def test_a_graph_without_a_bridge(desk: Desk) -> None:
