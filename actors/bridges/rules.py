@@ -189,7 +189,7 @@ def require_number(name: str, value: object, least: int, most: int) -> None:
     """
     # Not isinstance: in Python `true` is an integer, too.
     if type(value) is not int or not least <= value <= most:
-        shown = escape(str(value))[:MAX_PATTERN_CHARACTERS]
+        shown = escape(repr(value))[:MAX_PATTERN_CHARACTERS]  # with the quotes of a string
         raise InvalidBridgeOptionError(f"{name} must be an integer from {least} to {most}, not {shown}")
 
 

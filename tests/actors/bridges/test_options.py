@@ -57,6 +57,7 @@ def test_a_file_and_the_command_line(tmp_path: Path) -> None:
         ("namespace = 1", "namespace must be a string"),
         ("namespace = '/a b'", "namespace: "),
         ("domain_id = 233", "domain_id must be an integer from 0 to 232, not 233"),
+        ("domain_id = '7'", "domain_id must be an integer from 0 to 232, not '7'"),
         ("domain_id = true", "domain_id must be an integer from 0 to 232"),
         ("max_nodes = 1.5", "max_nodes must be an integer from 1 to"),
         ("=", " is not TOML: "),
