@@ -7,6 +7,7 @@ import signal
 from typing import TYPE_CHECKING, Any
 
 import actors
+from actors.bridges.ros2.importing import LEASE_SEC
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from tests.ros2.graphs import nodes_until
@@ -131,3 +132,18 @@ async def test_the_bridge_starts_first_and_survives_a_restart_of_the_broker(netw
         await publisher.matched()
         await publisher.publish(String(data="again"))
         await until(lambda: received == ["again"])
+
+
+async def test_a_bridge_that_was_suspended_starts_anew(network: Network) -> None:
+    """ROS has dropped it meanwhile, and would not learn the names of its nodes again."""
+    network.broker()
+    bridge = network.bridge()
+    watcher = await network.ros().node("watcher")
+    async with actors.Node("here", url=network.url):
+        await watcher.node_names("/here")
+        bridge.send_signal(signal.SIGSTOP)
+        await watcher.node_names(absent=["/here"])
+        await asyncio.sleep(LEASE_SEC)  # how long it is suspended, not how long the test waits for something
+        bridge.send_signal(signal.SIGCONT)
+        await watcher.node_names("/here")
+    assert "was suspended for" in bridge.output()

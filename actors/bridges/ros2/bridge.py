@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,7 +23,8 @@ from actors.bridges.graph import (
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
-from actors.bridges.ros2.errors import RosError, UnknownTypeError
+from actors.bridges.ros2.errors import RosError, SuspendedError, UnknownTypeError
+from actors.bridges.ros2.importing import LEASE_SEC
 from actors.bridges.ros2.inbound_calls import InboundCalls
 from actors.bridges.ros2.node_texts import converter
 from actors.bridges.ros2.observer import Observer
@@ -55,8 +57,16 @@ LEAST_PAUSE_SEC: Final = 0.02
 POLL_SEC: Final = 0.1
 """Time between two looks at ROS 2's graph; one that finds no change costs microseconds."""
 
+BEAT_SEC: Final = 0.2
+"""How exactly a suspension of the process is measured."""
+
 STEPS: Final = 10
 """Endpoints shown or hidden before messages have their turn: some milliseconds."""
+
+
+def boot_time() -> float:
+    """Return the time since the machine was started, in seconds; that of its sleep counts."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 class Bridge:
@@ -69,6 +79,7 @@ class Bridge:
         counters: Counts what crosses.
         bridge_id: Names this bridge on both sides.
         domain_id: The domain of ROS 2; None for ROS_DOMAIN_ID.
+        clock: Returns a monotonic time in seconds that goes on while the machine sleeps.
 
     Attributes:
         origin: The label of what it shows in callboard: "ros2/7".
@@ -87,8 +98,10 @@ class Bridge:
         *,
         bridge_id: str,
         domain_id: int | None = None,
+        clock: Callable[[], float] = boot_time,
     ) -> None:
         self._node = node
+        self._clock = clock
         self._ros = ros
         self._rules = rules
         self._counters = counters
@@ -142,17 +155,20 @@ class Bridge:
 
         Raises:
             RosError: ROS 2 has ended: the bridge must not go on half alive.
+            SuspendedError: ROS 2 has dropped it while the process did not run. Another bridge can take its
+                place in this process.
         """
         loop = asyncio.get_running_loop()
         watch = self._node.watch_graph()
-        watching = loop.create_task(self._watch(watch))
+        tasks = [loop.create_task(each) for each in (self._watch(watch), self._beat())]
         graphs: tuple[SideGraph, SideGraph] | None = None
         active = False
         try:
             while True:
                 self._news.clear()
-                if watching.done():
-                    watching.result()
+                for each in tasks:
+                    if each.done():
+                        each.result()
                 there = self._observer.poll(loop.time())
                 if not self._node.connected:
                     self._election.disconnect()
@@ -167,9 +183,14 @@ class Bridge:
                         await self._news.wait()
                 await asyncio.sleep(LEAST_PAUSE_SEC)
         finally:
-            await cancel_and_wait(watching)
-            watch.destroy()
-            self.close()
+            for each in tasks:
+                each.cancel()
+            try:
+                for each in tasks:
+                    await cancel_and_wait(each)
+            finally:
+                watch.destroy()
+                self.close()
 
     def close(self) -> None:
         """Hide everything, on both sides."""
@@ -180,6 +201,14 @@ class Bridge:
                 topic.close()
         self._participant.close()
         self._here.close()
+        self._caller.destroy()
+        self._unmark()
+
+    def _unmark(self) -> None:
+        """Say that this bridge is not active any more."""
+        if self._marker is not None:
+            self._marker.destroy()
+            self._marker = None
 
     def document(self) -> dict[str, Any]:
         """Return what crosses, and what does not, as JSON has it."""
@@ -206,6 +235,17 @@ class Bridge:
             "refused_by_broker": sorted(others | {f"{name}: {text}" for name, text in nodes.items()}),
             **self._counters.document(),
         }
+
+    async def _beat(self) -> None:
+        """Raise SuspendedError when the process has not run for longer than ROS 2 waits for it."""
+        while True:
+            before = self._clock()
+            await asyncio.sleep(BEAT_SEC)
+            pause = self._clock() - before
+            if pause > LEASE_SEC:
+                raise SuspendedError(
+                    f"The bridge was suspended for {pause:.0f} s; as ROS 2 has dropped it, it starts anew"
+                )
 
     async def _watch(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
@@ -248,9 +288,8 @@ class Bridge:
         for side, wanted in sides:
             await self._show_missing(side, wanted, pace)
         self._receive(new)
-        if not active and self._marker is not None:
-            self._marker.destroy()
-            self._marker = None
+        if not active:
+            self._unmark()
 
     async def _hide_surplus(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
         for mirror in side.shown.keys() - wanted.mirrors:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
+from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,8 @@ import actors
 from actors.bridges.counters import Counters
 from actors.bridges.ros2 import bridge as bridge_module
 from actors.bridges.ros2.bridge import Bridge
-from actors.bridges.ros2.errors import UnknownTypeError
+from actors.bridges.ros2.errors import SuspendedError, UnknownTypeError
+from actors.bridges.ros2.importing import LEASE_SEC
 from actors.bridges.ros2.message_taker import RosMessageInfo
 from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes
 from actors.bridges.rules import Rules
@@ -237,3 +239,22 @@ async def test_what_cannot_be_prepared_is_shown_once(between: Between) -> None:
     client.destroy()
     await until(lambda: shown() == ["/up"])
     assert "too many open files" in str(between.bridge.document()["failures"])
+
+
+async def test_a_bridge_that_was_suspended_hides_everything_and_ends(
+    meeting: Meeting, between: Between
+) -> None:
+    """ROS 2 does not name its nodes again. Another bridge of its ID can follow on the same node."""
+    elapsed, network = [0.0], Network()
+    network.show("/listener", (SUBSCRIPTION, "/down", STRING))[0].type_hash = ""
+    between.here.create_publisher(String, "/down", 10)
+    node = await meeting.node("suspended")
+    make = partial(Bridge, node, make_ros(network), Rules(), Counters(), bridge_id="two", domain_id=8)
+    for _ in range(2):
+        bridge = make(clock=lambda: elapsed[0])
+        running = asyncio.create_task(bridge.run())
+        await until(lambda: ("/here", "/callboard_bridge/two") in network.nodes)
+        elapsed[0] += LEASE_SEC + 0.1
+        with pytest.raises(SuspendedError, match="was suspended for 3 s"):
+            await running
+        assert network.nodes == [("/listener", "/")]

@@ -10,9 +10,7 @@ from actors.cli.parsing import Options, Parser, add_broker_options
 
 if TYPE_CHECKING:
     from actors.bridges.options import BridgeOptions
-    from actors.bridges.ros2.bridge import Bridge
     from actors.bridges.ros2.importing import Ros
-    from actors.interfaces.std_srvs.srv import Trigger
 
 EXAMPLES: Final = {
     "callboard bridge ros2": "the network of ROS_DOMAIN_ID, until Ctrl-C",
@@ -87,12 +85,14 @@ def _bridge_options(options: Options) -> BridgeOptions:
 
 
 async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
+    import json
     import secrets
     from functools import partial
 
     from actors.bridges.counters import Counters
     from actors.bridges.graph import BRIDGE_ID_LABEL, BRIDGE_LABEL
     from actors.bridges.ros2.bridge import Bridge
+    from actors.bridges.ros2.errors import SuspendedError
     from actors.cli.broker_target import target_of
     from actors.cli.output import print_out
     from actors.config import environment
@@ -117,17 +117,19 @@ async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
         start_parameter_services=False,
     )
     async with node:
-        bridge = Bridge(node, ros, chosen.rules, Counters(), bridge_id=bridge_id, domain_id=domain)
-        node.create_service(Trigger, "~/get_report", partial(_report, bridge))
+        make = partial(Bridge, node, ros, chosen.rules, Counters(), bridge_id=bridge_id, domain_id=domain)
+        bridge = make()
+
+        def report(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            response.success, response.message = True, json.dumps(bridge.document())
+            return response
+
+        node.create_service(Trigger, "~/get_report", report)
         process.configure_process()
         print_out(f"callboard bridge between {target.url} domain {target.domain} and ROS 2 domain {domain}")
-        await bridge.run()
-
-
-def _report(bridge: Bridge, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-    """Answer with what the bridge counts, as JSON."""
-    import json
-
-    del request
-    response.success, response.message = True, json.dumps(bridge.document())
-    return response
+        while True:
+            try:
+                await bridge.run()
+            except SuspendedError as error:
+                node.get_logger().warning(str(error))
+                bridge = make()
