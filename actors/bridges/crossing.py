@@ -117,6 +117,25 @@ class Crossing:
             self._held_bytes -= len(data)
             self._pass_on(publisher, data, stamp_ns)
 
+    @property
+    def waiting(self) -> set[str]:
+        """The nodes whose messages wait for a mirror; without those of publishers that are not known yet."""
+        if not self._held_bytes:
+            return set()
+        return {each.node for each in self._publishers.values() if each.held and each.node}
+
+    def send_held(self, node: str, send: Callable[[bytes, int], None]) -> None:
+        """Send what waits for a node's mirror by something else, as there will be none.
+
+        Args:
+            node: The node.
+            send: As for `add_mirror`.
+        """
+        for publisher in self._publishers.values():
+            if publisher.node == node:
+                self._release(publisher, send)
+                publisher.send = None
+
     def remove_mirror(self, node: str) -> None:
         """Forget a node that has gone, with its publishers and what waits of them."""
         self._mirrors.pop(node, None)

@@ -176,8 +176,10 @@ class Bridge:
                 if (self._ours, there) != graphs or elected != active:
                     graphs, active = (self._ours, there), elected
                     await self._follow(active=active, there=there)
-                for topic in self._from_ros.values():
-                    topic.look_again()
+                natives = {node.name for node in self._ours.nodes if not node.origin}
+                for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
+                    for topic in topics.values():
+                        topic.look_again(natives.__contains__)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
@@ -296,7 +298,11 @@ class Bridge:
             self._hide(side, mirror)
             await pace.step()
         for node in side.nodes.keys() - wanted.nodes.keys():
-            side.nodes.pop(node).destroy()
+            destroy = side.nodes.pop(node).destroy
+            if seconds := side.busy.pop(node, 0.0):
+                asyncio.get_running_loop().call_later(seconds, destroy)
+            else:
+                destroy()
             await pace.step()
 
     async def _show_missing(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
@@ -353,7 +359,9 @@ class Bridge:
             (self._outbound if here else self._inbound).hide(mirror)
         else:
             from_ros = here is (mirror.kind is EntryKind.PUBLISHER)
-            self._topics(from_ros=from_ros)[_topic_of(mirror)].remove(mirror)
+            seconds = self._topics(from_ros=from_ros)[_topic_of(mirror)].remove(mirror)
+            if seconds:
+                side.busy[mirror.node] = seconds
 
     def _topics(self, *, from_ros: bool) -> dict[tuple[str, str], Any]:
         return self._from_ros if from_ros else self._from_callboard
@@ -364,11 +372,20 @@ class Bridge:
         if key not in topics:
             types, name = self._types.message(mirror.type_name), key[0]
             counts = self._counters.topic(name, mirror.type_name, from_theirs=from_ros)
+            control = self._participant.control
             convert = converter(types, name, self._rules.prefix, from_ros=from_ros)
             topics[key] = (
-                TopicFromRos(name, types, self._observer, self._participant.control, counts, convert=convert)
+                TopicFromRos(name, types, self._observer, control, counts, convert=convert)
                 if from_ros
-                else TopicFromCallboard(name, types, self._caller, counts, convert=convert)
+                else TopicFromCallboard(
+                    name,
+                    types,
+                    self._caller,
+                    control,
+                    counts,
+                    theirs=self._rules.name_there(name) or name,
+                    convert=convert,
+                )
             )
         return topics[key]
 
@@ -392,11 +409,13 @@ class _Here:
     Attributes:
         nodes: The mirrors of nodes, by full name.
         shown: The mirrors of endpoints, with the endpoints.
+        busy: By node, in how many seconds it can go: its messages are on their way.
     """
 
     def __init__(self, owner: Node, origin: str) -> None:
         self.nodes: dict[str, BareNode] = {}
         self.shown: dict[Mirror, Any] = {}
+        self.busy: dict[str, float] = {}
         self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
 
     def add(self, name: str) -> None:
@@ -418,6 +437,7 @@ class _There:
     def __init__(self, participant: Participant) -> None:
         self.nodes: dict[str, RosNode] = {}
         self.shown: dict[Mirror, Any] = {}
+        self.busy: dict[str, float] = {}
         self._participant = participant
 
     def add(self, name: str) -> None:

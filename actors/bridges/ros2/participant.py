@@ -256,7 +256,9 @@ class RosNode:
         return frozenset(bytes(each.endpoint_gid) for each in infos)
 
     def destroy(self) -> None:
-        """Destroy the node and its endpoints."""
+        """Destroy the node and its endpoints. A second call does nothing."""
+        if self not in self._siblings:
+            return
         for endpoint in list(self._context.endpoints):
             endpoint.destroy()
         self.rclpy_node.destroy_node()

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.bridges.crossing import Crossing
 from actors.bridges.qos import receiver_of
+from actors.bridges.ros2.patient_publisher import LINGER_SEC, PatientPublisher
 from actors.errors import PublisherRefused
-from actors.qos.profile import HistoryPolicy
+from actors.qos.profile import HistoryPolicy, QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from actors.bridges.counters import Counts
     from actors.bridges.plan import Mirror
-    from actors.bridges.ros2.endpoints import RosPublisher, RosSubscription
+    from actors.bridges.ros2.endpoints import RosSubscription
     from actors.bridges.ros2.message_taker import RosMessageInfo
     from actors.bridges.ros2.observer import Observer
     from actors.bridges.ros2.participant import RosNode
@@ -25,7 +27,9 @@ if TYPE_CHECKING:
     from actors.endpoints.subscription.backlog import MessageInfo
     from actors.endpoints.subscription.subscription import Subscription
     from actors.node.bare_node import BareNode
-    from actors.qos.profile import QoSProfile
+
+LAST_WORDS: Final = QoSProfile(depth=100)
+"""The QoS of messages whose publisher nobody has seen: that of most publishers."""
 
 
 class TopicFromRos:
@@ -69,11 +73,13 @@ class TopicFromRos:
         """Subscriptions of the bridge itself, for profiles that no mirror has."""
         self._takers: dict[QoSProfile, RosSubscription] = {}
         self._profiles: tuple[QoSProfile, ...] = ()
+        self._leaving: set[RosSubscription] = set()
+        """Those that go on taking for a moment: their mirrors have gone, or got another name or QoS."""
 
     @property
     def is_idle(self) -> bool:
         """Whether nothing of it is left."""
-        return not (self._publishers or self._shown or self._own)
+        return not (self._publishers or self._shown or self._own or self._leaving)
 
     @property
     def is_received(self) -> bool:
@@ -93,8 +99,9 @@ class TopicFromRos:
         """Return a publisher that is shown on a node here."""
         return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
 
-    def look_again(self) -> None:
+    def look_again(self, is_here: Callable[[str], bool]) -> None:
         """Find the nodes of publishers that were heard before the graph showed them."""
+        del is_here
         self._crossing.look_again()
 
     def _node_of(self, gid: bytes) -> str | None:
@@ -128,16 +135,33 @@ class TopicFromRos:
     def _subscription(self, node: RosNode, qos: QoSProfile) -> RosSubscription:
         return node.create_subscription(self._types.theirs, self._topic, qos)
 
-    def remove(self, mirror: Mirror) -> None:
-        """Show a publisher or subscription no longer."""
+    def remove(self, mirror: Mirror) -> float:
+        """Show a publisher or subscription no longer.
+
+        Returns:
+            In how many seconds it will have gone. A publisher of ROS 2 that has just come may have sent its
+            messages to this subscription, and DDS needs a moment to connect the one that follows.
+        """
         if mirror in self._publishers:
             self._publishers.pop(mirror).destroy()
             self._crossing.remove_mirror(mirror.source_node)
         elif mirror in self._shown:
             subscription = self._shown.pop(mirror)
             del self._nodes[mirror]
+            is_deep = mirror in self._deep.values()
             self._deep = {qos: each for qos, each in self._deep.items() if each != mirror}
             self._takers = {qos: each for qos, each in self._takers.items() if each is not subscription}
+            if is_deep and mirror.qos is not None:
+                self._leaving.add(subscription)
+                subscription.listen(partial(self._received, mirror.qos))
+                asyncio.get_running_loop().call_later(LINGER_SEC, self._left, subscription)
+                return LINGER_SEC
+            subscription.destroy()
+        return 0.0
+
+    def _left(self, subscription: RosSubscription) -> None:
+        if subscription in self._leaving:
+            self._leaving.discard(subscription)
             subscription.destroy()
 
     def take(self, profiles: tuple[QoSProfile, ...]) -> None:
@@ -172,7 +196,7 @@ class TopicFromRos:
         else:
             subscription = self._own.get(qos) or self._subscription(self._control, qos)
             self._own[qos] = subscription
-        subscription.listen(partial(self._received, qos))
+        subscription.listen(partial(self._taken, qos))
         return subscription
 
     def _received(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
@@ -186,10 +210,18 @@ class TopicFromRos:
         stamp_ns = info.source_ns if info.source_ns >= 0 else max(info.received_ns, 0)
         self._crossing.receive(data, info.gid, info.sequence, stamp_ns)
 
+    def _taken(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
+        # What is older has arrived there, and would count as repeated after this.
+        for each in tuple(self._leaving):
+            each.take_now()
+        self._received(qos, data, info)
+
     def close(self) -> None:
         """Show and receive nothing any more."""
         for mirror in (*self._publishers, *self._shown):
             self.remove(mirror)
+        for subscription in tuple(self._leaving):
+            self._left(subscription)
         self.take(())
 
 
@@ -200,7 +232,9 @@ class TopicFromCallboard:
         topic: The name of the topic in callboard.
         types: Its type.
         own: The bridge's node in callboard, for subscriptions that no mirror has.
+        control: The node of the bridge in ROS 2, for messages of nodes that have gone.
         counts: Counts what crosses.
+        theirs: The name of the topic in ROS 2.
         convert: Makes a message of ROS 2 of one of callboard; raises InvalidMessageError.
     """
 
@@ -209,16 +243,24 @@ class TopicFromCallboard:
         topic: str,
         types: MessageTypes,
         own: BareNode,
+        control: RosNode,
         counts: Counts,
         *,
+        theirs: str,
         convert: Callable[[bytes], bytes],
     ) -> None:
         self._topic = topic
+        self._theirs = theirs
         self._types = types
         self._node = own
+        self._control = control
         # Each publisher's node comes with its messages.
         self._crossing = Crossing(convert, counts, lambda _: "")
-        self._publishers: dict[Mirror, RosPublisher] = {}
+        self._counts = counts
+        self._publishers: dict[Mirror, PatientPublisher] = {}
+        self._leaving: set[PatientPublisher] = set()
+        self._mirrors: dict[str, PatientPublisher] = {}
+        """The publisher of each node: that of its newest mirror."""
         self._subscriptions: dict[Mirror, Subscription[Any]] = {}
         self._own: dict[QoSProfile, Subscription[Any]] = {}
         """Subscriptions with the profiles that no mirror has."""
@@ -228,7 +270,7 @@ class TopicFromCallboard:
     @property
     def is_idle(self) -> bool:
         """Whether nothing of it is left."""
-        return not (self._publishers or self._subscriptions or self._own)
+        return not (self._publishers or self._leaving or self._subscriptions or self._own)
 
     @property
     def subscription(self) -> Subscription[Any] | None:
@@ -238,10 +280,31 @@ class TopicFromCallboard:
     def add_publisher(self, mirror: Mirror, node: RosNode) -> None:
         """Show a publisher of callboard on a node of ROS 2, and publish its messages there."""
         assert mirror.qos is not None
-        publisher = node.create_publisher(self._types.theirs, mirror.name, mirror.qos)
-        self._publishers[mirror] = publisher
-        # ROS 2 has no way to publish with an earlier time.
-        self._crossing.add_mirror(mirror.source_node, lambda data, _: publisher.publish(data))
+        publisher = PatientPublisher(
+            node.create_publisher(self._types.theirs, mirror.name, mirror.qos),
+            self._counts,
+            asyncio.get_running_loop(),
+        )
+        self._publishers[mirror] = self._mirrors[mirror.source_node] = publisher
+        self._crossing.add_mirror(mirror.source_node, publisher.publish)
+
+    def look_again(self, is_here: Callable[[str], bool]) -> None:
+        """Publish the messages of nodes that have left before they had a mirror.
+
+        Args:
+            is_here: Returns whether callboard has a node of a name.
+        """
+        for node in self._crossing.waiting:
+            if is_here(node):
+                continue
+            publisher = PatientPublisher(
+                self._control.create_publisher(self._types.theirs, self._theirs, LAST_WORDS),
+                self._counts,
+                asyncio.get_running_loop(),
+            )
+            self._crossing.send_held(node, publisher.publish)
+            self._leaving.add(publisher)
+            publisher.leave(partial(self._left, "", publisher))
 
     def add_subscription(self, mirror: Mirror, bare: BareNode) -> Subscription[Any]:
         """Show a subscription of ROS 2 on a node here, and receive."""
@@ -253,13 +316,30 @@ class TopicFromCallboard:
         received = partial(self._received, qos)
         return node.create_subscription(self._types.ours, self._topic, received, qos, raw=True)
 
-    def remove(self, mirror: Mirror) -> None:
-        """Show a publisher or subscription no longer."""
+    def remove(self, mirror: Mirror) -> float:
+        """Show a publisher or subscription no longer.
+
+        Returns:
+            In how many seconds it will have gone: messages that its original has published as its last ones
+            may still arrive, and leave.
+        """
         if mirror in self._publishers:
-            self._publishers.pop(mirror).destroy()
-            self._crossing.remove_mirror(mirror.source_node)
-        elif mirror in self._subscriptions:
+            publisher = self._publishers.pop(mirror)
+            self._leaving.add(publisher)
+            seconds = publisher.leave(partial(self._left, mirror.source_node, publisher))
+            if not seconds:
+                self._left(mirror.source_node, publisher)
+            return seconds
+        if mirror in self._subscriptions:
             self._subscriptions.pop(mirror).destroy()
+        return 0.0
+
+    def _left(self, node: str, publisher: PatientPublisher) -> None:
+        self._leaving.discard(publisher)
+        # Its node may be back, with another one.
+        if self._mirrors.get(node) is publisher:
+            del self._mirrors[node]
+            self._crossing.remove_mirror(node)
 
     def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
         """Receive with further subscriptions, if publishers offer different QoS.
@@ -293,4 +373,6 @@ class TopicFromCallboard:
         """Show and receive nothing any more."""
         for mirror in (*self._publishers, *self._subscriptions):
             self.remove(mirror)
+        for publisher in tuple(self._leaving):
+            publisher.destroy()
         self.take((), {})

@@ -156,6 +156,19 @@ def test_a_node_that_leaves_takes_what_waits_for_it() -> None:
     assert [data for _, data, _ in side.sent] == [b"Y"]
 
 
+def test_what_waits_for_a_mirror_that_will_never_be_leaves_by_another_way() -> None:
+    """The last words of a node that has gone; a mirror that comes later sends what follows."""
+    side = Side()
+    side.crossing.receive(b"x", A, 1, 0)
+    side.crossing.receive(b"y", OTHER, 1, 0)
+    assert side.crossing.waiting == {"/a"}
+    side.crossing.send_held("/a", side.mirror("substitute"))
+    assert side.crossing.waiting == set()
+    side.crossing.receive(b"z", A, 2, 0)
+    side.add("/a")
+    assert side.sent == [("substitute", b"X", 0), ("/a", b"Z", 0)]
+
+
 def test_what_waits_has_a_limit_in_bytes_and_publishers() -> None:
     """Beyond it messages are dropped and counted, and the oldest publisher is forgotten."""
     side = Side(max_held_bytes=10, max_publishers=2)

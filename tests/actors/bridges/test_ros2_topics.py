@@ -14,11 +14,13 @@ from actors.bridges.plan import Mirror
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.message_taker import RosMessageInfo
 from actors.bridges.ros2.participant import Participant
+from actors.bridges.ros2.patient_publisher import LINGER_SEC
 from actors.bridges.ros2.topics import TopicFromRos
 from actors.interfaces.std_msgs.msg import String
 from actors.qos.profile import QoSProfile
 from tests.actors.bridges.ros2_stand_in import OTHER, Network, make_ros
 from tests.actors.bridges.sides import PUBLISHER, STRING, SUBSCRIPTION
+from tests.actors.meeting import until
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -99,11 +101,31 @@ async def test_what_is_only_shown_keeps_one_message(received: Received) -> None:
     received.subscribe("/second")
     received.topic.take((DEPTH,))
     assert received.depths == {"/first": 100, "/second": 1}
-    received.topic.remove(first)
+    assert received.topic.remove(first) == LINGER_SEC
     received.topic.take((DEPTH,))
-    assert received.depths == {"/second": 100}
+    await until(lambda: received.depths == {"/second": 100})
     await received.arrive(1)
     assert received.publisher.published == [(b"text", 5)]
+
+
+async def test_what_arrives_at_a_mirror_that_has_gone_crosses(received: Received) -> None:
+    """Its node has got another name, say, and DDS has not connected its successor yet; once, and in order."""
+    first = received.subscribe("/talker")
+    received.topic.remove(first)
+    await received.arrive(1)
+    received.subscribe("/talker_callboard")
+    received.topic.take((DEPTH,))
+    await received.arrive(2)
+    await received.arrive(3)
+    assert (received.counts.sent, received.counts.repeated, received.counts.lost) == (3, 2, 0)
+
+
+async def test_a_mirror_that_only_was_seen_goes_at_once(received: Received) -> None:
+    """It has nothing to take."""
+    received.subscribe("/first")
+    second = received.subscribe("/second")
+    assert received.topic.remove(second) == 0
+    assert received.depths == {"/first": 100}
 
 
 async def test_what_is_lost_while_a_subscription_is_made_again_is_counted(received: Received) -> None:
