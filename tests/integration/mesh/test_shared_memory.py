@@ -47,6 +47,8 @@ async def test_a_batch_in_shared_memory_reaches_readers_of_other_brokers(
         publisher.publish(UInt8MultiArray(data=content(number)))
         number += 1
         await asyncio.sleep(0.001)
+    # What waits to be sent is counted when it is.
+    await until(lambda: len(got["near"]) == len(got["far"]) == number, "the first messages")
     sent = near.node.diagnostics().shared_memory.sent
     for each in range(number, number + COUNT):  # several in a slot
         publisher.publish(UInt8MultiArray(data=content(each)))

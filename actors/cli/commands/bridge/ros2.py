@@ -115,6 +115,7 @@ async def _bridge(options: Options, chosen: BridgeOptions, ros: Ros) -> None:
         use_global_arguments=False,
         labels={BRIDGE_LABEL: network, BRIDGE_ID_LABEL: bridge_id},
         start_parameter_services=False,
+        slow_callback_sec=None,  # the first message of a type makes its codecs
     )
     async with node:
         make = partial(Bridge, node, ros, chosen.rules, Counters(), bridge_id=bridge_id, domain_id=domain)
