@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 import pytest
-from playwright.async_api import async_playwright
+from playwright.async_api import async_playwright, expect
 
 from tests.integration.conftest import System, system
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from tests.integration.conftest import Program
 
 __all__ = ["system"]
+
+WAIT_MS: Final = 20_000
+"""How long a page is waited for: also on a busy machine."""
+expect.set_options(timeout=WAIT_MS)
 
 OVERFLOW: Final = """() => ["html", "main"].filter((tag) => {
     const element = document.querySelector(tag);
@@ -96,7 +100,7 @@ class Site:
         options.setdefault("viewport", {"width": 1200, "height": 800})
         context = await self._browser.new_context(**options)
         page = await context.new_page()
-        page.set_default_timeout(20_000)
+        page.set_default_timeout(WAIT_MS)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.on("console", self._check_line)
         page.on("dialog", lambda dialog: self.problems.append(f"a dialog: {dialog.message}"))

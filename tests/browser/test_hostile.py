@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from playwright.async_api import expect
+
 import actors
 from actors.interfaces.callboard_interfaces.msg import CallbackTimes
 from actors.interfaces.callboard_interfaces.srv import GetDiagnostics
@@ -146,7 +148,7 @@ async def test_messages_and_the_log_are_only_text(empty_site: Site, stack: Async
     await empty_site.go(page, "log")
     await page.get_by_text("Level 77").wait_for()
     await page.get_by_text("half a pair \\ud800").wait_for()
-    assert await page.locator(".log-line").filter(has_text=MARK).count() == 2
+    await expect(page.locator(".log-line").filter(has_text=MARK)).to_have_count(2)
     await assert_harmless(page)
 
 

@@ -6,6 +6,8 @@ import asyncio
 import re
 from typing import TYPE_CHECKING, Any
 
+from playwright.async_api import expect
+
 import actors
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.std_msgs.msg import Int32, String
@@ -141,9 +143,9 @@ async def test_a_long_table_shows_all_rows_when_asked(empty_site: Site, stack: A
     more = page.get_by_role("button", name="Show all")
     await more.wait_for()
     rows = page.locator("tbody tr")
-    assert await rows.count() == 200
+    await expect(rows).to_have_count(200)
     await page.get_by_role("button", name="Topic", exact=True).click()
-    assert await rows.filter(has_text="/topic_209").count() == 1
+    await expect(rows.filter(has_text="/topic_209")).to_have_count(1)
     await more.click()
-    assert await rows.count() > 210
+    await rows.nth(210).wait_for()
     assert not await more.is_visible()
