@@ -238,6 +238,7 @@ async def test_a_reply_is_sent_before_its_node_leaves(meeting: Meeting) -> None:
 
     bare.create_service(AddTwoInts, "/add", serve)
     client = other.create_client(AddTwoInts, "/add")
+    await client.wait_for_service()
     assert (await client.call(AddTwoInts.Request(a=7))).sum == 7
     while "server" in await owner.get_node_names():
         pass
