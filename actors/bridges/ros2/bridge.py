@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from actors.bridges.counters import Counters
     from actors.bridges.plan import Mirror, Plan, SidePlan
     from actors.bridges.ros2.importing import Ros
-    from actors.bridges.ros2.participant import RosNode
     from actors.bridges.rules import Rules
     from actors.graph.changes import GraphWatch
     from actors.node.bare_node import BareNode
@@ -176,10 +175,10 @@ class Bridge:
                 if (self._ours, there) != graphs or elected != active:
                     graphs, active = (self._ours, there), elected
                     await self._follow(active=active, there=there)
-                natives = {node.name for node in self._ours.nodes if not node.origin}
-                for topics in (self._topics(from_ros=True), self._topics(from_ros=False)):
-                    for topic in topics.values():
-                        topic.look_again(natives.__contains__)
+                for received in self._from_ros.values():
+                    received.look_again()
+                for passed_on in self._from_callboard.values():
+                    passed_on.send_last_words(self._is_here)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_SEC):
                         await self._news.wait()
@@ -193,6 +192,10 @@ class Bridge:
             finally:
                 watch.destroy()
                 self.close()
+
+    def _is_here(self, node: str) -> bool:
+        """Return whether callboard has a native node of a name."""
+        return any(each.name == node and not each.origin for each in self._ours.nodes)
 
     def close(self) -> None:
         """Hide everything, on both sides."""
@@ -246,7 +249,7 @@ class Bridge:
             pause = self._clock() - before
             if pause > LEASE_SEC:
                 raise SuspendedError(
-                    f"The bridge was suspended for {pause:.0f} s; as ROS 2 has dropped it, it starts anew"
+                    f"The bridge was suspended for {pause:.0f} s, and ROS 2 has dropped it; it joins again"
                 )
 
     async def _watch(self, watch: GraphWatch) -> None:
@@ -269,7 +272,7 @@ class Bridge:
         return elected
 
     async def _follow(self, *, active: bool, there: SideGraph) -> None:
-        """Hide what is not planned any more, show what is planned anew, and receive what is wanted."""
+        """Hide what the plan has no longer, show what is new in it, and receive what it wants."""
         new = EMPTY_PLAN
         if active:
             new = self._plan = plan(self._ours, there, self._rules, self._types.known, self._plan)
@@ -293,7 +296,7 @@ class Bridge:
         if not active:
             self._unmark()
 
-    async def _hide_surplus(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
+    async def _hide_surplus(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
         for mirror in side.shown.keys() - wanted.mirrors:
             self._hide(side, mirror)
             await pace.step()
@@ -305,7 +308,7 @@ class Bridge:
                 destroy()
             await pace.step()
 
-    async def _show_missing(self, side: _Here | _There, wanted: SidePlan, pace: _Pace) -> None:
+    async def _show_missing(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
         for node in sorted(wanted.nodes.keys() - side.nodes.keys()):
             self._attempt(side.add, node)
             await pace.step()
@@ -322,10 +325,10 @@ class Bridge:
             if self._counters.failed(str(error)):
                 self._warn("what a side refuses; 'callboard bridge info' shows all", str(error))
 
-    def _show(self, side: _Here | _There, mirror: Mirror) -> None:
+    def _show(self, side: _Side, mirror: Mirror) -> None:
         """Show an endpoint."""
         here = side is self._here
-        node: Any = side.nodes[mirror.node]
+        node = side.nodes[mirror.node]
         handle: Any
         called = ""
         if mirror.kind is EntryKind.CLIENT:
@@ -350,7 +353,7 @@ class Bridge:
         if called:  # not before: it may be refused, and what is shown would never be hidden
             self._outbound.prepare(called)
 
-    def _hide(self, side: _Here | _There, mirror: Mirror) -> None:
+    def _hide(self, side: _Side, mirror: Mirror) -> None:
         """Show an endpoint no longer."""
         here, handle = side is self._here, side.shown.pop(mirror)
         if mirror.kind is EntryKind.CLIENT:
@@ -403,8 +406,8 @@ class Bridge:
                 del topics[key]
 
 
-class _Here:
-    """What is shown in callboard.
+class _Side:
+    """What is shown on one side.
 
     Attributes:
         nodes: The mirrors of nodes, by full name.
@@ -412,10 +415,21 @@ class _Here:
         busy: By node, in how many seconds it can go: its messages are on their way.
     """
 
-    def __init__(self, owner: Node, origin: str) -> None:
-        self.nodes: dict[str, BareNode] = {}
+    def __init__(self) -> None:
+        self.nodes: dict[str, Any] = {}
         self.shown: dict[Mirror, Any] = {}
         self.busy: dict[str, float] = {}
+
+    def add(self, name: str) -> None:
+        """Show a node."""
+        raise NotImplementedError
+
+
+class _Here(_Side):
+    """What is shown in callboard."""
+
+    def __init__(self, owner: Node, origin: str) -> None:
+        super().__init__()
         self._owner, self._labels = owner, {ORIGIN_LABEL: origin}
 
     def add(self, name: str) -> None:
@@ -431,13 +445,11 @@ class _Here:
             node.destroy()
 
 
-class _There:
-    """The same in ROS 2."""
+class _There(_Side):
+    """What is shown in ROS 2."""
 
     def __init__(self, participant: Participant) -> None:
-        self.nodes: dict[str, RosNode] = {}
-        self.shown: dict[Mirror, Any] = {}
-        self.busy: dict[str, float] = {}
+        super().__init__()
         self._participant = participant
 
     def add(self, name: str) -> None:

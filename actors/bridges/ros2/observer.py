@@ -87,7 +87,7 @@ class Observer:
         self._rotates_again = False
         self._looked_up: set[str] = set()
         self._has_changed = False
-        """Whether the graph is to be composed anew."""
+        """Whether the graph must be composed again."""
         self._graph = SideGraph(frozenset(), frozenset())
 
     def poll(self, now: float) -> SideGraph:

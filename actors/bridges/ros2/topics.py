@@ -99,9 +99,8 @@ class TopicFromRos:
         """Return a publisher that is shown on a node here."""
         return next((each for mirror, each in self._publishers.items() if mirror.node == node), None)
 
-    def look_again(self, is_here: Callable[[str], bool]) -> None:
+    def look_again(self) -> None:
         """Find the nodes of publishers that were heard before the graph showed them."""
-        del is_here
         self._crossing.look_again()
 
     def _node_of(self, gid: bytes) -> str | None:
@@ -288,7 +287,7 @@ class TopicFromCallboard:
         self._publishers[mirror] = self._mirrors[mirror.source_node] = publisher
         self._crossing.add_mirror(mirror.source_node, publisher.publish)
 
-    def look_again(self, is_here: Callable[[str], bool]) -> None:
+    def send_last_words(self, is_here: Callable[[str], bool]) -> None:
         """Publish the messages of nodes that have left before they had a mirror.
 
         Args:
