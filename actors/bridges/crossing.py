@@ -26,7 +26,7 @@ HELD_MESSAGES: Final = 10
 """Messages of one publisher that wait for its mirror; the depth of most publishers."""
 
 MAX_HELD_BYTES: Final = 8 * 1024 * 1024
-"""What waits for mirrors, on one topic."""
+"""What waits for mirrors, on one topic; a single message, such as a latched map, may have any size."""
 
 
 UNNUMBERED: Final = 2**64 - 1
@@ -200,7 +200,7 @@ class Crossing:
         if len(held) >= HELD_MESSAGES:
             self._held_bytes -= len(held.popleft()[0])
             self._counts.drop("too many waited for their publisher's mirror")
-        if self._held_bytes + len(data) > self._max_held_bytes:
+        if self._held_bytes and self._held_bytes + len(data) > self._max_held_bytes:
             self._counts.drop("too much waited for publishers' mirrors")
             return
         self._held_bytes += len(data)

@@ -11,6 +11,7 @@ from actors.interfaces import cdr
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Int64, String
+from actors.qos.profile import DurabilityPolicy, QoSProfile
 from tests.interfaces.random_messages import random_message
 from tests.ros2.graphs import endpoints_until
 from tests.waiting import until
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import actors
     from tests.ros2.conftest import Pair
 
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 COUNT = 5
 """Messages of a kind: fewer than the depth, so that all arrive."""
 
@@ -56,9 +58,16 @@ async def test_messages_of_callboard_arrive_as_they_were(cls: Any, pair: Pair) -
     assert await subscription.received(COUNT) == sent
 
 
-async def test_large_messages_cross_both_ways(pair: Pair) -> None:
-    """A message of a megabyte is one message."""
-    image = Image(height=1024, width=1024, encoding="mono8", step=1024, data=bytes(range(256)) * 4096)
+def large_image(config: pytest.Config) -> Image:
+    """Return an image of a megabyte; `make nightly` has one of more than 8 MiB."""
+    height = 8200 if config.getoption("--nightly") else 1024
+    data = bytes(range(256)) * (height * 4)
+    return Image(height=height, width=1024, encoding="mono8", step=1024, data=data)
+
+
+async def test_large_messages_cross_both_ways(pair: Pair, pytestconfig: pytest.Config) -> None:
+    """One of a megabyte is one message. `make nightly` sends 8 MiB."""
+    image = large_image(pytestconfig)
     topic = f"{pair.name}/image"
     received: list[Image] = []
     publisher = await pair.there.publisher(f"{topic}_to_here", Image)
@@ -73,6 +82,22 @@ async def test_large_messages_cross_both_ways(pair: Pair) -> None:
     await until(lambda: received)
     assert received == [image]
     assert await subscription.received(1) == [image]
+
+
+async def test_large_latched_messages_cross_both_ways(pair: Pair, pytestconfig: pytest.Config) -> None:
+    """A map is published once, before anybody listens, and waits for mirrors. `make nightly` sends 8 MiB."""
+    image = large_image(pytestconfig)
+    topic = f"{pair.name}/map"
+    received: list[Image] = []
+    publisher = await pair.there.publisher(f"{topic}_to_here", Image, LATCHED)
+    await publisher.publish(image)
+    own = pair.here.create_publisher(Image, f"{topic}_to_there", LATCHED)
+    own.publish(image)
+    pair.here.create_subscription(Image, f"{topic}_to_here", received.append, LATCHED)
+    subscription = await pair.there.subscription(f"{topic}_to_there", Image, LATCHED)
+    assert await subscription.received(1) == [image]
+    await until(lambda: received)
+    assert received == [image]
 
 
 async def test_surplus_bytes_of_ros_are_left_behind(pair: Pair) -> None:

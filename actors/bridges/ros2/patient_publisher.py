@@ -28,6 +28,7 @@ LAST_LOOK_SEC: Final = 0.05
 MAX_WAITING: Final = 100
 """Messages that wait for that; the oldest one goes first."""
 MAX_WAITING_BYTES: Final = 8 * 1024 * 1024
+"""The same in bytes; a single message, such as a latched map, may have any size."""
 
 
 class PatientPublisher:
@@ -71,11 +72,12 @@ class PatientPublisher:
             self._waiting = None
             self._publisher.publish(data)
             return
-        if len(self._waiting) >= MAX_WAITING or self._waiting_bytes + len(data) > MAX_WAITING_BYTES:
+        size = self._waiting_bytes + len(data)
+        if len(self._waiting) >= MAX_WAITING or (self._waiting and size > MAX_WAITING_BYTES):
             self._counts.drop("too much waited until DDS connected its publisher")
             return
         self._waiting.append(data)
-        self._waiting_bytes += len(data)
+        self._waiting_bytes = size
         if self._timer is None:
             self._limit = self._used_at + MATCH_SEC
             self._timer = self._loop.call_later(self._look_sec, self._look)

@@ -181,6 +181,19 @@ def test_what_waits_has_a_limit_in_bytes_and_publishers() -> None:
     assert side.sent == [("/o", b"Z" * 8, 0)]
 
 
+def test_a_single_message_of_any_size_waits() -> None:
+    """A latched map comes once, before its publisher has a mirror; what comes behind it has no space."""
+    side = Side(max_held_bytes=10)
+    side.crossing.receive(b"x" * 12, A, 1, 0)
+    side.crossing.receive(b"y", B, 1, 0)
+    assert side.counts.dropped.total() == 1
+    side.add("/a")
+    assert side.sent == [("/a", b"X" * 12, 0)]
+    side.crossing.receive(b"y", B, 2, 0)
+    side.add("/b")
+    assert side.sent[1:] == [("/b", b"Y", 0)]
+
+
 def test_messages_without_numbers_cross() -> None:
     """Some middleware numbers none: all have the greatest number, and none is a repetition."""
     side = Side()

@@ -9,7 +9,13 @@ import pytest
 
 from actors.bridges.counters import Counts
 from actors.bridges.ros2.errors import RosError
-from actors.bridges.ros2.patient_publisher import LINGER_SEC, MATCH_SEC, MAX_WAITING, PatientPublisher
+from actors.bridges.ros2.patient_publisher import (
+    LINGER_SEC,
+    MATCH_SEC,
+    MAX_WAITING,
+    MAX_WAITING_BYTES,
+    PatientPublisher,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -106,6 +112,18 @@ def test_messages_wait_for_a_limited_time_and_number() -> None:
     assert world.counts.dropped.total() == 3
     world.pass_time(MATCH_SEC + 0.1)
     assert len(world.sent) == MAX_WAITING
+
+
+def test_a_single_message_of_any_size_waits() -> None:
+    """A latched map is published once, when nobody is connected yet; what comes behind it has no space."""
+    world = World()
+    large = bytes(MAX_WAITING_BYTES + 1)
+    world.publisher.publish(large, 0)
+    world.publisher.publish(b"x", 0)
+    world.subscriptions = 1
+    world.pass_time(0.1)
+    assert world.sent == [large]
+    assert world.counts.dropped.total() == 1
 
 
 def test_one_that_ros_2_refuses_does_not_stop_the_others() -> None:
