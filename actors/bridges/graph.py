@@ -82,6 +82,10 @@ class SideGraph(NamedTuple):
     nodes: frozenset[SideNode] = frozenset()
     endpoints: frozenset[SideEndpoint] = frozenset()
 
+    def native_names(self) -> set[str]:
+        """Return the full names of the nodes that are no mirrors."""
+        return {node.name for node in self.nodes if not node.origin}
+
 
 def origin_of(labels: Mapping[str, str]) -> str:
     """Return the origin of a node of callboard's graph, "" if it is native.

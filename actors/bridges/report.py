@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
+from proto.untrusted_text import peer_name, peer_text
+
 
 class Reason(StrEnum):
     """Why something does not cross."""
@@ -33,7 +35,7 @@ class Refusal(NamedTuple):
     Attributes:
         name: The full name of the topic, service or node, on the side where it is.
         reason: Why.
-        text: A sentence for people, which says what to do.
+        text: A sentence that says what to do.
         type_name: The type in question, "" for none.
         quiet: Whether it is what everybody would expect, and deserves no warning.
     """
@@ -48,3 +50,19 @@ class Refusal(NamedTuple):
         """Return it as a line of a log."""
         # A node with another name does cross.
         return self.text if self.reason is Reason.NAME_TAKEN else f"'{self.name}' does not cross: {self.text}"
+
+
+class Refusals:
+    """Collects what does not cross."""
+
+    def __init__(self) -> None:
+        self._found = set[Refusal]()
+
+    def add(self, name: str, reason: Reason, text: str, type_name: str = "", *, quiet: bool = False) -> None:
+        """Add one; the arguments are the attributes of `Refusal`, and need not be printable."""
+        # Other networks check neither names nor types as a broker does.
+        self._found.add(Refusal(peer_name(name), reason, peer_text(text), peer_name(type_name), quiet))
+
+    def all(self) -> tuple[Refusal, ...]:
+        """Return all, sorted, each once."""
+        return tuple(sorted(self._found))

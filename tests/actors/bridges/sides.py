@@ -13,7 +13,7 @@ from proto.wire.codes import EntryKind
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.bridges.plan import KnownType
+    from actors.bridges.candidates import KnownType
 
 PUBLISHER: Final = EntryKind.PUBLISHER
 SUBSCRIPTION: Final = EntryKind.SUBSCRIPTION
