@@ -20,6 +20,7 @@ ONLY_HERE = {
     "callboard_interfaces",
     "composition_interfaces",
     "example_interfaces",
+    "rosbag2_interfaces",
     "statistics_msgs",
     "tf2_msgs",
 }

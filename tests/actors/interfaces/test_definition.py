@@ -22,7 +22,10 @@ KNOWN: dict[str, str] = json.loads((Path(__file__).parent / "type_hashes.json").
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_hashes_are_ros_2s(name: str) -> None:
-    """The standard types hash as ROS 2's own do (Jazzy), so fields, order and types are the same."""
+    """The standard types hash as ROS 2's own do (Jazzy), so fields, order and types are the same.
+
+    Those of rosbag2_interfaces are what ROS 2's generator makes of Kilted's definitions.
+    """
     assert name in TYPES[name.partition("/")[0]]
     assert type_hash(find_interface(name)) == KNOWN[name]
 
