@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from actors.bridges.report import Reason, Refusal
 from actors.qos.profile import QoSProfile
 from proto.wire.codes import EntryKind
 
@@ -114,3 +115,23 @@ def our_graph(snapshot: GraphSnapshot) -> SideGraph:
             qos = QoSProfile.from_wire(entry.qos) if kind in _TOPICS else None
             endpoints.add(SideEndpoint(entry.node, kind, entry.name, entry.type_name, entry.type_hash, qos))
     return SideGraph(frozenset(nodes), frozenset(endpoints))
+
+
+def unseen(ours: SideGraph, bridge: str, user: str | None) -> tuple[Refusal, ...]:
+    """Return what a bridge must say if it cannot see the nodes of callboard; nothing if it can.
+
+    A broker leaves out of the graph what a user may not see, without a word. So the bridge's own node tells.
+
+    Args:
+        ours: Callboard's graph, as a whole.
+        bridge: The full name of the bridge's node.
+        user: The bridge's user.
+    """
+    if any(node.name == bridge for node in ours.nodes):
+        return ()
+    text = (
+        f"the broker's access rules hide nodes from the user '{user}', even the bridge's own one. What it "
+        "does not see does not appear in ROS 2 and receives no topic from there, and another bridge of this "
+        'network is not noticed. Give it a role with: allow.see = ["/**"]'
+    )
+    return (Refusal("/**", Reason.NOT_SEEN, text),)

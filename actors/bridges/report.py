@@ -25,6 +25,8 @@ class Reason(StrEnum):
     """A node crosses under another name."""
     INVALID_NAME = "invalid name"
     """The other side does not allow the name."""
+    NOT_SEEN = "not seen"
+    """The broker's access rules hide nodes of callboard from the bridge's user."""
     LIMIT = "limit"
     """More than the rules allow."""
 

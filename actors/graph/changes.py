@@ -79,8 +79,8 @@ class GraphWatch(Handle["_WatchEndpoint"]):
     def batches(self) -> Iteration[list[GraphChange]]:
         """Iterate over the changes, at each step those that have arrived together.
 
-        When it returns, `snapshot` is complete, and the sum of all changes. It also returns when another
-        session has reported the graph, perhaps without a change: then the list is empty.
+        When it returns, `snapshot` is complete, and the sum of all changes. It also returns when a session
+        has reported the graph, perhaps without a change: then the list is empty.
 
         Returns:
             An iterator, as above.
@@ -102,8 +102,8 @@ class _Batches(Iteration[list[GraphChange]]):
             endpoint.context.require_loop()
             endpoint.news.clear()
             endpoint.read()
-            if endpoint.complete and (endpoint.unread or endpoint.reported_again):
-                endpoint.reported_again = False
+            if endpoint.complete and (endpoint.unread or endpoint.session_reported):
+                endpoint.session_reported = False
                 changes = list(endpoint.unread)
                 endpoint.unread.clear()
                 return changes
@@ -144,7 +144,7 @@ class _WatchEndpoint(Endpoint):
         complete: Whether that is the whole graph.
         news: Set when there may be changes to report.
         unread: Changes that no iterator has returned yet.
-        reported_again: Whether another session reports the graph, for a step of `batches`.
+        session_reported: Whether a session's first report is still to be noted by a step of `batches`.
     """
 
     kind: ClassVar = "graph watch"
@@ -155,7 +155,7 @@ class _WatchEndpoint(Endpoint):
         self.complete = False
         self.news = asyncio.Event()
         self.unread: deque[GraphChange] = deque()
-        self.reported_again = False
+        self.session_reported = False
         # Whether keys may have changed: another broker, or the same one after a restart, numbers its
         # entries afresh.
         self._restarted = False
@@ -222,7 +222,8 @@ class _WatchEndpoint(Endpoint):
         """Ask for the graph."""
         self.snapshot = GraphSnapshot()
         self.complete = False
-        self._restarted = self.reported_again = bool(self._seen or self._suspended)
+        self._restarted = bool(self._seen or self._suspended)
+        self.session_reported = True
         return frames.Watch(self.id, keep=True)
 
     def session_ended(self) -> None:

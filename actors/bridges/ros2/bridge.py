@@ -20,6 +20,7 @@ from actors.bridges.graph import (
     ORIGIN_LABEL,
     SideGraph,
     our_graph,
+    unseen,
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
     from actors.bridges.counters import Counters
     from actors.bridges.plan import Mirror, Plan, SidePlan
+    from actors.bridges.report import Refusal
     from actors.bridges.ros2.importing import Ros
     from actors.bridges.rules import Rules
     from actors.graph.changes import GraphWatch
@@ -133,6 +135,7 @@ class Bridge:
         self._marker: BareNode | None = None
         """Says in callboard's graph that this bridge is active."""
         self._ours = SideGraph()
+        self._unseen: tuple[Refusal, ...] = ()
         self._labels: list[Mapping[str, str]] = []
 
     def _warn(self, kind: str, text: str) -> None:
@@ -160,8 +163,7 @@ class Bridge:
         loop = asyncio.get_running_loop()
         watch = self._node.watch_graph()
         tasks = [loop.create_task(each) for each in (self._watch(watch), self._beat())]
-        graphs: tuple[SideGraph, SideGraph] | None = None
-        active = False
+        state: object = None
         try:
             while True:
                 self._news.clear()
@@ -171,9 +173,9 @@ class Bridge:
                 there = self._observer.poll(loop.time())
                 if not self._node.connected:
                     self._election.disconnect()
-                elected = self._node.connected and self._elect(loop.time(), there)
-                if (self._ours, there) != graphs or elected != active:
-                    graphs, active = (self._ours, there), elected
+                active = self._node.connected and self._elect(loop.time(), there)
+                if (now := (self._ours, self._unseen, there, active)) != state:
+                    state = now
                     await self._follow(active=active, there=there)
                 for received in self._from_ros.values():
                     received.look_again()
@@ -255,6 +257,7 @@ class Bridge:
     async def _watch(self, watch: GraphWatch) -> None:
         async for _ in watch.batches():
             self._ours = our_graph(watch.snapshot)
+            self._unseen = unseen(self._ours, self._node.get_fully_qualified_name(), self._node.user)
             self._labels = list(watch.snapshot.node_labels().values())
             self._news.set()
             await asyncio.sleep(LEAST_PAUSE_SEC)
@@ -283,7 +286,7 @@ class Bridge:
                 labels={**self.labels, BRIDGE_STATE_LABEL: ACTIVE},
                 apart=BRIDGE_APART,
             )
-        for refusal in self._counters.refuse(new.refusals):
+        for refusal in self._counters.refuse(self._unseen + new.refusals):
             if not refusal.quiet:
                 self._warn("what does not cross; 'callboard bridge info' shows all", str(refusal))
         pace = _Pace()

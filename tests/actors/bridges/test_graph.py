@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.bridges.graph import SideGraph, SideNode, our_graph
+from actors.bridges.graph import SideGraph, SideNode, our_graph, unseen
 from actors.graph.snapshot import GraphSnapshot
 from actors.qos.profile import QoSProfile
 from proto.wire.codes import EntryKind
@@ -44,3 +44,14 @@ def test_clients_of_the_bridge_itself_are_not_in_it() -> None:
 def snapshot(*entries: GraphEntry) -> SideGraph:
     """Return the graph with these entries, as plans read it."""
     return our_graph(GraphSnapshot(entries={entry.key: entry for entry in entries}))
+
+
+def test_a_bridge_that_does_not_see_its_own_node_says_so() -> None:
+    """A broker hides without a word what a user may not see; the refusal names the user and the remedy."""
+    seen = SideGraph(frozenset({SideNode("/bridge_7", "ros2/7"), SideNode("/base")}))
+    assert unseen(seen, "/bridge_7", "robot1") == ()
+    for hidden in (SideGraph(), SideGraph(frozenset({SideNode("/base")}))):
+        (refusal,) = unseen(hidden, "/bridge_7", "robot1")
+        assert "'robot1'" in refusal.text
+        assert 'allow.see = ["/**"]' in refusal.text
+        assert not refusal.quiet

@@ -157,6 +157,19 @@ async def test_another_session_with_the_same_graph_is_a_step_of_a_watch(meeting:
         assert await anext(batches) == []
 
 
+async def test_a_graph_in_which_nothing_may_be_seen_is_a_step_of_a_watch(
+    meeting: Meeting, tmp_path: Path
+) -> None:
+    """A user without the right to see gets an empty graph, and does not wait for it forever."""
+    rules = tmp_path / "rules.toml"
+    rules.write_text('[local]\nuser="a"\n[users.a]\nroles=["a"]\n[roles.a]\nallow.node=["/**"]\n')
+    rules.chmod(0o600)
+    await meeting.restart_broker(auth=rules)
+    node = await meeting.node("one")
+    async with asyncio.timeout(DEADLINE_SEC):
+        assert await anext(node.watch_graph().batches()) == []
+
+
 async def test_a_wait_can_be_cancelled_from_outside(meeting: Meeting) -> None:
     """`asyncio.timeout` around wait_for_node works; nothing is left at the broker."""
     node = await meeting.node("one")
