@@ -136,8 +136,16 @@ class Crossing:
                 self._release(publisher, send)
                 publisher.send = None
 
-    def remove_mirror(self, node: str) -> None:
-        """Forget a node that has gone, with its publishers and what waits of them."""
+    def remove_mirror(self, node: str, send: Callable[[bytes, int], None] | None = None) -> None:
+        """Forget a node that has gone, with its publishers and their messages that wait.
+
+        Args:
+            node: The node.
+            send: Its mirror, as for `add_mirror`: nothing happens if the node is back and has another one.
+                None for whichever it has.
+        """
+        if send is not None and self._mirrors.get(node) != send:
+            return
         self._mirrors.pop(node, None)
         for gid, publisher in tuple(self._publishers.items()):
             if publisher.node == node:

@@ -258,8 +258,6 @@ class TopicFromCallboard:
         self._counts = counts
         self._publishers: dict[Mirror, PatientPublisher] = {}
         self._leaving: set[PatientPublisher] = set()
-        self._mirrors: dict[str, PatientPublisher] = {}
-        """The publisher of each node: that of its newest mirror."""
         self._subscriptions: dict[Mirror, Subscription[Any]] = {}
         self._own: dict[QoSProfile, Subscription[Any]] = {}
         """Subscriptions with the profiles that no mirror has."""
@@ -284,7 +282,7 @@ class TopicFromCallboard:
             self._counts,
             asyncio.get_running_loop(),
         )
-        self._publishers[mirror] = self._mirrors[mirror.source_node] = publisher
+        self._publishers[mirror] = publisher
         self._crossing.add_mirror(mirror.source_node, publisher.publish)
 
     def send_last_words(self, is_here: Callable[[str], bool]) -> None:
@@ -335,10 +333,7 @@ class TopicFromCallboard:
 
     def _left(self, node: str, publisher: PatientPublisher) -> None:
         self._leaving.discard(publisher)
-        # Its node may be back, with another one.
-        if self._mirrors.get(node) is publisher:
-            del self._mirrors[node]
-            self._crossing.remove_mirror(node)
+        self._crossing.remove_mirror(node, publisher.publish)
 
     def take(self, profiles: tuple[QoSProfile, ...], receivers: Mapping[str, int]) -> None:
         """Receive with further subscriptions, if publishers offer different QoS.

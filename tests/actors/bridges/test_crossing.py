@@ -156,6 +156,19 @@ def test_a_node_that_leaves_takes_what_waits_for_it() -> None:
     assert [data for _, data, _ in side.sent] == [b"Y"]
 
 
+def test_a_mirror_that_goes_when_its_node_has_another_one_takes_nothing_with_it() -> None:
+    """Publishers of a node that is back are not forgotten when its former mirror has gone at last."""
+    side = Side()
+    former, present = side.mirror("former"), side.mirror("present")
+    side.crossing.add_mirror("/a", former)
+    side.crossing.add_mirror("/a", present)
+    side.crossing.remove_mirror("/a", former)
+    side.crossing.receive(b"x", A, 1, 0)
+    side.crossing.remove_mirror("/a", present)
+    side.crossing.receive(b"y", A, 2, 0)
+    assert side.sent == [("present", b"X", 0)]
+
+
 def test_what_waits_for_a_mirror_that_will_never_be_leaves_by_another_way() -> None:
     """The last words of a node that has gone; a mirror that comes later sends what follows."""
     side = Side()
