@@ -46,12 +46,12 @@ _PARTS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
 _SERVICES: Final = frozenset({"SendGoal", "GetResult"})
 
 
-class KnownType(NamedTuple):
-    """What both sides know of a type.
+class TypePair(NamedTuple):
+    """A type on both sides, as far as they have it; a `KnownType` for plans.
 
     Attributes:
         name: Its name: "std_msgs/msg/String", "pkg/action/Fibonacci_SendGoal".
-        kind: "msg", "srv" or "action"; "" for a name that is none.
+        kind: "msg", "srv" or "action"; "" if the name is not that of a type.
         ours: callboard's class; None without one.
         theirs: rclpy's class; None without one.
         our_hash: The hash of callboard's class; "" without one.
@@ -180,11 +180,11 @@ class Types:
 
     def __init__(self) -> None:
         use_ros_interfaces()
-        self._known: dict[str, KnownType] = {}
+        self._known: dict[str, TypePair] = {}
         self._messages: dict[str, MessageTypes] = {}
         self._services: dict[str, ServiceTypes] = {}
 
-    def known(self, name: str) -> KnownType:
+    def known(self, name: str) -> TypePair:
         """Return what both sides know of a type.
 
         Args:
@@ -239,12 +239,12 @@ class Types:
         return known.ours, known.theirs
 
 
-def _look_up(name: str) -> KnownType:
+def _look_up(name: str) -> TypePair:
     match = _NAME.fullmatch(name)
     package, folder, base, suffix = match.groups() if match is not None else ("", "msg", "", "_")
     path, kind = _path(folder, suffix.split("_")[1:])
     if path is None:
-        return KnownType(name, reason=f"{name!r} is not the name of a type, such as std_msgs/msg/String")
+        return TypePair(name, reason=f"{name!r} is not the name of a type, such as std_msgs/msg/String")
     whole = f"{package}/{folder}/{base}"
     theirs, reason = _theirs(package, folder, base, path)
     their_hash = _their_hash(package, folder, base, name) if theirs is not None else ""
@@ -254,14 +254,14 @@ def _look_up(name: str) -> KnownType:
         if found is None and theirs is not None:
             found = find_interface(whole)
         if found is None:
-            return KnownType(name, kind, reason=reason)
+            return TypePair(name, kind, reason=reason)
         ours = _part(found, path)
         request_hash = type_hash(ours.Request) if kind == "srv" else ""
         for each in (ours.Request, ours.Response) if kind == "srv" else (ours,) if kind == "msg" else ():
             cdr_codec_for(each)  # raises TypeError for names that Python does not allow
-        known = KnownType(name, kind, ours, theirs, type_hash(ours), their_hash, request_hash, reason)
+        known = TypePair(name, kind, ours, theirs, type_hash(ours), their_hash, request_hash, reason)
     except (UnknownInterfaceError, TypeError) as error:
-        return KnownType(
+        return TypePair(
             name, kind, None, theirs, "", their_hash, reason=reason or f"callboard cannot use {name}: {error}"
         )
     if not reason and their_hash not in {"", known.our_hash}:

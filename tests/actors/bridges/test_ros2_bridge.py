@@ -18,7 +18,7 @@ from actors.bridges.ros2.bridge import Bridge
 from actors.bridges.ros2.errors import SuspendedError, UnknownTypeError
 from actors.bridges.ros2.importing import LEASE_SEC
 from actors.bridges.ros2.message_taker import RosMessageInfo
-from actors.bridges.ros2.types import KnownType, MessageTypes, ServiceTypes
+from actors.bridges.ros2.types import MessageTypes, ServiceTypes, TypePair
 from actors.bridges.rules import Rules
 from actors.endpoints.service.service import ServiceServer
 from actors.interfaces import cdr
@@ -49,14 +49,12 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Types:
     """Both sides have the same classes."""
 
-    def known(self, name: str) -> KnownType:
+    def known(self, name: str) -> TypePair:
         if name == STRING:
-            return KnownType(name, "msg", String, String, type_hash(String), type_hash(String))
+            return TypePair(name, "msg", String, String, type_hash(String), type_hash(String))
         if name == SET_BOOL:
-            return KnownType(
-                name, "srv", SetBool, SetBool, type_hash(SetBool), "", type_hash(SetBool.Request)
-            )
-        return KnownType(name, "msg", None, None, reason=f"there is no {name}")
+            return TypePair(name, "srv", SetBool, SetBool, type_hash(SetBool), "", type_hash(SetBool.Request))
+        return TypePair(name, "msg", None, None, reason=f"there is no {name}")
 
     def message(self, name: str) -> MessageTypes:
         if name != STRING:

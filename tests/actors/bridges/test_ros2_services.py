@@ -16,7 +16,7 @@ from actors.bridges.ros2 import inbound_calls, outbound_calls, services
 from actors.bridges.ros2.errors import RosError, UnknownTypeError
 from actors.bridges.ros2.inbound_calls import InboundCalls
 from actors.bridges.ros2.outbound_calls import OutboundCalls
-from actors.bridges.ros2.types import KnownType
+from actors.bridges.ros2.types import TypePair
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.codec import codec_for
 from actors.interfaces.errors import InvalidMessageError
@@ -78,8 +78,8 @@ class Types:
         request, response = OneType(found.Request, found.Request), OneType(found.Response, found.Response)
         return ServiceTypes(found, found, request, response)
 
-    def known(self, name: str) -> KnownType:
-        return KnownType(name, "srv", our_request_hash="RIHS01_1")
+    def known(self, name: str) -> TypePair:
+        return TypePair(name, "srv", our_request_hash="RIHS01_1")
 
 
 class RosClient:
