@@ -14,17 +14,12 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.bridges.errors import InvalidBridgeOptionError
 from actors.bridges.rules import MAX_ENDPOINTS, MAX_NODES, Rules, require_number
-from actors.tools.suggestions import did_you_mean
+from proto.aio.toml_files import read_toml, unknown_option
 from proto.limits import MAX_DOMAIN
-from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
-
-MAX_FILE_BYTES: Final = 1024 * 1024
-_SHOWN: Final = 60
-"""Characters of a wrong key in an error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,38 +78,24 @@ def load_options(given: Mapping[str, Any], path: Path | None = None) -> BridgeOp
     Raises:
         InvalidBridgeOptionError: The file cannot be read, or an option is invalid.
     """
-    values: dict[str, Any] = {} if path is None else _read(path)
+    values: dict[str, Any] = {} if path is None else read_toml(path, _read, InvalidBridgeOptionError)
     return BridgeOptions(**{**values, **given})
 
 
-def _read(path: Path) -> dict[str, object]:
-    """Return the valid values in a file."""
-    import tomllib  # noqa: PLC0415 - only with a file
-
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
-        if len(content) > MAX_FILE_BYTES:
-            raise InvalidBridgeOptionError(f"it is longer than {MAX_FILE_BYTES} bytes")
-        values = {key: _value(key, value) for key, value in tomllib.loads(content.decode()).items()}
-        BridgeOptions(**cast("Any", values))
-    except OSError as error:
-        raise InvalidBridgeOptionError(f"cannot read {path}: {error.strerror or error}") from error
-    except InvalidBridgeOptionError as error:
-        raise InvalidBridgeOptionError(f"{path}: {error}") from None
-    except RecursionError:
-        raise InvalidBridgeOptionError(f"{path}: arrays or tables are nested too deeply") from None
-    except ValueError as error:
-        raise InvalidBridgeOptionError(f"{path} is not TOML: {escape(str(error))}") from error
+def _read(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the values in a file's table, after a check of all."""
+    values: dict[str, Any] = {key: _value(key, value) for key, value in table.items()}
+    BridgeOptions(**values)
     return values
 
 
 def _value(key: str, value: object) -> object:
-    """Return a value of a file as an option has it."""
+    """Return a value of a file as an option has it.
+
+    The daemon's options are plain values, which their fields describe; here are lists and a table.
+    """
     if key not in _KEYS:
-        shown = escape(key)[:_SHOWN]
-        known = did_you_mean(key, _KEYS) or f"; the options are {', '.join(_KEYS)}"
-        raise InvalidBridgeOptionError(f"there is no option '{shown}'{known}")
+        raise InvalidBridgeOptionError(unknown_option(key, _KEYS, f"the options are {', '.join(_KEYS)}"))
     if key in {"allow", "deny"}:
         items = cast("list[object]", value) if isinstance(value, list) else [None]
         if not all(isinstance(each, str) for each in items):

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from broker.errors import ConfigurationError
 from broker.options import BrokerOptions, DaemonOptions
+from proto.aio.toml_files import read_toml, unknown_option
 from proto.untrusted_text import escape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from dataclasses import Field
 
-MAX_FILE_BYTES: Final = 1024 * 1024
 _SHOWN: Final = 60
 """Characters of a wrong value in an error."""
 
@@ -164,33 +164,17 @@ def _of(kind: type[BrokerOptions | DaemonOptions], values: Mapping[str, object])
 
 def _read(path: Path) -> dict[str, object]:
     """Return the values in a file."""
-    import tomllib  # noqa: PLC0415 - only with a file
 
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
-        if len(content) > MAX_FILE_BYTES:
-            raise ConfigurationError(f"it is longer than {MAX_FILE_BYTES} bytes")
-        table = tomllib.loads(content.decode())
+    def read(table: dict[str, object]) -> dict[str, object]:
         return {key: _setting(key).read(value, path.parent) for key, value in table.items()}
-    except OSError as error:
-        raise ConfigurationError(f"Cannot read {path}: {error.strerror or error}") from error
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error}") from None
-    except RecursionError:
-        raise ConfigurationError(f"{path}: arrays or tables are nested too deeply") from None
-    except ValueError as error:
-        raise ConfigurationError(f"{path} is not TOML: {escape(str(error))}") from error
+
+    return read_toml(path, read, ConfigurationError)
 
 
 def _setting(key: str) -> Setting:
     found = SETTINGS.get(key)
     if found is None:
-        from difflib import get_close_matches  # noqa: PLC0415 - only after a mistake
-
-        close = get_close_matches(key, SETTINGS, n=1)
-        remedy = f"did you mean '{close[0]}'?" if close else "see callboard broker --help"
-        raise ConfigurationError(f"there is no option '{escape(key)[:_SHOWN]}'; {remedy}")
+        raise ConfigurationError(unknown_option(key, SETTINGS, "see callboard broker --help"))
     return found
 
 

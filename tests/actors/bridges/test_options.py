@@ -78,7 +78,7 @@ def test_wrong_files(tmp_path: Path, content: str, text: str) -> None:
 
 def test_a_file_that_is_missing(tmp_path: Path) -> None:
     """The error has the system's reason."""
-    with pytest.raises(InvalidBridgeOptionError, match=r"cannot read .*none.toml: No such file"):
+    with pytest.raises(InvalidBridgeOptionError, match=r"^Cannot read .*none.toml: No such file"):
         load_options({}, tmp_path / "none.toml")
 
 

@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 
 from broker import BrokerOptions, InvalidOptionError
-from broker.daemon.configuration import MAX_FILE_BYTES, SETTINGS, Configuration, load_configuration
+from broker.daemon.configuration import SETTINGS, Configuration, load_configuration
 from broker.errors import ConfigurationError
 from broker.options import DaemonOptions
+from proto.aio.toml_files import MAX_FILE_BYTES
 
 
 def load(folder: Path, text: str, **given: object) -> Configuration:
