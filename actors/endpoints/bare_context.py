@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import starmap
 from typing import TYPE_CHECKING
 
 from actors.endpoints.context import NodeContext
+from actors.endpoints.departing import DEPARTING_SLACK
 from actors.endpoints.events import Event
 from actors.endpoints.publisher.endpoint import PublisherEndpoint
-from actors.endpoints.service.endpoint import DeclaredService
 from proto.errors import ErrorCode
 from proto.wire import frames
 from proto.wire.codes import Capability
@@ -16,7 +17,8 @@ from proto.wire.names import full_node_name
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from proto.aio.channel import Channel
+    from actors.session.endpoint import LinkEndpoint
+    from proto.queues.publisher_queue import PublisherQueue
 
 
 class BareContext(NodeContext):
@@ -61,12 +63,12 @@ class BareContext(NodeContext):
         self._refused_event: Event | None = None
         if on_refused is not None:
             self._refused_event = Event(self, f"'{self.full_name}'", lambda *_: self._reason, on_refused)
-        self._unsent: list[PublisherEndpoint] = []
-        """Its destroyed publishers, while it is leaving."""
+        self._unsent: list[tuple[int, PublisherQueue]] = []
+        """The ids and queues of its destroyed publishers, which may have sent everything by now."""
+        self._most = DEPARTING_SLACK
+        """How many of them to keep before all are looked at."""
         self._replies = False
-        """Whether replies of its services may wait, while it is leaving."""
-        self._session: Channel | None = None
-        """The session in which they were destroyed, or declared again."""
+        """Whether replies of its destroyed services may wait."""
         owner.endpoints[self] = None
         self.link.add(self)
 
@@ -108,9 +110,14 @@ class BareContext(NodeContext):
             self._refused_event.add(1)
 
     def session_ended(self) -> None:
-        """Forget the declaration."""
+        """Forget the declaration, and what had been declared and destroyed, which is lost with the session.
+
+        Destroyed publishers that had not been accepted are declared in the next session, and send then.
+        """
         self.declared = False
         self.refusal = ""
+        self._unsent = [each for each in self._unsent if each[0] in self.link.endpoints]
+        self._replies = False
 
     # What a node calls on its endpoints
 
@@ -133,15 +140,12 @@ class BareContext(NodeContext):
             return
         self.link.require_thread()
         self.stopping = self.owner.stopping
-        self._unsent = [each for each in self.endpoints if isinstance(each, PublisherEndpoint)]
-        self._replies = any(isinstance(each, DeclaredService) for each in self.endpoints)
         for endpoint in tuple(self.endpoints):
             endpoint.destroy()
         self.destroyed = True
         if self._refused_event is not None:
             self._refused_event.stop()
         self.owner.endpoints.pop(self, None)
-        self._session = self.link.channel
         self.link.leaving[self] = None
         # Usually all is sent now, so that it leaves, and its name is free for the next declaration.
         if self._unsent or self._replies:
@@ -149,19 +153,26 @@ class BareContext(NodeContext):
         else:
             self.link.wake()
 
+    def leaves_after(self, endpoint: LinkEndpoint) -> None:
+        """Let an endpoint that was destroyed send everything before the node leaves the graph."""
+        if not isinstance(endpoint, PublisherEndpoint):
+            self._replies = True
+            return
+        if len(self._unsent) >= self._most:  # publishers may come and go for as long as the node lives
+            self._unsent = [each for each in self._unsent if not self._has_sent(*each)]
+            self._most = DEPARTING_SLACK + 2 * len(self._unsent)
+        self._unsent.append((endpoint.id, endpoint.queue))
+
+    def _has_sent(self, publisher: int, queue: PublisherQueue) -> bool:
+        return queue.empty and publisher not in self.link.endpoints
+
     def leave_if_sent(self) -> bool:
         """Leave the graph if nothing waits to be sent any more; return whether it has left.
 
         UNDECLARE of a node removes its endpoints, and would overtake their messages and replies.
         """
         link = self.link
-        if link.channel is not self._session:
-            # What had been declared in the earlier session is lost with it. Publishers that had not are
-            # declared in this one, and send then.
-            self._session = link.channel
-            self._unsent = [each for each in self._unsent if each.id in link.endpoints]
-            self._replies = False
-        if any(each.id in link.endpoints or not each.queue.empty for each in self._unsent):
+        if not all(starmap(self._has_sent, self._unsent)):
             return False
         if self._replies and not link.sent:
             return False

@@ -159,6 +159,12 @@ class NodeContext(LinkEndpoint):
         if self.destroyed:
             raise NodeDestroyed(f"Node '{self.full_name}' has been destroyed")
 
+    def leaves_after(self, endpoint: LinkEndpoint) -> None:
+        """Note a publisher or service that was destroyed, perhaps before all of its messages are sent.
+
+        A node with a link of its own sends everything before it closes the link.
+        """
+
     def callback_failed(self, what: str, error: BaseException) -> None:
         """Log an error of a callback with its traceback, count it, and stop the node if that is wanted."""
         if self.mailbox.cancelling and isinstance(error, asyncio.CancelledError):

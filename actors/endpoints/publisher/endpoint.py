@@ -261,14 +261,19 @@ class PublisherEndpoint(Endpoint):
         if self.accepted_now:
             self._undeclare()
             if link.channel is not None:
-                context.departing.add(self.queue, standard=self.standard)
+                self._depart()
         elif self.queue.pending and (link.channel is not None or context.stopping):
-            context.departing.add(self.queue, standard=self.standard)  # it is declared, and sends then
+            self._depart()  # it is declared, and sends then
         else:
             if not self.standard:
                 context.departing.report_unsent([self.queue])
             link.remove(self)
         link.wake()
+
+    def _depart(self) -> None:
+        """Let the queue outlive the publisher."""
+        self.context.departing.add(self.queue, standard=self.standard)
+        self.context.leaves_after(self)
 
     def _undeclare(self) -> None:
         """Send UNDECLARE after the unsent messages."""

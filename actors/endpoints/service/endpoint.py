@@ -381,6 +381,7 @@ class ServiceEndpoint(DeclaredService):
                 channel.send(frames.Retire(self.id))  # until the replies made so far have been sent
             channel.flush_soon()
         super().destroy()
+        self.context.leaves_after(self)
         self._abandon()
 
     def session_ended(self) -> None:

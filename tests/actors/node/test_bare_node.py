@@ -205,6 +205,55 @@ async def test_destroying_one_sends_its_messages_first_and_frees_its_name(meetin
     assert owner.connected
 
 
+async def test_what_destroyed_endpoints_have_sent_precedes_its_end(meeting: Meeting) -> None:
+    """A publisher and a service that are destroyed just before their node: message and reply arrive."""
+    owner, other = await meeting.node("owner"), await meeting.node("other")
+    reader = other.create_subscription(Int64, "/numbers")
+    client = other.create_client(AddTwoInts, "/add")
+    bare = owner.create_bare_node("talker")
+    publisher = bare.create_publisher(Int64, "/numbers")
+
+    def leave() -> None:
+        publisher.publish(Int64(data=7))
+        publisher.destroy()
+        service.destroy()
+        bare.destroy()
+
+    def serve(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        asyncio.get_running_loop().call_soon(leave)
+        return AddTwoInts.Response(sum=request.a)
+
+    service = bare.create_service(AddTwoInts, "/add", serve)
+    await matched(publisher)
+    await client.wait_for_service()
+    assert (await client.call(AddTwoInts.Request(a=7))).sum == 7
+    assert (await anext(aiter(reader))).data == 7
+    while "talker" in await owner.get_node_names():
+        pass
+    assert owner.diagnostics().connections == 1
+
+
+async def test_publishers_that_come_and_go_leave_nothing_behind(meeting: Meeting) -> None:
+    """Messages of one that went in an earlier session do not keep its node in the graph."""
+    owner = await meeting.node("owner", shared_memory=False)
+    other = await meeting.node("other", shared_memory=False)
+    reader = other.create_subscription(String, "/texts", qos_profile=KEEP_ALL)
+    bare = owner.create_bare_node("talker")
+    publisher = bare.create_publisher(String, "/texts", KEEP_ALL)
+    await matched(publisher)
+    for number in range(12):  # the reader lets 8 MiB be sent
+        publisher.publish(String(data=f"{number}" + "x" * MIB))
+    publisher.destroy()
+    await until(lambda: reader.queued >= 8)
+    await meeting.stop_broker()
+    await until(lambda: not owner.connected)
+    await meeting.restart_broker()
+    assert await bare.wait_until_accepted()
+    bare.destroy()
+    while "talker" in await owner.get_node_names():
+        pass
+
+
 async def test_messages_that_wait_for_credit_are_sent_before_it_leaves(meeting: Meeting) -> None:
     """A reader that takes nothing holds them back; the node stays in the graph until it does."""
     owner = await meeting.node("owner", shared_memory=False)
