@@ -13,15 +13,15 @@ if TYPE_CHECKING:
     from actors.bridges.report import Refusal
 
 MAX_REASONS: Final = 20
-"""Reasons counted of one topic or service; further ones are counted as `OTHER`."""
+"""Reasons that are counted for one topic or service; further ones are counted as `OTHER`."""
 OTHER: Final = "other"
 MAX_FAILURES: Final = 50
 """The newest failures that are kept, such as names that ROS 2 refuses."""
 MAX_ROWS: Final = 5000
-"""Topics, and services, whose counts are kept: more than a bridge shows. Beyond it the oldest are forgotten:
-names may be made up for every client."""
+"""Topics, and as many services, whose counts are kept: more than a bridge shows by default. Beyond it the
+oldest are forgotten, because a program may make up a new name each time."""
 MAX_DETAIL: Final = 300
-"""Characters kept of a reason's newest example, which may hold a peer's text."""
+"""Characters kept of a reason's newest example, which may contain a string of a peer."""
 
 _Row = tuple[str, str, bool]
 """The name of a topic or service, its type, and whether it comes from the other network."""
@@ -31,12 +31,12 @@ class Counts:
     """Counts of one topic or service in one direction.
 
     Attributes:
-        received: Messages or requests taken.
-        sent: Messages passed on, or calls answered.
-        repeated: Messages taken a second time: latched ones, after a subscription was made again.
-        lost: Messages that the network lost before the bridge, by gaps in the publishers' numbers.
-        dropped: By reason, what did not cross.
-        examples: By reason, the newest one in words.
+        received: Messages or requests that have arrived.
+        sent: Messages passed on, or responses.
+        repeated: Messages that arrived a second time: latched ones, after a subscription was made again.
+        lost: Messages that the network lost before the bridge, by gaps in the publishers' sequence numbers.
+        dropped: By reason, messages, requests and responses that did not cross.
+        examples: By reason, a description of the newest one.
     """
 
     __slots__ = ("dropped", "examples", "lost", "received", "repeated", "sent")
@@ -51,8 +51,8 @@ class Counts:
 
         Args:
             reason: A few words.
-            example: What was wrong with this one.
-            count: How many.
+            example: What was wrong with it, if the reason does not say so.
+            count: The number of messages, requests or responses.
         """
         if reason not in self.dropped and len(self.dropped) >= MAX_REASONS:
             reason = OTHER
@@ -61,32 +61,9 @@ class Counts:
             self.examples[reason] = example[:MAX_DETAIL]
 
     def document(self) -> dict[str, Any]:
-        """Return the counts as JSON has them."""
+        """Return the counts as a JSON object."""
         counts = {"received": self.received, "sent": self.sent, "repeated": self.repeated, "lost": self.lost}
         return {**counts, "dropped": dict(self.dropped), "examples": self.examples}
-
-
-class CallCounts:
-    """Counts the calls of a service: what `Counts` does for messages.
-
-    Args:
-        counts: Where to count.
-    """
-
-    def __init__(self, counts: Counts) -> None:
-        self._counts = counts
-
-    def received(self) -> None:
-        """Count a request."""
-        self._counts.received += 1
-
-    def sent(self) -> None:
-        """Count a response."""
-        self._counts.sent += 1
-
-    def dropped(self, reason: str) -> None:
-        """Count a request or response that did not cross."""
-        self._counts.drop(reason)
 
 
 class Counters:
@@ -112,24 +89,24 @@ class Counters:
         """
         return _counts(self._topics, (name, type_name, from_theirs))
 
-    def service(self, name: str, *, from_theirs: bool) -> CallCounts:
-        """Return what counts the calls of a service.
+    def service(self, name: str, *, from_theirs: bool) -> Counts:
+        """Return the counts of the calls of a service; they go on as those of a topic do.
 
         Args:
             name: Its full name in the other network.
             from_theirs: Whether its clients are there, and its server here.
         """
-        return CallCounts(_counts(self._services, (name, "", from_theirs)))
+        return _counts(self._services, (name, "", from_theirs))
 
     def failed(self, text: str) -> bool:
-        """Note that one side refused something; return whether this is news."""
+        """Note an error of one side; return whether it is a new one."""
         if text in self._failures:
             return False
         self._failures.append(text)
         return True
 
     def refuse(self, refusals: tuple[Refusal, ...]) -> list[Refusal]:
-        """Note what does not cross now; return what is new of it, a type that is missing only once."""
+        """Replace what does not cross; return what is new in it, with each missing type only once."""
         known = {_news_of(each) for each in self.refusals}
         self.refusals = refusals
         fresh: dict[object, Refusal] = {}
@@ -139,7 +116,7 @@ class Counters:
         return list(fresh.values())
 
     def document(self) -> dict[str, Any]:
-        """Return everything as JSON has it."""
+        """Return everything as a JSON object."""
         return {
             "topics": _rows(self._topics.items()),
             "services": _rows(self._services.items()),
@@ -157,7 +134,7 @@ def _counts(rows: dict[_Row, Counts], row: _Row) -> Counts:
 
 
 def _news_of(refusal: Refusal) -> object:
-    """Return what is equal for refusals of which one is enough."""
+    """Return a key that is equal for refusals of which one is worth a line in the log."""
     return refusal.type_name if refusal.reason is Reason.TYPE_MISSING else refusal
 
 

@@ -18,7 +18,7 @@ from actors.interfaces.errors import InvalidMessageError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.bridges.counters import CallCounts
+    from actors.bridges.counters import Counts
     from actors.bridges.plan import Mirror
     from actors.bridges.ros2.endpoints import RosService
     from actors.bridges.ros2.participant import RosNode
@@ -52,7 +52,7 @@ class InboundCalls:
         self,
         node: BareNode,
         types: Types,
-        counts: Callable[[str], CallCounts],
+        counts: Callable[[str], Counts],
         warn: Callable[[str, str], object],
         topic: Callable[[tuple[str, str]], TopicFromCallboard | None],
     ) -> None:
@@ -109,7 +109,7 @@ class _Service:
         node: BareNode,
         mirror: Mirror,
         types: ServiceTypes,
-        counts: CallCounts,
+        counts: Counts,
         warn: Callable[[str, str], object],
         *,
         feedback: Callable[[], TopicFromCallboard | None],
@@ -161,7 +161,7 @@ class _Service:
     def _requested(self, mirror: Mirror, request: object, header: Any) -> None:
         if mirror is not next(iter(self._shown), None):
             return
-        self._counts.received()
+        self._counts.received += 1
         if len(self._pending) >= MAX_PENDING:
             self._failed(mirror, header, "overloaded", f"{MAX_PENDING} requests wait already")
             return
@@ -232,14 +232,14 @@ class _Service:
         try:
             self._shown[mirror].respond(response, header)
         except RosError as error:
-            self._counts.dropped("refused")
+            self._counts.drop("refused")
             self._warn("a response that ROS 2 refuses", f"Service '{self._source}': {error}")
         else:
-            self._counts.sent()
+            self._counts.sent += 1
 
     def _failed(self, mirror: Mirror, header: Any, reason: str, text: str) -> None:
         """Count a call that has no response, and say so; the services of an action have one for it."""
-        self._counts.dropped(reason)
+        self._counts.drop(reason)
         self._warn(
             f"a call from ROS 2 without a response: {reason}",
             f"Service '{self._source}': a call from ROS 2 has no response: {text}",

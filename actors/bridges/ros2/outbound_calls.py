@@ -22,7 +22,7 @@ from actors.interfaces.errors import InvalidMessageError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.bridges.counters import CallCounts
+    from actors.bridges.counters import Counts
     from actors.bridges.plan import Mirror
     from actors.bridges.ros2.endpoints import RosClient
     from actors.bridges.ros2.participant import RosNode
@@ -61,7 +61,7 @@ class OutboundCalls:
         self,
         node: RosNode,
         types: Types,
-        counts: Callable[[str], CallCounts],
+        counts: Callable[[str], Counts],
         topic: Callable[[tuple[str, str]], TopicFromRos | None],
         request_hash: Callable[[str], str],
     ) -> None:
@@ -148,7 +148,7 @@ class _Server:
         node: RosNode,
         name: str,
         types: ServiceTypes,
-        counts: CallCounts,
+        counts: Counts,
         feedback: Callable[[], TopicFromRos | None],
     ) -> None:
         self._node = node
@@ -198,13 +198,13 @@ class _Server:
             ServiceTimeout: There is no response, and a limit for calls without a deadline has passed.
             RemoteError: The request has a value that ROS 2 cannot have, or the response is not valid.
         """
-        self._counts.received()
+        self._counts.received += 1
         if self._name.endswith(services.GOAL):
             await self._feedback_heard()
         key = next(self._keys)
         refusal = self._window.put(key, request, len(request))
         if refusal:
-            self._counts.dropped("overloaded")
+            self._counts.drop("overloaded")
             raise ServiceOverloaded(f"Service '{self._name}' in ROS 2: {refusal}")
         response: asyncio.Future[bytes] = self._loop.create_future()
         self._calls[key] = response
@@ -217,7 +217,7 @@ class _Server:
             self._deadlines.remove(key)
             # Otherwise its caller has given up, or died.
             if self._calls.pop(key, None) is not None:
-                self._counts.dropped("abandoned")
+                self._counts.drop("abandoned")
                 self._window.abandon(key, self._loop.time())
                 self._send()
 
@@ -285,7 +285,7 @@ class _Server:
                 del self._sent[number]
                 self._window.responded(key)
                 if key in self._calls:
-                    self._counts.dropped("unavailable")
+                    self._counts.drop("unavailable")
                     self._fail(key, ServiceUnavailable("its server has left ROS 2"))
         self._send()
 
@@ -305,7 +305,7 @@ class _Server:
 
     def _not_sent(self, key: int, reason: str, error: CallFailed) -> None:
         self._window.responded(key)
-        self._counts.dropped(reason)
+        self._counts.drop(reason)
         self._fail(key, error)
 
     def _invalid(self, error: InvalidMessageError) -> RemoteError:
@@ -344,7 +344,7 @@ class _Server:
     def _responded(self, number: int, response: object) -> None:
         key, _ = self._sent.pop(number, (None, None))
         if key is None or key not in self._calls:
-            self._counts.dropped("late")
+            self._counts.drop("late")
         else:
             self._end(key, response)
         if key is not None:
@@ -355,14 +355,14 @@ class _Server:
         try:
             body = self._types.response.from_object(response)
         except InvalidMessageError as error:
-            self._counts.dropped("invalid")
+            self._counts.drop("invalid")
             self._fail(key, self._invalid(error))
             return
         waiting = self._calls.pop(key)
         if self._is_long:
             self._reply_after_feedback()
         if not waiting.done():
-            self._counts.sent()
+            self._counts.sent += 1
             waiting.set_result(body)
 
     def _reply_after_feedback(self) -> None:
@@ -383,11 +383,11 @@ class _Server:
 
     def _fail_waiting(self, text: str) -> None:
         for key in self._window.pop_waiting():
-            self._counts.dropped("unavailable")
+            self._counts.drop("unavailable")
             self._fail(key, ServiceUnavailable(f"Service '{self._name}' in ROS 2: {text}"))
 
     def _expired(self, key: int) -> None:
-        self._counts.dropped("timeout")
+        self._counts.drop("timeout")
         self._window.abandon(key, self._loop.time())
         self._fail(key, ServiceTimeout(f"Service '{self._name}' in ROS 2: no response in time"))
         self._send()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pytest
 
 import actors
+from actors.bridges.counters import Counts
 from actors.bridges.plan import Mirror
 from actors.bridges.request_window import MAX_IN_FLIGHT, MAX_WAITING
 from actors.bridges.ros2 import inbound_calls, outbound_calls, services
@@ -170,21 +171,16 @@ class RosNode:
         return frozenset(self.gids)
 
 
-class Counts:
-    """What was counted."""
+class CallCounts(Counts):
+    """The counts of a service."""
 
-    def __init__(self, name: str) -> None:
-        self.of = name
-        self.all: Counter[str] = Counter()
+    of = ""
+    """Its name."""
 
-    def received(self) -> None:
-        self.all["received"] += 1
-
-    def sent(self) -> None:
-        self.all["sent"] += 1
-
-    def dropped(self, reason: str) -> None:
-        self.all[reason] += 1
+    @property
+    def all(self) -> Counter[str]:
+        """What has been counted."""
+        return +Counter({"received": self.received, "sent": self.sent, **self.dropped})
 
 
 def mirror(name: str = "/add", node: str = "/there") -> Mirror:
@@ -225,7 +221,7 @@ class Sides:
         self.own = own
         self.bare = bridge.create_bare_node("there")
         self.ros = RosNode()
-        self.counts = Counts("/add")
+        self.counts = CallCounts()
         self.warnings: list[str] = []
         types: Any = Types()
         ros: Any = self.ros
