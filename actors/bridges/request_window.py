@@ -1,7 +1,7 @@
 """How many requests one server of another network gets at a time; the others wait here.
 
-Services of ROS 2 keep the last requests that have arrived and forget older ones without an error, so that a
-busy server must not get more than it keeps.
+A service of ROS 2 keeps the newest requests and forgets older ones without an error, so a busy server must
+not get more than it keeps.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from typing import Final, Generic, TypeVar
 MAX_IN_FLIGHT: Final = 10
 """Requests without a response that a server gets: the depth of services in ROS 2."""
 MAX_WAITING: Final = 500
-"""Requests that wait for one server; one more is refused. With 10 ms for each they take 5 s."""
+"""Requests that wait for one server; one more is refused. At 10 ms each, the last one waits for 5 s."""
 MAX_WAITING_BYTES: Final = 64 * 1024 * 1024
-"""The same in bytes; a single request may have any size."""
+"""The same in bytes; a request that waits alone may have any size."""
 ABANDONED_SEC: Final = 10.0
-"""How long a request counts whose caller has given up: the server may still have it before it, but a request
-that was lost must not count for ever."""
+"""How long a request counts as in flight after its caller has given up: it may still be in the server's
+queue, but a request that was lost must not count for ever."""
 TAKEN_SEC: Final = 1.0
-"""When a request counts as taken whose response may be hours away, such as that for the result of a goal:
-only the server's queue must not be full, and a server takes these at once."""
+"""How long a request counts as in flight if its response may be hours away, such as one for the result of a
+goal. A server takes these from its queue at once, and only the queue must not be full."""
 
 T = TypeVar("T")
 
@@ -30,11 +30,11 @@ class RequestWindow(Generic[T]):
     """The requests to one server.
 
     Args:
-        is_long: Whether a response may take hours, while requests are taken at once.
+        is_long: Whether responses may take hours although the server takes requests at once.
         max_in_flight, max_waiting, max_waiting_bytes: See the constants.
 
     Attributes:
-        waiting_bytes: The size of the requests that wait.
+        waiting_bytes: The total size of the requests that wait.
     """
 
     def __init__(
@@ -53,21 +53,21 @@ class RequestWindow(Generic[T]):
 
     @property
     def in_flight(self) -> int:
-        """How many requests have neither a response nor been given up for lost."""
+        """The number of requests that were sent and may still be in the server's queue."""
         return len(self._in_flight)
 
     @property
     def waiting(self) -> int:
-        """How many requests wait."""
+        """The number of requests that wait."""
         return len(self._waiting)
 
     def put(self, key: int, request: T, size: int) -> str:
-        """Let a request wait.
+        """Add a request to those that wait.
 
         Args:
-            key: Identifies it; never used again.
-            request: It.
-            size: Its bytes.
+            key: Identifies the request; never used again.
+            request: The request.
+            size: Its size in bytes.
 
         Returns:
             Why there is no space for it; "" if it waits.
@@ -84,12 +84,12 @@ class RequestWindow(Generic[T]):
         """Return the oldest request that waits, to be sent now; None if there is none, or no space.
 
         Args:
-            now: The time.
+            now: A monotonic time in seconds.
         """
         if not self._waiting:
             return None
         if len(self._in_flight) >= self._most:
-            # Seldom more than a few: each of them was sent by this method.
+            # These are few, because only this method adds to them.
             self._in_flight = {key: until for key, until in self._in_flight.items() if until > now}
             if len(self._in_flight) >= self._most:
                 return None
@@ -99,15 +99,15 @@ class RequestWindow(Generic[T]):
         return key, request
 
     def responded(self, key: int) -> None:
-        """Note that a request has its response, or was not sent after all."""
+        """Remove a request that has its response, or that was not sent after all."""
         self._in_flight.pop(key, None)
 
     def abandon(self, key: int, now: float) -> None:
-        """Forget a request whose caller has given up, if it waits; otherwise it counts for some time.
+        """Forget a request whose caller has given up; if it was sent, it counts for some more seconds.
 
         Args:
-            key: The request; any, also one that has its response.
-            now: The time.
+            key: The request; nothing happens if it has its response.
+            now: A monotonic time in seconds.
         """
         found = self._waiting.pop(key, None)
         if found is not None:
@@ -116,20 +116,20 @@ class RequestWindow(Generic[T]):
             self._in_flight[key] = min(self._in_flight[key], now + ABANDONED_SEC)
 
     def next_space(self) -> float:
-        """Return when there is space for what waits, if no response arrives; infinity for never."""
+        """Return when the next request can be sent if no response arrives; infinity for never."""
         if not self._waiting or len(self._in_flight) < self._most:
             return math.inf
         return min(self._in_flight.values())
 
     def pop_waiting(self) -> list[int]:
-        """Forget the requests that wait; return them."""
+        """Forget the requests that wait, and return their keys."""
         keys = list(self._waiting)
         self._waiting.clear()
         self.waiting_bytes = 0
         return keys
 
     def forget_in_flight(self) -> None:
-        """Count those no more that were sent: the server that has got them is gone."""
+        """Forget the requests that were sent, because the server that has got them is gone."""
         self._in_flight.clear()
 
     def clear(self) -> None:

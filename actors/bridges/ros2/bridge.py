@@ -24,10 +24,10 @@ from actors.bridges.graph import (
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
 from actors.bridges.ros2.arrivals import Arrivals
+from actors.bridges.ros2.conversion import converter
 from actors.bridges.ros2.errors import RosError, SuspendedError, UnknownTypeError
 from actors.bridges.ros2.importing import LEASE_SEC
 from actors.bridges.ros2.inbound_calls import InboundCalls
-from actors.bridges.ros2.node_texts import converter
 from actors.bridges.ros2.observer import Observer
 from actors.bridges.ros2.outbound_calls import OutboundCalls
 from actors.bridges.ros2.participant import Participant

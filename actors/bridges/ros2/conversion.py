@@ -1,6 +1,7 @@
-"""Messages that name nodes: lines of the log and changes of parameters, whose topics have no namespace.
+"""What converts the messages of a topic, and names of nodes in them.
 
-With a bridge's namespace a node has another name on each side, and these messages name it as their side does.
+With a bridge's namespace a node has another name on each side. Lines of the log and parameter events name
+their node, and their topics have one name on both sides: only the names inside the messages can differ.
 """
 
 from __future__ import annotations
@@ -16,20 +17,23 @@ if TYPE_CHECKING:
 
     from actors.bridges.ros2.types import MessageTypes
 
-_NAMED: Final = {"/rosout": (Log, "name", "."), "/parameter_events": (ParameterEvent, "node", "/")}
-"""By topic, its type, the field that names a node, and what is between the parts of the name there."""
+_NODE_FIELDS: Final = {"/rosout": (Log, "name", "."), "/parameter_events": (ParameterEvent, "node", "/")}
+"""By topic: its type, the field that names a node, and the separator of the parts of the name there."""
 
 
 def converter(types: MessageTypes, topic: str, prefix: str, *, from_ros: bool) -> Callable[[bytes], bytes]:
-    """Return what converts the messages of a topic, and the names of nodes in them.
+    """Return the function that converts the messages of a topic.
 
     Args:
         types: The topic's type.
         topic: Its name.
-        prefix: What callboard's names have before them, such as "/robot1"; "" for nothing.
-        from_ros: Whether the messages come from ROS 2.
+        prefix: The namespace before callboard's names, such as "/robot1"; "" for none.
+        from_ros: Whether the messages come from ROS 2: they are CDR then, and the result is msgpack.
+
+    Returns:
+        A function that raises InvalidMessageError for a message that cannot be converted.
     """
-    cls, field, separator = _NAMED.get(topic, (None, "", ""))
+    cls, field, separator = _NODE_FIELDS.get(topic, (None, "", ""))
     if not prefix or types.ours is not cls:
         return types.to_callboard if from_ros else types.to_ros
     cdr, msgpack = cdr_codec_for(types.ours), codec_for(types.ours)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from actors.bridges.ros2.node_texts import converter
+from actors.bridges.ros2.conversion import converter
 from actors.interfaces import cdr
 from actors.interfaces.codec import codec_for
 from actors.interfaces.rcl_interfaces.msg import Log, ParameterEvent
