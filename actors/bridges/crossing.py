@@ -3,7 +3,8 @@
 Pure but for what it is given: how messages are converted, and the mirrors that send them. A message goes out
 through the mirror of the node that published it. One that arrives before this mirror exists waits for it,
 because a node that has just appeared publishes its first messages at once; latched ones that arrive again,
-since the receiving subscription was made again, do not cross twice.
+since the receiving subscription was made again, do not cross twice. Only if a mirror is made again, with
+another QoS or name, they do: otherwise late joiners of the new one would miss them.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED."""
 class _Publisher:
     """What is known of one publisher of the side where messages come from."""
 
-    __slots__ = ("held", "is_counted", "last", "node", "send")
+    __slots__ = ("held", "is_counted", "last", "node", "replayed_to", "send")
 
     def __init__(self, node: str, send: Callable[[bytes, int], None] | None) -> None:
         self.node = node
@@ -47,6 +48,8 @@ class _Publisher:
         self.is_counted = False
         """Whether gaps in its numbers are losses: not where the receiving subscription has just begun."""
         self.held: deque[tuple[bytes, int]] | None = None
+        self.replayed_to = -1
+        """Its newest message that an earlier mirror has sent; -1 if the present one is the first."""
 
 
 class Crossing:
@@ -79,6 +82,8 @@ class Crossing:
         self._unknown: set[bytes] = set()
         """Publishers whose node is not known yet."""
         self._held_bytes = 0
+        self.wants_replay = False
+        """Whether latched messages should arrive once more, for a mirror that was made again."""
 
     def add_mirror(self, node: str, send: Callable[[bytes, int], None]) -> None:
         """Send the messages of a node's publishers by a mirror from now on, and those that wait for it.
@@ -91,6 +96,7 @@ class Crossing:
         self._mirrors[node] = send
         for publisher in self._publishers.values():
             if publisher.node == node:
+                self.wants_replay |= publisher.replayed_to >= 0
                 self._release(publisher, send)
         self.look_again()
 
@@ -150,6 +156,42 @@ class Crossing:
         for gid, publisher in tuple(self._publishers.items()):
             if publisher.node == node:
                 self._forget(gid)
+
+    def replace_mirror(self, node: str) -> None:
+        """Forget a node's mirror, which kept latched messages; another one follows, and needs them again.
+
+        The originals are asked for them once more (`replay`): they alone know what is still latched.
+
+        Args:
+            node: The node on the side where messages come from.
+        """
+        self._mirrors.pop(node, None)
+        for publisher in self._publishers.values():
+            if publisher.node == node:
+                publisher.send = None
+                if publisher.last != UNNUMBERED:
+                    publisher.replayed_to = max(publisher.replayed_to, publisher.last)
+                    publisher.last, publisher.is_counted = -1, False
+
+    def replay(self, data: bytes, gid: bytes, number: int, stamp_ns: int) -> None:
+        """Pass a latched message on that has crossed already, if its mirror was made again.
+
+        Args:
+            data: The message.
+            gid: 16 bytes that name its publisher.
+            number: Its number among the publisher's messages.
+            stamp_ns: When it was published, in ns since the epoch.
+        """
+        publisher = self._publishers.get(gid)
+        # What is newer arrives as well where it always does; then older ones would come too late.
+        if (
+            publisher is None
+            or publisher.send is None
+            or not publisher.last < number <= publisher.replayed_to
+        ):
+            return
+        publisher.last = number
+        self._pass_on(publisher, data, stamp_ns, is_new=False)
 
     def begin(self) -> None:
         """Note that messages are received from now on: what was published before is not lost."""
@@ -214,7 +256,7 @@ class Crossing:
         self._held_bytes += len(data)
         held.append((data, stamp_ns))
 
-    def _pass_on(self, publisher: _Publisher, data: bytes, stamp_ns: int) -> None:
+    def _pass_on(self, publisher: _Publisher, data: bytes, stamp_ns: int, *, is_new: bool = True) -> None:
         send = publisher.send
         assert send is not None
         try:
@@ -224,4 +266,4 @@ class Crossing:
         except CallboardError as error:
             self._counts.drop("refused", str(error))
         else:
-            self._counts.sent += 1
+            self._counts.sent += is_new

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from actors.interfaces.std_msgs.msg import String
 from actors.qos.profile import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from actors.time.types import Duration
 from tests.ros2.graphs import endpoints_until
 from tests.waiting import until
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from tests.ros2.conftest import Pair
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+PASSING = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL, lifespan=Duration(seconds=10_000))
+"""Latched, but not for ever."""
 AGAIN_SEC = 0.05
 """After which a message is published again that best effort may have lost."""
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -83,6 +86,41 @@ async def test_a_node_has_a_volatile_and_a_latched_publisher(pair: Pair) -> None
     await latched.publish(String(data="next"))
     await until(lambda: "next" in received)
     assert received == ["volatile", "latched", "next"]
+
+
+async def test_a_mirror_that_is_made_again_keeps_latched_values_of_ros(pair: Pair) -> None:
+    """A second publisher of the node changes what its mirror offers: who joins then gets the value, too."""
+    topic = f"{pair.name}/again"
+    publisher = await pair.there.publisher(topic, String, PASSING)
+    await publisher.publish(String(data="value"))
+    first: list[str] = []
+    late: list[str] = []
+    pair.here.create_subscription(String, topic, lambda each: first.append(each.data), LATCHED)
+    await until(lambda: first == ["value"])
+    await pair.there.publisher(topic, String, LATCHED)
+    # The mirror that is there now is another publisher: whoever has read the old one reads its value again.
+    await until(lambda: first == ["value", "value"])
+    pair.here.create_subscription(String, topic, lambda each: late.append(each.data), LATCHED)
+    await until(lambda: late == ["value"])
+    await publisher.publish(String(data="next"))
+    await until(lambda: first == ["value", "value", "next"] and late == ["value", "next"])
+
+
+async def test_a_mirror_that_is_made_again_keeps_latched_values_of_callboard(pair: Pair) -> None:
+    """A second publisher of the node changes what its mirror offers: who joins then gets the value, too."""
+    topic = f"{pair.name}/again_here"
+    publisher = pair.here.create_publisher(String, topic, PASSING)
+    publisher.publish(String(data="value"))
+    first = await pair.there.subscription(topic, String, LATCHED)
+    await first.received(1)
+    pair.here.create_publisher(String, topic, LATCHED)
+    assert await first.received(2) == [String(data="value")] * 2
+    await pair.there.endpoints(topic, "publishers", 1)  # the old mirror stays until what it sent has arrived
+    late = await pair.there.subscription(topic, String, LATCHED)
+    assert await late.received(1) == [String(data="value")]
+    publisher.publish(String(data="next"))
+    assert (await late.received(2))[1:] == [String(data="next")]
+    assert (await first.received(3))[2:] == [String(data="next")]
 
 
 async def test_reliable_and_best_effort_publishers_of_ros_share_a_topic(pair: Pair) -> None:

@@ -23,6 +23,7 @@ from actors.bridges.graph import (
     unseen,
 )
 from actors.bridges.plan import EMPTY_PLAN, plan
+from actors.bridges.qos import is_latched
 from actors.bridges.ros2.arrivals import Arrivals
 from actors.bridges.ros2.conversion import converter
 from actors.bridges.ros2.errors import RosError, SuspendedError, UnknownTypeError
@@ -33,6 +34,7 @@ from actors.bridges.ros2.outbound_calls import OutboundCalls
 from actors.bridges.ros2.participant import Participant
 from actors.bridges.ros2.topics import TopicFromCallboard, TopicFromRos
 from actors.bridges.ros2.types import Types
+from actors.bridges.rules import GLOBAL_TOPICS
 from actors.logging.limited_lines import LimitedLines
 from actors.qos.profile import QoSProfile
 from proto.aio.tasks import cancel_and_wait
@@ -300,8 +302,9 @@ class Bridge:
             self._unmark()
 
     async def _hide_surplus(self, side: _Side, wanted: SidePlan, pace: _Pace) -> None:
+        successors = {_original_of(each) for each in wanted.mirrors - side.shown.keys() if _keeps(each)}
         for mirror in side.shown.keys() - wanted.mirrors:
-            self._hide(side, mirror)
+            self._hide(side, mirror, is_replaced=_keeps(mirror) and _original_of(mirror) in successors)
             await pace.step()
         for node in side.nodes.keys() - wanted.nodes.keys():
             destroy = side.nodes.pop(node).destroy
@@ -356,7 +359,7 @@ class Bridge:
         if called:  # not before: it may be refused, and what is shown would never be hidden
             self._outbound.prepare(called)
 
-    def _hide(self, side: _Side, mirror: Mirror) -> None:
+    def _hide(self, side: _Side, mirror: Mirror, *, is_replaced: bool) -> None:
         """Show an endpoint no longer."""
         here, handle = side is self._here, side.shown.pop(mirror)
         if mirror.kind is EntryKind.CLIENT:
@@ -365,8 +368,8 @@ class Bridge:
             (self._outbound if here else self._inbound).hide(mirror)
         else:
             from_ros = here is (mirror.kind is EntryKind.PUBLISHER)
-            seconds = self._topics(from_ros=from_ros)[_topic_of(mirror)].remove(mirror)
-            if seconds:
+            topic = self._topics(from_ros=from_ros)[_topic_of(mirror)]
+            if seconds := topic.remove(mirror, is_replaced=is_replaced):
                 side.busy[mirror.node] = seconds
 
     def _topics(self, *, from_ros: bool) -> dict[tuple[str, str], Any]:
@@ -482,6 +485,18 @@ def _topic_of(mirror: Mirror) -> tuple[str, str]:
     """Return the name and type of a mirror's topic on the side where its messages come from."""
     is_source = mirror.kind is EntryKind.PUBLISHER
     return (mirror.source if is_source else mirror.name), mirror.type_name
+
+
+def _keeps(mirror: Mirror) -> bool:
+    """Return whether a mirror is a publisher that keeps messages for late joiners."""
+    # A line of a log that was read is not read again.
+    is_publisher = mirror.kind is EntryKind.PUBLISHER and mirror.source not in GLOBAL_TOPICS
+    return is_publisher and mirror.qos is not None and is_latched(mirror.qos)
+
+
+def _original_of(mirror: Mirror) -> tuple[str, str, str]:
+    """Return what mirrors of one publisher have in common."""
+    return mirror.source_node, mirror.source, mirror.type_name
 
 
 def _order(mirror: Mirror) -> tuple[bool, str, str]:

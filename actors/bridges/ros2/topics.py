@@ -11,7 +11,7 @@ from actors.bridges.crossing import Crossing
 from actors.bridges.qos import receiver_of
 from actors.bridges.ros2.patient_publisher import LINGER_SEC, PatientPublisher
 from actors.errors import PublisherRefused
-from actors.qos.profile import HistoryPolicy, QoSProfile
+from actors.qos.profile import DurabilityPolicy, HistoryPolicy, QoSProfile
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,6 +30,11 @@ if TYPE_CHECKING:
 
 LAST_WORDS: Final = QoSProfile(depth=100)
 """The QoS of messages whose publisher nobody has seen: that of most publishers."""
+REPLAYS: Final = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""The QoS that brings latched messages again."""
+REPLAY_SEC: Final = 30.0
+"""How long they may take: then all have arrived, also on a busy machine. Each new message arrives twice
+meanwhile."""
 
 
 class TopicFromRos:
@@ -73,6 +78,7 @@ class TopicFromRos:
         """Subscriptions of the bridge itself, for profiles that no mirror has."""
         self._takers: dict[QoSProfile, RosSubscription] = {}
         self._profiles: tuple[QoSProfile, ...] = ()
+        self._replays = _Replays(self._replay_subscription)
         self._leaving: set[RosSubscription] = set()
         """Those that go on taking for a moment: their mirrors have gone, or got another name or QoS."""
 
@@ -134,8 +140,12 @@ class TopicFromRos:
     def _subscription(self, node: RosNode, qos: QoSProfile) -> RosSubscription:
         return node.create_subscription(self._types.theirs, self._topic, qos)
 
-    def remove(self, mirror: Mirror) -> float:
+    def remove(self, mirror: Mirror, *, is_replaced: bool = False) -> float:
         """Show a publisher or subscription no longer.
+
+        Args:
+            mirror: Which one.
+            is_replaced: Whether it is a latched publisher that is made again, and needs what it kept.
 
         Returns:
             In how many seconds it will have gone. A publisher of ROS 2 that has just come may have sent its
@@ -143,7 +153,10 @@ class TopicFromRos:
         """
         if mirror in self._publishers:
             self._publishers.pop(mirror).destroy()
-            self._crossing.remove_mirror(mirror.source_node)
+            if is_replaced:
+                self._crossing.replace_mirror(mirror.source_node)
+            else:
+                self._crossing.remove_mirror(mirror.source_node)
         elif mirror in self._shown:
             subscription = self._shown.pop(mirror)
             del self._nodes[mirror]
@@ -182,6 +195,14 @@ class TopicFromRos:
             if self._takers.get(qos) is not subscription:
                 del self._own[qos]
                 subscription.destroy()
+        self._replays.follow(self._crossing, is_received=bool(profiles))
+
+    def _replay_subscription(self) -> RosSubscription:
+        subscription = self._subscription(self._control, REPLAYS)
+        subscription.listen(
+            lambda data, info: self._crossing.replay(data, info.gid, info.sequence, _stamp_of(info))
+        )
+        return subscription
 
     def _taker(self, qos: QoSProfile) -> RosSubscription:
         if qos in self._deep:
@@ -205,9 +226,7 @@ class TopicFromRos:
             offer = self._observer.offer_of(self._topic, info.gid)
             if profiles[len(profiles) - 1 if offer is None else receiver_of(profiles, offer)] != qos:
                 return
-        # Another program of DDS may write without a time, or with any.
-        stamp_ns = info.source_ns if info.source_ns >= 0 else max(info.received_ns, 0)
-        self._crossing.receive(data, info.gid, info.sequence, stamp_ns)
+        self._crossing.receive(data, info.gid, info.sequence, _stamp_of(info))
 
     def _taken(self, qos: QoSProfile, data: bytes, info: RosMessageInfo) -> None:
         # What is older has arrived there, and would count as repeated after this.
@@ -261,6 +280,7 @@ class TopicFromCallboard:
         self._subscriptions: dict[Mirror, Subscription[Any]] = {}
         self._own: dict[QoSProfile, Subscription[Any]] = {}
         """Subscriptions with the profiles that no mirror has."""
+        self._replays = _Replays(self._replay_subscription)
         self._profiles: tuple[QoSProfile, ...] = ()
         self._receivers: Mapping[str, int] = {}
 
@@ -313,8 +333,12 @@ class TopicFromCallboard:
         received = partial(self._received, qos)
         return node.create_subscription(self._types.ours, self._topic, received, qos, raw=True)
 
-    def remove(self, mirror: Mirror) -> float:
+    def remove(self, mirror: Mirror, *, is_replaced: bool = False) -> float:
         """Show a publisher or subscription no longer.
+
+        Args:
+            mirror: Which one.
+            is_replaced: Whether it is a latched publisher that is made again, and needs what it kept.
 
         Returns:
             In how many seconds it will have gone: messages that its original has published as its last ones
@@ -322,6 +346,9 @@ class TopicFromCallboard:
         """
         if mirror in self._publishers:
             publisher = self._publishers.pop(mirror)
+            if is_replaced and self._mirrors.get(mirror.source_node) is publisher:
+                del self._mirrors[mirror.source_node]
+                self._crossing.replace_mirror(mirror.source_node)
             self._leaving.add(publisher)
             seconds = publisher.leave(partial(self._left, mirror.source_node, publisher))
             if not seconds:
@@ -350,6 +377,15 @@ class TopicFromCallboard:
         for qos in profiles[:-1]:
             if qos not in self._own:
                 self._own[qos] = self._subscription(self._node, qos)
+        self._replays.follow(self._crossing, is_received=bool(profiles))
+
+    def _replay_subscription(self) -> Subscription[Any]:
+        def received(data: bytes, info: MessageInfo) -> None:
+            self._crossing.replay(
+                data, info.publisher_gid, info.publication_sequence_number, info.source_timestamp
+            )
+
+        return self._node.create_subscription(self._types.ours, self._topic, received, REPLAYS, raw=True)
 
     def _received(self, qos: QoSProfile, data: bytes, info: MessageInfo) -> None:
         if self._receivers:
@@ -370,3 +406,45 @@ class TopicFromCallboard:
         for publisher in tuple(self._leaving):
             publisher.destroy()
         self.take((), {})
+
+
+class _Replays:
+    """A subscription beside those that take, for a while: latched messages arrive again.
+
+    Args:
+        subscribe: Makes it.
+    """
+
+    def __init__(self, subscribe: Callable[[], RosSubscription | Subscription[Any]]) -> None:
+        self._subscribe = subscribe
+        self._subscription: RosSubscription | Subscription[Any] | None = None
+        self._timer: asyncio.TimerHandle | None = None
+
+    def follow(self, crossing: Crossing, *, is_received: bool) -> None:
+        """Begin if a topic wants it, and end if nobody receives the topic any more.
+
+        Args:
+            crossing: The topic.
+            is_received: Whether its messages are taken: whoever takes later gets all that is latched.
+
+        Raises:
+            RosError: ROS 2 refuses the subscription.
+        """
+        wanted, crossing.wants_replay = crossing.wants_replay, False
+        if wanted or not is_received:
+            self._end()
+        if wanted and is_received:
+            self._subscription = self._subscribe()
+            self._timer = asyncio.get_running_loop().call_later(REPLAY_SEC, self._end)
+
+    def _end(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._subscription is not None:
+            self._subscription.destroy()
+        self._timer = self._subscription = None
+
+
+def _stamp_of(info: RosMessageInfo) -> int:
+    """Return when a message was published: another program of DDS may write without a time, or with any."""
+    return info.source_ns if info.source_ns >= 0 else max(info.received_ns, 0)

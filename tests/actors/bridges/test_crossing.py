@@ -215,3 +215,53 @@ def test_messages_without_numbers_cross() -> None:
     side.crossing.receive(b"y", A, UNNUMBERED, 0)
     assert [data for _, data, _ in side.sent] == [b"X", b"Y"]
     assert (side.counts.repeated, side.counts.lost) == (0, 0)
+
+
+def test_a_mirror_that_is_made_again_gets_latched_messages_again() -> None:
+    """Once, in order, and of its own node only; what is new goes its usual way, and no old one follows it."""
+    side = Side()
+    side.add("/a")
+    side.add("/b")
+    for number in (1, 2, 3):
+        side.crossing.receive(b"a%d" % number, A, number, number)
+        side.crossing.receive(b"b%d" % number, B, number, number)
+    assert not side.crossing.wants_replay
+    side.sent.clear()
+    side.crossing.replace_mirror("/a")
+    side.crossing.replay(b"a2", A, 2, 2)
+    assert not side.sent
+    side.add("/a")
+    assert side.crossing.wants_replay
+    for number in (2, 2, 3, 4):
+        side.crossing.replay(b"a%d" % number, A, number, number)
+        side.crossing.replay(b"b%d" % number, B, number, number)
+    side.crossing.replay(b"x", OTHER, 1, 1)
+    assert side.sent == [("/a", b"A2", 2), ("/a", b"A3", 3)]
+    side.crossing.receive(b"a4", A, 4, 4)
+    side.crossing.replay(b"a3", A, 3, 3)
+    assert side.sent[2:] == [("/a", b"A4", 4)]
+    assert (side.counts.sent, side.counts.lost, side.counts.repeated) == (7, 0, 0)
+
+
+def test_a_message_while_a_mirror_is_made_again_waits_for_it() -> None:
+    """It is not lost, and no latched one follows it."""
+    side = Side()
+    side.add("/a")
+    side.crossing.receive(b"a1", A, 1, 0)
+    side.crossing.replace_mirror("/a")
+    side.crossing.receive(b"a2", A, 2, 0)
+    side.add("/a")
+    side.crossing.replay(b"a1", A, 1, 0)
+    assert [data for _, data, _ in side.sent] == [b"A1", b"A2"]
+
+
+def test_a_middleware_without_numbers_repeats_nothing() -> None:
+    """What is new could not be told from what is latched."""
+    side = Side()
+    side.add("/a")
+    side.crossing.receive(b"a1", A, UNNUMBERED, 0)
+    side.crossing.replace_mirror("/a")
+    side.add("/a")
+    side.crossing.replay(b"a1", A, UNNUMBERED, 0)
+    assert [data for _, data, _ in side.sent] == [b"A1"]
+    assert not side.crossing.wants_replay
