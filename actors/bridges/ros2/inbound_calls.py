@@ -1,7 +1,7 @@
-"""Calls of clients of ROS 2 to servers here.
+"""Calls of ROS 2's clients to servers of callboard.
 
-ROS 2 has no errors for calls: what fails is counted and logged, and the client gets no response, except from
-the services of an action, which say that the goal is over.
+ROS 2 has no errors for calls. A call that fails is counted and logged, and its client gets no response; only
+the services of an action have responses which say that the goal is rejected or over.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from actors.node.bare_node import BareNode
 
 MAX_PENDING: Final = 500
-"""Requests of clients of ROS 2 that wait for one service here; one more is dropped, and counted. A service of
+"""Requests from ROS 2 that wait for one service of callboard; one more is dropped and counted. A service of
 ROS 2 itself keeps 10."""
 
 _ABORTED: Final = 6
@@ -38,14 +38,14 @@ _REJECTED: Final = 1
 
 
 class InboundCalls:
-    """Carries the calls of clients of ROS 2 to servers here.
+    """Passes calls of ROS 2's clients on to servers of callboard.
 
     Args:
-        node: The node here whose clients send the requests.
-        types: The types.
-        counts: Returns the counters of a service, by its name in ROS 2.
-        warn: Logs, with a limit for each kind of line: the kind, and the line.
-        topic: Returns a topic of callboard that crosses, by name and type.
+        node: The node in callboard whose clients send the requests.
+        types: Finds the types of both sides.
+        counts: Returns the counts of a service, by its name in ROS 2.
+        warn: Logs a warning, at a limited rate for each kind; gets the kind and the line.
+        topic: Returns a topic that crosses from callboard, by its name and type; None if there is none.
     """
 
     def __init__(
@@ -64,11 +64,11 @@ class InboundCalls:
         self._services: dict[str, _Service] = {}
 
     def show(self, mirror: Mirror, node: RosNode) -> None:
-        """Show a server here to clients of ROS 2.
+        """Show a server of callboard in ROS 2.
 
         Args:
-            mirror: The server.
-            node: The node that has it in ROS 2.
+            mirror: The mirror of the server.
+            node: The mirror node in ROS 2.
 
         Raises:
             UnknownTypeError: One side does not have its type.
@@ -85,23 +85,23 @@ class InboundCalls:
         self._services[mirror.name] = service
 
     def hide(self, mirror: Mirror) -> None:
-        """Show a server no more; calls that came through it are cancelled."""
+        """Hide a server; calls that came through it are cancelled."""
         service = self._services.get(mirror.name)
         if service is not None and service.hide(mirror):
             del self._services[mirror.name]
 
     def close(self) -> None:
-        """Show no server any more."""
+        """Hide all servers."""
         for service in tuple(self._services.values()):
             for mirror in service.mirrors():
                 self.hide(mirror)
 
 
 class _Service:
-    """The servers here of one name, as ROS 2 sees them.
+    """The servers of one name in callboard, as ROS 2 sees them.
 
-    ROS 2 sends each request to all servers of a name. So only the first of them hands requests on: a call has
-    one server here.
+    ROS 2 sends each request to all servers of a name. Only the first of them passes requests on, so that a
+    call reaches one server of callboard.
     """
 
     def __init__(
@@ -123,18 +123,19 @@ class _Service:
         self._loop = asyncio.get_running_loop()
         self._is_long = mirror.source.endswith(services.RESULT)
         self._client: Client[bytes, bytes] | None = None
-        self._after: object = None
-        """The subscription to the feedback that results follow."""
+        self._followed: object = None
+        """The feedback subscription after whose messages the client receives results."""
         self._shown: dict[Mirror, RosService] = {}
         self._pending: dict[asyncio.Future[bytes] | asyncio.TimerHandle, tuple[Mirror, Any]] = {}
-        """Calls, and goals that wait for their client's subscription to the feedback."""
+        """Calls that run, and timers of goals that wait for the feedback subscription of their client; each
+        with the mirror and the header of the request."""
 
     def mirrors(self) -> tuple[Mirror, ...]:
-        """Return what is shown."""
+        """Return the mirrors that are shown."""
         return tuple(self._shown)
 
     def show(self, mirror: Mirror, node: RosNode) -> None:
-        """Show one of the servers; raise RosError if ROS 2 refuses it."""
+        """Show a further server; raise RosError if ROS 2 refuses it."""
         self._shown[mirror] = node.create_service(
             self._types.theirs,
             mirror.name,
@@ -143,7 +144,7 @@ class _Service:
         )
 
     def hide(self, mirror: Mirror) -> bool:
-        """Show one of the servers no more; return whether it was the last."""
+        """Hide one of the servers; return whether it was the last."""
         shown = self._shown.get(mirror)
         if shown is not None:
             for call in [each for each, (own, _) in self._pending.items() if own == mirror]:
@@ -166,14 +167,18 @@ class _Service:
             self._failed(mirror, header, "overloaded", f"{MAX_PENDING} requests wait already")
             return
         if self._source.endswith(services.GOAL):
-            self._call_when_heard(mirror, request, header, self._loop.time() + services.FEEDBACK_SEC)
+            self._call_when_feedback_is_received(
+                mirror, request, header, self._loop.time() + services.FEEDBACK_SEC
+            )
         else:
             self._call(mirror, request, header)
 
-    def _call_when_heard(self, mirror: Mirror, request: object, header: Any, end: float) -> None:
-        """Hand a goal on when its feedback is received, of which the server may publish some at once.
+    def _call_when_feedback_is_received(
+        self, mirror: Mirror, request: object, header: Any, end: float
+    ) -> None:
+        """Pass a goal on when its feedback would be received: the server may publish some at once.
 
-        The client's subscription began before its call, but reaches callboard by another way.
+        The client subscribed before its call, but the subscription crosses the bridge by another way.
         """
         topic = self._feedback()
         if (topic is not None and topic.subscription is not None) or self._loop.time() >= end:
@@ -182,7 +187,7 @@ class _Service:
 
         def again() -> None:
             del self._pending[timer]
-            self._call_when_heard(mirror, request, header, end)
+            self._call_when_feedback_is_received(mirror, request, header, end)
 
         timer = self._loop.call_later(services.FEEDBACK_POLL_SEC, again)
         self._pending[timer] = mirror, header
@@ -203,11 +208,11 @@ class _Service:
         call.add_done_callback(self._done)
 
     def _receive_after_feedback(self, client: Client[bytes, bytes]) -> None:
-        """Let the results of goals follow the feedback, which has crossed then."""
+        """Let the client receive results of goals after their feedback, so that both cross in this order."""
         topic = self._feedback()
         subscription = None if topic is None else topic.subscription
-        if subscription is not None and subscription is not self._after:
-            self._after = subscription
+        if subscription is not None and subscription is not self._followed:
+            self._followed = subscription
             client.receive_after(subscription)
 
     def _done(self, call: asyncio.Future[bytes]) -> None:
@@ -238,7 +243,7 @@ class _Service:
             self._counts.sent += 1
 
     def _failed(self, mirror: Mirror, header: Any, reason: str, text: str) -> None:
-        """Count a call that has no response, and say so; the services of an action have one for it."""
+        """Count and log a call that failed; for services of an action, send the response that says so."""
         self._counts.drop(reason)
         self._warn(
             f"a call from ROS 2 without a response: {reason}",
@@ -249,6 +254,6 @@ class _Service:
             response.status = _ABORTED
         elif self._source.endswith(services.CANCEL):
             response.return_code = _REJECTED
-        elif not self._source.endswith(services.GOAL):  # whose response says that the goal is not accepted
+        elif not self._source.endswith(services.GOAL):  # an empty response rejects the goal
             return
         self._respond(mirror, header, response)

@@ -1,7 +1,8 @@
-"""Calls of clients here to servers of ROS 2.
+"""Calls of callboard's clients to servers of ROS 2.
 
 Each ends as calls do: with a response, or with an error that says why. A server of ROS 2 that gets more
-requests than it keeps forgets some without an error, so the others wait here (`request_window.py`).
+requests than it keeps forgets some without an error, so only a few are sent and the others wait here
+(`request_window.py`).
 """
 
 from __future__ import annotations
@@ -32,29 +33,31 @@ if TYPE_CHECKING:
     from actors.node.bare_node import BareNode
 
 MATCH_LIMIT_SEC: Final = 10.0
-"""How long calls wait until a client has found a server that ROS 2's graph shows, which takes some 0.1 s."""
+"""How long calls wait until DDS has matched the client with a server that ROS 2's graph shows. That takes
+some 0.1 s."""
 WATCH_SEC: Final = 1.0
-"""How often the servers are looked at while requests are in flight: a request ends with all servers that have
-got it, and a server that is back must not wait for what a dead one has taken with it."""
+"""How often the list of servers is read while requests are in flight. A request fails when all servers that
+got it have left, and a server that is back must not wait for responses of the one before."""
 _FRESH_SEC: Final = 0.25
-"""How old may be what is known of the servers when a request is sent; to look takes some 0.1 ms."""
+"""The greatest age of the list of servers when a request is sent; reading it takes some 0.1 ms."""
 
-_FIRST_LOOK_SEC: Final = 0.005
-_LAST_LOOK_SEC: Final = 0.25
-"""The first and the longest delay between two looks whether a client has found its server."""
+_FIRST_POLL_SEC: Final = 0.005
+_LAST_POLL_SEC: Final = 0.25
+"""The first and the longest delay between two checks whether DDS has matched the client."""
 _MAX_SENT: Final = 4096
-"""Requests without a response that are remembered; beyond it, those of callers who have given up are not."""
+"""Requests without a response that are remembered. Beyond it, those whose callers have given up are
+forgotten: their late responses are counted all the same."""
 
 
 class OutboundCalls:
-    """Carries the calls of clients here to servers of ROS 2.
+    """Passes calls of callboard's clients on to servers of ROS 2.
 
     Args:
-        node: The node of ROS 2 whose clients send the requests.
-        types: The types.
-        counts: Returns the counters of a service, by its name in ROS 2.
-        topic: Returns a topic of ROS 2 that crosses, by name and type.
-        request_hash: Returns the hash of the requests that the servers of a name take; "" if it is unknown.
+        node: The node in ROS 2 whose clients send the requests.
+        types: Finds the types of both sides.
+        counts: Returns the counts of a service, by its name in ROS 2.
+        topic: Returns a topic that crosses from ROS 2, by its name and type; None if there is none.
+        request_hash: Returns the hash of the request type of a service's servers; "" if it is unknown.
     """
 
     def __init__(
@@ -74,14 +77,14 @@ class OutboundCalls:
         self._shown: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
     def show(self, mirror: Mirror, node: BareNode) -> ServiceServer[bytes, bytes]:
-        """Show a server of ROS 2 to clients here.
+        """Show a server of ROS 2 in callboard.
 
         Args:
-            mirror: The server.
-            node: The node that has it here.
+            mirror: The mirror of the server.
+            node: The mirror node in callboard.
 
         Returns:
-            The server here.
+            The server in callboard.
 
         Raises:
             UnknownTypeError: One side does not have its type, or has another of this name.
@@ -102,7 +105,7 @@ class OutboundCalls:
         return shown
 
     def prepare(self, name: str) -> None:
-        """Find a server in ROS 2 now, as a client has appeared here: the first call does it otherwise.
+        """Create the client for a server of ROS 2 now, as callboard has a client: its first call waits less.
 
         Args:
             name: The full name of the service in ROS 2.
@@ -112,7 +115,7 @@ class OutboundCalls:
             server.prepare()
 
     def hide(self, mirror: Mirror) -> None:
-        """Show a server no more; the calls of its clients end as ServiceUnavailable."""
+        """Hide a server; its calls end with ServiceUnavailable."""
         shown = self._shown.pop(mirror, None)
         if shown is None:
             return
@@ -124,23 +127,23 @@ class OutboundCalls:
             server.close()
 
     def close(self) -> None:
-        """Show no server any more."""
+        """Hide all servers."""
         for mirror in tuple(self._shown):
             self.hide(mirror)
 
 
 class _Server:
-    """The servers of ROS 2 of one name, and the calls for them.
+    """The servers of one name in ROS 2, and the calls to them.
 
     Args:
         node: As for `OutboundCalls`.
-        name: Their name.
-        types: Their type.
-        counts: Counts the calls.
-        feedback: For a service of an action, returns the topic of its feedback.
+        name: The full name of the service.
+        types: Its type.
+        counts: Counts its calls.
+        feedback: Returns the feedback topic of the action that the service belongs to; None if there is none.
 
     Attributes:
-        mirrors: The servers here that stand for them.
+        mirrors: The servers in callboard that stand for them.
     """
 
     def __init__(
@@ -162,22 +165,22 @@ class _Server:
         self._keys = itertools.count()
         self._calls: dict[int, asyncio.Future[bytes]] = {}
         self._sent: dict[int, tuple[int, frozenset[bytes]]] = {}
-        """The calls of requests in flight, and the servers that have got them, by ROS 2's numbers; also some
-        whose callers have given up."""
+        """By ROS 2's sequence number, the keys of sent requests and the gids of the servers that got them;
+        also of some requests whose callers have given up."""
         self._deadlines = Deadlines(self._expired)
         self._client: RosClient | None = None
-        self._timer: asyncio.TimerHandle | None = None
-        self._looking_since: float | None = None
-        """Since when calls wait for the client to find the server."""
-        self._look_sec = _FIRST_LOOK_SEC
-        self._there: frozenset[bytes] = frozenset()
-        """The servers when they were last looked at."""
-        self._looked = -math.inf
-        self._watch: asyncio.TimerHandle | None = None
+        self._send_timer: asyncio.TimerHandle | None = None
+        self._unmatched_since: float | None = None
+        """When calls began to wait for DDS to match the client."""
+        self._poll_sec = _FIRST_POLL_SEC
+        self._server_gids: frozenset[bytes] = frozenset()
+        """The servers when they were read last; dead ones are among them until their lease ends."""
+        self._servers_read_at = -math.inf
+        self._check_timer: asyncio.TimerHandle | None = None
         self.mirrors: dict[Mirror, ServiceServer[bytes, bytes]] = {}
 
     def prepare(self) -> None:
-        """Let the client of ROS 2 find the server."""
+        """Create the client in ROS 2, so that DDS matches it."""
         if self._client is None:
             self._client = self._node.create_client(
                 self._types.theirs, self._name, self._responded, qos=services.ros_qos(self._types)
@@ -187,20 +190,20 @@ class _Server:
         """Return the response to a request.
 
         Args:
-            request: It, as msgpack.
+            request: The request as msgpack.
 
         Returns:
-            The response, as msgpack.
+            The response as msgpack.
 
         Raises:
             ServiceUnavailable: The server cannot be found, or ROS 2 refuses the request.
             ServiceOverloaded: Too many requests wait.
-            ServiceTimeout: There is no response, and a limit for calls without a deadline has passed.
-            RemoteError: The request has a value that ROS 2 cannot have, or the response is not valid.
+            ServiceTimeout: There was no response within CALL_LIMIT_SEC; deadlines of callers are shorter.
+            RemoteError: The request has a value that ROS 2 does not allow, or the response is invalid.
         """
         self._counts.received += 1
         if self._name.endswith(services.GOAL):
-            await self._feedback_heard()
+            await self._wait_for_feedback()
         key = next(self._keys)
         refusal = self._window.put(key, request, len(request))
         if refusal:
@@ -208,25 +211,25 @@ class _Server:
             raise ServiceOverloaded(f"Service '{self._name}' in ROS 2: {refusal}")
         response: asyncio.Future[bytes] = self._loop.create_future()
         self._calls[key] = response
-        if not self._is_long:  # the result of a goal: as long as there is a server, it may still come
+        if not self._is_long:  # the result of a goal may take as long as the server lives
             self._deadlines.add(key, self._loop.time() + services.CALL_LIMIT_SEC)
         self._send()
         try:
             return await response
         finally:
             self._deadlines.remove(key)
-            # Otherwise its caller has given up, or died.
+            # If it is still there, it has no response: the caller has given up or died.
             if self._calls.pop(key, None) is not None:
                 self._counts.drop("abandoned")
                 self._window.abandon(key, self._loop.time())
                 self._send()
 
-    async def _feedback_heard(self) -> None:
-        """Wait until the feedback is received: the server may publish some with the response.
+    async def _wait_for_feedback(self) -> None:
+        """Wait until feedback of the goal would be received: the server may publish some at once.
 
-        The client's subscription began before its call, but reaches ROS 2 by another way.
+        The client subscribed before its call, but the subscription crosses the bridge by another way.
         """
-        # DDS does not say when it connects two ends.
+        # By polling: DDS does not tell when it has matched a subscription.
         end = self._loop.time() + services.FEEDBACK_SEC
         while self._loop.time() < end:
             topic = self._feedback()
@@ -235,11 +238,11 @@ class _Server:
             await asyncio.sleep(services.FEEDBACK_POLL_SEC)
 
     def close(self) -> None:
-        """Forget the server; the handlers of all calls have been cancelled."""
+        """Destroy the client; the handlers of all calls have been cancelled before."""
         self._calls.clear()
         self._window.clear()
         self._deadlines.clear()
-        for timer in (self._timer, self._watch):
+        for timer in (self._send_timer, self._check_timer):
             if timer is not None:
                 timer.cancel()
         if self._client is not None:
@@ -247,7 +250,7 @@ class _Server:
             self._client = None
 
     def _send(self) -> None:
-        """Send what waits, as far as the server takes it."""
+        """Send requests that wait, as many as the window admits."""
         if not self._window.waiting:
             return
         now = self._loop.time()
@@ -256,32 +259,32 @@ class _Server:
         except RosError as error:
             self._fail_waiting(str(error))
             return
-        if not self._is_found(now):
+        if not self._is_matched(now):
             return
         while (found := self._window.pop(now)) is not None:
-            if now - self._looked > _FRESH_SEC or self._is_long:
-                self._look_at_servers()
+            if now - self._servers_read_at > _FRESH_SEC or self._is_long:
+                self._read_servers()
             self._send_one(*found)
         if self._window.waiting and (space := self._window.next_space()) < math.inf:
-            self._wake(space)
+            self._send_later(space)
 
-    def _look_at_servers(self) -> None:
-        before, self._there = self._there, self._node.servers(self._name)
-        self._looked = self._loop.time()
-        if before and self._there - before:
-            # One that is back while ROS 2 still shows the dead one, which may have got all that is in flight.
+    def _read_servers(self) -> None:
+        before, self._server_gids = self._server_gids, self._node.servers(self._name)
+        self._servers_read_at = self._loop.time()
+        if before and self._server_gids - before:
+            # A server is back while ROS 2 still shows the dead one, which may have got all that is in flight.
             self._window.forget_in_flight()
-        if self._watch is None:
-            self._watch = self._loop.call_later(WATCH_SEC, self._watched)
+        if self._check_timer is None:
+            self._check_timer = self._loop.call_later(WATCH_SEC, self._check_servers)
 
-    def _watched(self) -> None:
-        """End the calls whose servers have left, though ROS 2 shows others of the name."""
-        self._watch = None
+    def _check_servers(self) -> None:
+        """Fail the calls whose servers have left, though ROS 2 may show others of the name."""
+        self._check_timer = None
         if not self._calls:
             return
-        self._look_at_servers()
+        self._read_servers()
         for number, (key, servers) in tuple(self._sent.items()):
-            if servers and servers.isdisjoint(self._there):
+            if servers and servers.isdisjoint(self._server_gids):
                 del self._sent[number]
                 self._window.responded(key)
                 if key in self._calls:
@@ -301,7 +304,7 @@ class _Server:
             return
         if len(self._sent) >= _MAX_SENT:
             self._sent = {each: sent for each, sent in self._sent.items() if sent[0] in self._calls}
-        self._sent[number] = key, self._there
+        self._sent[number] = key, self._server_gids
 
     def _not_sent(self, key: int, reason: str, error: CallFailed) -> None:
         self._window.responded(key)
@@ -311,34 +314,34 @@ class _Server:
     def _invalid(self, error: InvalidMessageError) -> RemoteError:
         return RemoteError(type(error).__name__, str(error), self._name)
 
-    def _is_found(self, now: float) -> bool:
-        """Return whether the client has found a server; look again later if not.
+    def _is_matched(self, now: float) -> bool:
+        """Return whether DDS has matched the client with a server; if not, check again later.
 
-        A request that is sent before is lost.
+        A request that is sent before would be lost.
         """
         assert self._client is not None
         if self._client.is_ready():
-            self._looking_since, self._look_sec = None, _FIRST_LOOK_SEC
+            self._unmatched_since, self._poll_sec = None, _FIRST_POLL_SEC
             return True
-        if self._looking_since is None:
-            self._looking_since = now
-        if now - self._looking_since > MATCH_LIMIT_SEC:
-            self._looking_since = None
+        if self._unmatched_since is None:
+            self._unmatched_since = now
+        if now - self._unmatched_since > MATCH_LIMIT_SEC:
+            self._unmatched_since = None
             self._fail_waiting("the bridge cannot connect to it")
             return False
-        self._wake(now + self._look_sec)
-        self._look_sec = min(2 * self._look_sec, _LAST_LOOK_SEC)
+        self._send_later(now + self._poll_sec)
+        self._poll_sec = min(2 * self._poll_sec, _LAST_POLL_SEC)
         return False
 
-    def _wake(self, when: float) -> None:
-        if self._timer is not None and self._timer.when() > when:
-            self._timer.cancel()
-            self._timer = None
-        if self._timer is None:
-            self._timer = self._loop.call_at(when, self._woken)
+    def _send_later(self, when: float) -> None:
+        if self._send_timer is not None and self._send_timer.when() > when:
+            self._send_timer.cancel()
+            self._send_timer = None
+        if self._send_timer is None:
+            self._send_timer = self._loop.call_at(when, self._send_waiting)
 
-    def _woken(self) -> None:
-        self._timer = None
+    def _send_waiting(self) -> None:
+        self._send_timer = None
         self._send()
 
     def _responded(self, number: int, response: object) -> None:
@@ -366,7 +369,7 @@ class _Server:
             waiting.set_result(body)
 
     def _reply_after_feedback(self) -> None:
-        """Let the result of a goal follow the feedback that the server has published before."""
+        """Let the result of a goal reach its client after the feedback that the server published before."""
         topic = self._feedback()
         if topic is None:
             return

@@ -1,4 +1,4 @@
-"""What both directions of calls have in common: limits, QoS, the parts of actions."""
+"""What calls in both directions share: limits, QoS, the names of an action's services."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ if TYPE_CHECKING:
     from actors.bridges.ros2.types import ServiceTypes
 
 CALL_LIMIT_SEC: Final = 3600.0
-"""How long a call may take, if its caller waits as long: what takes longer is an action. ROS 2 may lose a
-request or a response, so that each call needs a limit."""
+"""Longest time for a call without a shorter deadline; work that takes longer is for an action. Every call
+needs a limit, because ROS 2 may lose a request or a response."""
 SERVICE_DEPTH: Final = 500
 """Requests and responses that have arrived in ROS 2 and wait for the loop; ROS 2's default of 10 loses others
 without a word. From 100 on it costs 40 KiB more for each service or client."""
 FEEDBACK_SEC: Final = 3.0
-"""How long a goal waits until its client's subscription to the feedback, which began before, has crossed. It
-takes 0.1 s, or more on a busy machine; action clients always have one."""
+"""How long a goal waits until the feedback subscription of its client has crossed. That takes 0.1 s, or more
+on a busy machine. Action clients always have one, but a raw `send_goal` may come without."""
 FEEDBACK_POLL_SEC: Final = 0.02
-"""Between two looks whether it has."""
+"""Delay between two checks whether it has."""
 
 RESULT: Final = "/_action/get_result"
 GOAL: Final = "/_action/send_goal"
 CANCEL: Final = "/_action/cancel_goal"
-"""What the names of the services of an action end with."""
+"""The ends of the names of an action's services."""
 
 _STANDARD: Final = ("rcl_interfaces/", "type_description_interfaces/", "lifecycle_msgs/")
 """What the types of services begin with that most nodes have and few call: they have ROS 2's default."""
 
 
 def feedback_of(name: str, service_type: str) -> tuple[str, str]:
-    """Return name and type of the topic with the feedback of an action.
+    """Return the name and the type of an action's feedback topic.
 
     Args:
-        name: The name of one of its services.
+        name: The full name of one of the action's services.
         service_type: The type of that service.
     """
     return f"{name.rpartition('/')[0]}/feedback", f"{service_type.rpartition('_')[0]}_FeedbackMessage"
