@@ -2,9 +2,11 @@
 
 Three processes of ROS 2 and three nodes of callboard publish numbers and receive those of the other side, and
 the nodes call the processes' services. All of them are killed, stopped and started again, and so is the
-bridge. Nothing may arrive twice or out of order, and calls may only fail as unavailable or late. At the end,
-without churn, both graphs must show exactly what is there, and of a burst that is too fast for the queues on
-its way each message must be delivered, or counted as dropped or lost.
+bridge, in the first half of the time. In the second half one bridge lives all the time: its memory,
+descriptors and threads must be what they were after a warm-up, its link must hold, and its log must be short.
+Nothing may arrive twice or out of order, and calls may only fail as unavailable or late. At the end, without
+churn, both graphs must show exactly what is there, each service must answer the other side, and of bursts
+that are too fast for the queues on their way each message must be delivered, or counted as dropped or lost.
 """
 
 from __future__ import annotations
@@ -18,16 +20,20 @@ import sys
 import tempfile
 from collections import Counter
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import actors
+from actors.interfaces.callboard_interfaces.srv import GetDiagnostics
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
+from benchmarks.harness import meters
 from proto.wire.codes import EntryKind
 from tests.real_ros import is_supported
 from tests.ros2.graphs import graph_until
 from tests.ros2.network import Network
+from tests.ros2.ros import WAIT_SEC
 from tests.waiting import until
 
 if TYPE_CHECKING:
@@ -44,7 +50,32 @@ CALL_SEC: Final = 2.0
 LEASE_SEC: Final = 3
 BURST: Final = 2000
 """Messages of the last burst, which no queue on the way can hold."""
+LAST_MESSAGES: Final = 20
+"""Messages after it, until one of them is the last that arrives."""
 PROGRESS_SEC: Final = 60.0
+WARM_UP_PART: Final = 0.25
+"""Of the second half: the first figures of the bridge are taken after it."""
+SETTLE_SEC: Final = 5.0
+"""Without churn before figures are taken: leases end, and what lingers goes."""
+MORE_KIB: Final = 16 * 1024
+"""Memory that the bridge may have more at the end than after the warm-up; Fast DDS keeps some."""
+MORE_DESCRIPTORS: Final = 4
+MORE_THREADS: Final = 4
+"""Fast DDS opens and starts some as it needs them."""
+LINES_PER_SEC: Final = 1.0
+"""Lines that the bridge may log: a line of each kind and second is printed."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What the bridge has, without churn."""
+
+    memory_kib: int
+    descriptors: int
+    threads: int
+    connections: int
+    shown: str
+    """How many nodes and endpoints it shows on both sides."""
 
 
 class Order:
@@ -163,8 +194,8 @@ class Station:
             try:
                 await client.call(Trigger.Request(), timeout_sec=CALL_SEC)
                 self._counts["calls"] += 1
-            except (actors.ServiceUnavailable, actors.ServiceTimeout):
-                self._counts["calls that failed"] += 1
+            except (actors.ServiceUnavailable, actors.ServiceTimeout) as error:
+                self._counts[f"calls that failed: {type(error).__name__}"] += 1
             except actors.CallboardError as error:
                 self._wrong.append(f"{self.name} calls {client.srv_name}: {error!r}")
             await asyncio.sleep(PERIOD_SEC)
@@ -199,14 +230,22 @@ class Soak:
         try:
             self._network.broker()
             await self._start_all()
-            with suppress(TimeoutError):
-                async with asyncio.timeout(self._seconds), asyncio.TaskGroup() as group:
-                    group.create_task(self._churn())
-                    group.create_task(self._print_progress())
-            await self._start_all()
+            await self._churn(self._seconds / 2, bridge=True)
             async with actors.Node("observer", url=self._network.url) as observer:
-                await self._check_graphs(observer)
+                assert self._bridge is not None
+                self._take_output()
+                await self._churn(self._seconds / 2 * WARM_UP_PART, bridge=False)
+                before = await self._figures(observer)
+                await self._churn(self._seconds / 2 * (1 - WARM_UP_PART), bridge=False)
+                after = await self._figures(observer)
+                _print(f"the bridge after its warm-up: {asdict(before)}")
+                _print(f"the bridge at the end:        {asdict(after)}")
+                self._compare(before, after)
+                if (lines := self._take_output()) > LINES_PER_SEC * self._seconds / 2:
+                    self.wrong.append(f"the bridge has logged {lines} lines")
+                await self._check_calls(observer)
                 await self._check_counts(observer)
+                await self._check_counts_there(observer)
             for robot in self._robots:
                 self.wrong += await robot.check()
                 self.counts["arrived there"] += robot.received
@@ -218,6 +257,46 @@ class Soak:
         for text in self.wrong:
             _print(f"wrong: {text}")
 
+    def _take_output(self) -> int:
+        """Note tracebacks in what the bridge has printed since the last call; return how many lines it is."""
+        assert self._bridge is not None
+        output = self._bridge.output()
+        if "Traceback" in output:
+            self.wrong.append(f"the bridge prints {output}")
+        return output.count("\n")
+
+    async def _figures(self, observer: actors.Node) -> Figures:
+        """Return what the bridge has, once all is calm."""
+        await self._check_graphs(observer)
+        await asyncio.sleep(SETTLE_SEC)
+        assert self._bridge is not None
+        pid, report = self._bridge.pid, await self._report()
+        name = f"/ros2_bridge_{self._network.domain}_{report['id']}"
+        client = observer.create_client(GetDiagnostics, f"{name}/get_diagnostics")
+        diagnostics = await client.call(GetDiagnostics.Request())
+        client.destroy()
+        return Figures(
+            memory_kib=round(meters.memory_kib(pid) or 0),
+            descriptors=meters.open_files(pid) or 0,
+            threads=_threads(pid),
+            connections=diagnostics.connections,
+            shown=json.dumps(report["shown"]),
+        )
+
+    def _compare(self, before: Figures, after: Figures) -> None:
+        limits = (
+            ("memory_kib", MORE_KIB),
+            ("descriptors", MORE_DESCRIPTORS),
+            ("threads", MORE_THREADS),
+            ("connections", 0),
+        )
+        for name, most in limits:
+            now, then = getattr(after, name), getattr(before, name)
+            if now > then + most:
+                self.wrong.append(f"{name} of the bridge: {now}, not {then}")
+        if after.shown != before.shown:
+            self.wrong.append(f"the bridge shows {after.shown}, not {before.shown}")
+
     async def _start_all(self) -> None:
         if self._bridge is None:
             self._bridge = self._network.bridge()
@@ -227,24 +306,33 @@ class Soak:
             async with robot.busy:
                 await robot.start()
 
-    async def _churn(self) -> None:
+    async def _churn(self, seconds: float, *, bridge: bool) -> None:
+        """Let things happen for some time, also to the bridge; then start again what does not run."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds), asyncio.TaskGroup() as group:
+                group.create_task(self._let_happen(bridge=bridge))
+                group.create_task(self._print_progress())
+        await self._start_all()
+
+    async def _let_happen(self, *, bridge: bool) -> None:
         """Let something happen again and again. Each event is whole: the time is over only between two."""
+        kinds = ("robot", "robot", "station", "visitor", *(("bridge",) if bridge else ()))
         while True:
             await asyncio.sleep(STEP_SEC * self._random.random())
-            event = asyncio.create_task(self._event())
+            event = asyncio.create_task(self._event(self._random.choice(kinds)))
             try:
                 await asyncio.shield(event)
             except asyncio.CancelledError:
                 await event
                 raise
 
-    async def _event(self) -> None:
-        kind = self._random.choice(("robot", "robot", "station", "visitor", "bridge"))
+    async def _event(self, kind: str) -> None:
         kill = self._random.random() < 0.5
         ending = "ended" if kind == "station" else "killed" if kill else "stopped"
         self.counts[f"{kind} {ending}"] += 1
         if kind == "bridge":
             assert self._bridge is not None
+            self._take_output()
             if kill:
                 self._bridge.kill()
             else:
@@ -305,6 +393,20 @@ class Soak:
         except AssertionError as error:
             self.wrong.append(f"ROS 2: {error}")
 
+    async def _check_calls(self, observer: actors.Node) -> None:
+        """Call each service from the other side: none may be out of reach now."""
+        for robot, station in zip(self._robots, self._stations, strict=True):
+            client = observer.create_client(Trigger, f"/{robot.name}/ask")
+            try:
+                await client.call(Trigger.Request(), timeout_sec=WAIT_SEC)
+            except actors.CallFailed as error:
+                self.wrong.append(f"a call to {robot.name} at the end: {error!r}")
+            assert robot.node is not None
+            try:
+                await (await robot.node.client(f"/{station.name}/ask", Trigger)).call(Trigger.Request())
+            except AssertionError as error:
+                self.wrong.append(f"a call of {robot.name} to {station.name} at the end: {error!r}")
+
     async def _check_counts(self, observer: actors.Node) -> None:
         """Publish faster than queues can hold, and compare what was published with what was counted."""
         node = self._robots[0].node
@@ -323,8 +425,7 @@ class Soak:
             await publisher.publish(String(data="last"))
             published += 1
             await asyncio.sleep(PERIOD_SEC)
-        report = await self._report()
-        [counts] = [each for each in report["topics"] if each["name"] == "/burst"]
+        counts = await self._counts_of("/burst")
         dropped = sum(counts["dropped"].values())
         lost_here = subscription.dropped + subscription.lost
         self.counts["burst"], self.counts["burst delivered"] = published, len(received)
@@ -335,7 +436,43 @@ class Soak:
                 f"of {published} messages {len(received)} arrived, {lost_here} lost here, {counts}"
             )
 
-    async def _report(self) -> dict[str, list[dict[str, Any]]]:
+    async def _check_counts_there(self, observer: actors.Node) -> None:
+        """Do the same in the other direction; ROS 2 does not say what it drops behind the bridge."""
+        node = self._robots[0].node
+        assert node is not None
+        subscription = await node.subscription("/burst_there", String)
+        publisher = observer.create_publisher(String, "/burst_there", 10)
+        await publisher.wait_for_subscriptions()
+        await subscription.matched()
+        for number in range(BURST):
+            publisher.publish(String(data=str(number)))
+            if number % 100 == 0:
+                await asyncio.sleep(0)
+        published = BURST
+        counts: dict[str, Any] = {"received": 0, "lost": 0}
+        # The gap before a message that arrives is known; so the last ones must arrive.
+        for _ in range(LAST_MESSAGES):
+            if counts["received"] + counts["lost"] == published:
+                break
+            publisher.publish(String(data="last"))
+            published += 1
+            await asyncio.sleep(PERIOD_SEC)
+            counts = await self._counts_of("/burst_there")
+        delivered = await subscription.take_texts()
+        dropped = sum(counts["dropped"].values())
+        self.counts["burst there"], self.counts["burst there crossed"] = published, counts["sent"]
+        self.counts["burst there lost or dropped"] = counts["lost"] + dropped
+        self.counts["burst there delivered"] = len(delivered)
+        whole = counts["sent"] + dropped + counts["lost"] == published
+        if not whole or "last" not in delivered or len(delivered) > counts["sent"]:
+            self.wrong.append(f"of {published} messages {len(delivered)} arrived in ROS 2, {counts}")
+
+    async def _counts_of(self, topic: str) -> dict[str, Any]:
+        """Return what the bridge has counted of a topic that crosses in one direction."""
+        [counts] = [each for each in (await self._report())["topics"] if each["name"] == topic]
+        return dict(counts)
+
+    async def _report(self) -> dict[str, Any]:
         """Return what the bridge reports."""
         process = self._network.callboard("bridge", "info", "--json")
         assert await asyncio.to_thread(process.wait) == 0, process.output()
@@ -346,6 +483,10 @@ class Soak:
                     [found] = json.loads(line)
                     return dict(found)
         raise AssertionError(f"bridge info prints {output}")
+
+
+def _threads(pid: int) -> int:
+    return sum(1 for _ in Path(f"/proc/{pid}/task").iterdir())
 
 
 def _print(text: str) -> None:
