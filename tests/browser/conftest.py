@@ -5,22 +5,22 @@ from __future__ import annotations
 import shutil
 import sys
 from contextlib import AsyncExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import async_playwright, expect
 
-from tests.integration.conftest import System, system
+from tests.integration.conftest import System
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from playwright.async_api import Browser, ConsoleMessage, Page
+    from playwright.async_api import Browser, ConsoleMessage, Page, Playwright
 
     from tests.integration.conftest import Program
-
-__all__ = ["system"]
 
 WAIT_MS: Final = 20_000
 """How long a page is waited for: also on a busy machine."""
@@ -135,25 +135,62 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.write_line(f"{name}: {value}")
 
 
-@pytest.fixture
-async def browser() -> AsyncIterator[Browser]:
-    """Chromium."""
-    async with async_playwright() as playwright:
-        chromium = await playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        try:
-            yield chromium
-        finally:
-            await chromium.close()
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the tests of the page on one event loop, which is that of their browser."""
+    folder = Path(__file__).parent
+    for item in items:
+        if folder in item.path.parents and pytest_asyncio.is_async_test(item):
+            item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def playwright() -> AsyncIterator[Playwright]:
+    """What starts browsers, for all tests of this worker."""
+    async with async_playwright() as started:
+        yield started
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def browsers() -> AsyncIterator[list[Browser]]:
+    """The browser that tests of this worker share, if there is one: starting one takes a second of CPU."""
+    running: list[Browser] = []
+    yield running
+    for each in running:
+        await each.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def browser(playwright: Playwright, browsers: list[Browser]) -> AsyncIterator[Browser]:
+    """Chromium, without anything of earlier tests; another one if the earlier one has ended."""
+    if not browsers or not browsers[-1].is_connected():
+        launched = await playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        browsers[:] = [launched]
+    (chromium,) = browsers
+    try:
+        yield chromium
+    finally:
+        for context in chromium.contexts:
+            await context.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def system() -> AsyncIterator[System]:
+    """A starter of processes, which ends them on the tests' loop; no broker runs yet."""
+    processes = System()
+    try:
+        yield processes
+    finally:
+        await processes.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
 async def stack() -> AsyncIterator[AsyncExitStack]:
     """Leaves nodes at the end, after sites have been held against their problems."""
     async with AsyncExitStack() as entered:
         yield entered
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def empty_site(system: System, browser: Browser, stack: AsyncExitStack) -> AsyncIterator[Site]:
     """A broker and a web server; no page may log an error."""
     site = Site(system, browser)
@@ -162,7 +199,7 @@ async def empty_site(system: System, browser: Browser, stack: AsyncExitStack) ->
     assert site.problems == []
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def site(system: System, browser: Browser, stack: AsyncExitStack) -> AsyncIterator[Site]:
     """The same with the examples."""
     site = Site(system, browser)
