@@ -157,14 +157,17 @@ class Crossing:
             if publisher.node == node:
                 self._forget(gid)
 
-    def replace_mirror(self, node: str) -> None:
+    def replace_mirror(self, node: str, send: Callable[[bytes, int], None] | None = None) -> None:
         """Forget a node's mirror, which kept latched messages; another one follows, and needs them again.
 
         The originals are asked for them once more (`replay`): they alone know what is still latched.
 
         Args:
             node: The node on the side where messages come from.
+            send: Its mirror, as for `remove_mirror`.
         """
+        if send is not None and self._mirrors.get(node) != send:
+            return
         self._mirrors.pop(node, None)
         for publisher in self._publishers.values():
             if publisher.node == node:

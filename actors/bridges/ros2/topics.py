@@ -346,9 +346,8 @@ class TopicFromCallboard:
         """
         if mirror in self._publishers:
             publisher = self._publishers.pop(mirror)
-            if is_replaced and self._mirrors.get(mirror.source_node) is publisher:
-                del self._mirrors[mirror.source_node]
-                self._crossing.replace_mirror(mirror.source_node)
+            if is_replaced:
+                self._crossing.replace_mirror(mirror.source_node, publisher.publish)
             self._leaving.add(publisher)
             seconds = publisher.leave(partial(self._left, mirror.source_node, publisher))
             if not seconds:
