@@ -8,10 +8,13 @@ so ROS tools and clients in any language compute the same value from the definit
 from __future__ import annotations
 
 import json
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces.fields import FieldType, fields_of, nested_classes
 from actors.interfaces.naming import MessageType, message_name
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 Description = dict[str, Any]
 """One type: {"type_name": …, "fields": [{"name": …, "type": {…}}]}."""
@@ -48,13 +51,14 @@ def _field(
 
 
 def _of_type(name: str, field_type: FieldType) -> Description:
-    type_id = _NESTED if field_type.message is not None else TYPE_IDS[field_type.base]
+    is_message = "/" in field_type.base
+    type_id = _NESTED if is_message else TYPE_IDS[field_type.base]
     if field_type.string_bound:
         type_id += STRING_BOUND_OFFSET
     if field_type.is_array:
         offset = _FIXED if field_type.is_fixed else _UNBOUNDED if field_type.high is None else _BOUNDED
         type_id += offset
-    nested = field_type.base if field_type.message is not None else ""
+    nested = field_type.base if is_message else ""
     return _field(
         name,
         type_id,
@@ -146,6 +150,26 @@ def array_kind(type_id: int) -> tuple[str, int]:
 def message_definition(cls: MessageType) -> bytes:
     """Return a message type's canonical definition: JSON, UTF-8."""
     return _canonical(_message(cls), _closure(cls))
+
+
+def definition_of_fields(name: str, types: Mapping[str, Mapping[str, FieldType]]) -> bytes:
+    """Return the canonical definition of a message without a class.
+
+    Args:
+        name: Its type name.
+        types: The fields of this type and of all that it contains, by type name. The classes of their types
+            are not used, and other types are left out.
+
+    Raises:
+        KeyError: It contains a type without fields here; the key is its name.
+    """
+    described, pending = dict[str, Description](), [name]
+    while pending:
+        this = pending.pop()
+        if this not in described:
+            described[this] = _type(this, [_of_type(*field) for field in types[this].items()])
+            pending += [field.base for field in types[this].values() if "/" in field.base]
+    return _canonical(described[name], list(described.values()))
 
 
 def service_definition(name: str, request: MessageType, response: MessageType) -> bytes:

@@ -12,6 +12,8 @@ KINDS: Final = ("msg", "srv", "action")
 """The kinds of interfaces, which are the names of their folders."""
 PACKAGE_NAME: Final = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*")
 TYPE_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*")
+DERIVED_NAME: Final = re.compile(r"[A-Z][A-Za-z0-9]*(?:_[A-Z][A-Za-z]*)+")
+"""The name of a message that ROS 2 derives from a service or an action, such as AddTwoInts_Request."""
 
 
 def package_of_name(name: str, package: str, has_header: Callable[[], bool]) -> str:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 from actors.interfaces.errors import InterfaceSyntaxError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.idl import parse_idl
-from actors.interfaces.interface_names import PACKAGE_NAME, TYPE_NAME, package_of_name
+from actors.interfaces.interface_names import DERIVED_NAME, PACKAGE_NAME, TYPE_NAME, package_of_name
 from actors.interfaces.literals import parse_value
 from actors.interfaces.specs import (
     MAX_FIELDS,
@@ -61,9 +61,10 @@ _CONSTANT: Final = re.compile(r"(?P<name>[^\s=]+)\s*=(?P<value>.*)", re.DOTALL)
 class _Reader:
     """Parses one part; keeps the position for errors."""
 
-    def __init__(self, package: str, source: str, *, has_header: bool) -> None:
+    def __init__(self, package: str, source: str, *, has_header: bool, derived_kind: str) -> None:
         self._package = package
         self._has_header = has_header
+        self._derived_kind = derived_kind
         self._source = source
         self._line = 0
         self._seen: dict[str, int] = {}
@@ -187,6 +188,8 @@ class _Reader:
             package = package_of_name(name, self._package, lambda: self._has_header)
         if not PACKAGE_NAME.fullmatch(package):
             self.fail(f"'{package}' is not a package name")
+        if self._derived_kind and DERIVED_NAME.fullmatch(name):
+            return f"{package}/{self._derived_kind}/{name}"
         if not TYPE_NAME.fullmatch(name):
             self.fail(
                 f"'{name}' is neither a primitive type ({', '.join(sorted(PRIMITIVES))}) nor a message name: "
@@ -212,7 +215,14 @@ def without_comment(line: str) -> str:
 
 
 def parse(
-    text: str, package: str, kind: str, name: str, source: str = "", *, has_header: bool = False
+    text: str,
+    package: str,
+    kind: str,
+    name: str,
+    source: str = "",
+    *,
+    has_header: bool = False,
+    derived_kind: str = "",
 ) -> InterfaceSpec:
     """Parse the text of one interface.
 
@@ -224,6 +234,7 @@ def parse(
         source: Name of the text in errors; by default its type name.
         has_header: Whether the package has a message `Header`. Otherwise that name alone is
             std_msgs/Header, as in ROS 1.
+        derived_kind: "srv" or "action": names such as X_Request are then allowed, and are of this kind.
 
     Raises:
         InterfaceSyntaxError: The text or a name breaks a rule.
@@ -231,7 +242,8 @@ def parse(
     source = source or f"{package}/{kind}/{name}"
     if kind not in PARTS:
         raise InterfaceSyntaxError(source, 0, f"'{kind}' is not a kind of interface; use msg, srv or action")
-    check_names(package, name, source)
+    # What a service or an action consists of has names that no file can have.
+    check_names(package, name.partition("_")[0] if derived_kind else name, source)
     sections: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), 1):
         if line.strip() == "---":
@@ -244,7 +256,7 @@ def parse(
             0,
             f"A .{kind} file has {len(PARTS[kind]) - 1} separator lines '---'; this has {len(sections) - 1}",
         )
-    reader = _Reader(package, source, has_header=has_header)
+    reader = _Reader(package, source, has_header=has_header, derived_kind=derived_kind)
     return InterfaceSpec(package, kind, name, tuple(reader.part(section) for section in sections))
 
 

@@ -59,7 +59,7 @@ def block_text(values: Mapping[str, Any], indent: int = 0) -> str:
     """Return a mapping as YAML with one line for each value, also of lists and of mappings in it.
 
     Args:
-        values: The values, as for `flow_text`, or mappings.
+        values: The values, as for `flow_text`, or mappings, or lists of mappings that are not empty.
         indent: Number of spaces at the beginning of each line.
 
     Raises:
@@ -80,7 +80,13 @@ def _lines(values: Mapping[str, Any]) -> Iterator[str]:
             yield from (f"  {line}" for line in _lines(cast("Mapping[str, Any]", value)))
         elif isinstance(value, Sequence) and value and not isinstance(value, _SCALAR_SEQUENCES):
             yield f"{key}:"
-            yield from (f"- {flow_text(each)}" for each in cast("Sequence[object]", value))
+            for each in cast("Sequence[object]", value):
+                lines = (
+                    _lines(cast("Mapping[str, Any]", each))
+                    if isinstance(each, Mapping)
+                    else (flow_text(each),)
+                )
+                yield from (f"{' ' if index else '-'} {line}" for index, line in enumerate(lines))
         else:
             yield f"{key}: {'{}' if isinstance(value, Mapping) else flow_text(cast('object', value))}"
 

@@ -1,0 +1,152 @@
+"""What a bag has: topics, messages, and a summary of them. Plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from actors.bags.definitions import ROS2MSG, class_of_definition, definition_text
+from actors.interfaces import cdr
+from actors.interfaces.message import type_hash, type_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from actors.interfaces.message import Message
+    from actors.qos.profile import QoSProfile
+
+CDR = "cdr"
+"""The encoding of messages of ROS 2, and the only one that is decoded."""
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """A topic in a bag. The same name with another type or definition is another topic.
+
+    Attributes:
+        name: The topic's name.
+        type_name: Such as "std_msgs/msg/String".
+        definition: The text of the type's definition with all that it contains; "" if the bag has none.
+        definition_format: "ros2msg" or "ros2idl".
+        type_hash: "RIHS01_…", or "".
+        qos_profiles: What its publishers offered.
+        encoding: Of its messages.
+    """
+
+    name: str
+    type_name: str
+    definition: str = field(default="", repr=False)
+    definition_format: str = ROS2MSG
+    type_hash: str = ""
+    qos_profiles: tuple[QoSProfile, ...] = ()
+    encoding: str = CDR
+
+    @classmethod
+    def of_class(
+        cls, name: str, msg_type: type[Message], qos_profiles: Iterable[QoSProfile] = ()
+    ) -> BagTopic:
+        """Return the topic for messages of a class.
+
+        Args:
+            name: The topic's name.
+            msg_type: The class; its definition is written from its fields.
+            qos_profiles: What its publishers offer.
+        """
+        text = definition_text(msg_type)
+        return cls(name, type_name(msg_type), text, ROS2MSG, type_hash(msg_type), tuple(qos_profiles))
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What makes it another topic than others: name, type and definition."""
+        return self.name, self.type_name, self.definition
+
+    def message_class(self) -> type[Message]:
+        """Return the class of its messages: the installed one, if it is the same, or one that is made.
+
+        Raises:
+            InterfaceSyntaxError: The definition breaks a rule.
+            InvalidMessageError: No class can be made of it.
+            UnknownInterfaceError: The bag has no definition, and the type is not installed.
+        """
+        return class_of_definition(self.type_name, self.definition, self.definition_format)
+
+
+class BagMessage(NamedTuple):
+    """A message of a bag, as it was recorded."""
+
+    topic: BagTopic
+    data: bytes
+    """CDR, with its header of four bytes."""
+    log_time_ns: int
+    """When it was received, in nanoseconds since 1970."""
+    publish_time_ns: int
+    """When it was published."""
+    sequence: int = 0
+    """Its number; 0 if the recorder has none."""
+
+    def decoded(self) -> Message:
+        """Return the message.
+
+        Raises:
+            InterfaceSyntaxError: As for `BagTopic.message_class`.
+            InvalidMessageError: Its bytes are not of this type; or as for `BagTopic.message_class`.
+            UnknownInterfaceError: As for `BagTopic.message_class`.
+        """
+        return cdr.decode(self.topic.message_class(), self.data)
+
+
+@dataclass(frozen=True)
+class TopicCount:
+    """A topic, and how many messages it has."""
+
+    topic: BagTopic
+    message_count: int
+
+
+@dataclass(frozen=True)
+class FileSummary:
+    """A file of a bag.
+
+    Attributes:
+        path: Its name in the folder of the bag.
+        start_ns: The time of its first message; 0 if it has none.
+        duration_ns: From its first to its last message.
+        message_count: Its messages.
+    """
+
+    path: str
+    start_ns: int = 0
+    duration_ns: int = 0
+    message_count: int = 0
+
+
+@dataclass(frozen=True)
+class BagMetadata:
+    """What metadata.yaml says.
+
+    Attributes:
+        version: Of the file's form, 1 to 9.
+        storage_identifier: "mcap" or "sqlite3".
+        files: The files in order; for versions before 5 with their paths only.
+        topics: The topics, and the number of their messages.
+        start_ns: The time of the first message; 0 if there is none.
+        duration_ns: From the first to the last message.
+        message_count: All messages.
+        compression_format: Such as "zstd"; "" if nothing is compressed (chunks of MCAP aside).
+        compression_mode: "file" or "message", or "".
+        custom_data: What the one who recorded it has added.
+        ros_distro: Such as "kilted"; "callboard" for what callboard has written.
+    """
+
+    version: int
+    storage_identifier: str
+    files: tuple[FileSummary, ...] = ()
+    topics: tuple[TopicCount, ...] = ()
+    start_ns: int = 0
+    duration_ns: int = 0
+    message_count: int = 0
+    compression_format: str = ""
+    compression_mode: str = ""
+    custom_data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    ros_distro: str = ""

@@ -1,0 +1,351 @@
+"""Writes a bag: a folder with MCAP files and metadata.yaml, as rosbag2 of ROS 2 Kilted does.
+
+    with Writer("trip") as bag:
+        number = bag.add_topic(BagTopic.of_class("/chatter", String, [QoSProfile(depth=10)]))
+        bag.write(number, cdr.encode(String(data="hello")), time.time_ns(), time.time_ns())
+
+A writer blocks while it writes, and belongs to one thread.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bags.errors import BagExistsError, write_error
+from actors.bags.extra import require_extra
+from actors.bags.metadata import FILE_NAME, VERSION, metadata_fields, metadata_text
+from actors.bags.records import BagMetadata, FileSummary, TopicCount
+from actors.interfaces.yaml_writer import block_text
+from actors.qos.profile import DurabilityPolicy
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Mapping
+    from types import TracebackType
+    from typing import Self
+
+    from actors.bags.mcap_writer import McapFileWriter
+    from actors.bags.records import BagTopic
+
+DROPPED_KEY: Final = "callboard.dropped"
+"""Custom data, and a Metadata record: lost messages by topic, as JSON and as numbers."""
+MIN_BAG_SIZE: Final = 1024
+"""The least size at which a bag can be split; rosbag2's."""
+MAX_LATCHED: Final = 10_000
+MAX_LATCHED_BYTES: Final = 64 * 1024 * 1024
+"""Latched values that are repeated at the start of each file, and their bytes; the oldest are left out."""
+_NS: Final = 1_000_000_000
+
+
+class _Latched:
+    """The newest value of each publisher of a latched topic, oldest first."""
+
+    def __init__(self) -> None:
+        self._values: dict[tuple[int, Hashable], tuple[bytes, int, int]] = {}
+        self._bytes = 0
+
+    def keep(self, key: tuple[int, Hashable], value: tuple[bytes, int, int]) -> None:
+        former = self._values.pop(key, None)
+        self._bytes += len(value[0]) - (0 if former is None else len(former[0]))
+        self._values[key] = value
+        while len(self._values) > MAX_LATCHED or self._bytes > MAX_LATCHED_BYTES:
+            oldest = next(iter(self._values))
+            self._bytes -= len(self._values.pop(oldest)[0])
+
+    def items(self) -> list[tuple[int, tuple[bytes, int, int]]]:
+        return [(number, value) for (number, _), value in self._values.items()]
+
+
+@dataclass
+class _Topic:
+    topic: BagTopic
+    is_latched: bool
+    channel: int
+    """Its number in the present file."""
+
+
+@dataclass
+class _ClosedFile:
+    summary: FileSummary
+    counts: dict[int, int]
+    """Messages by topic number."""
+
+
+class Writer:
+    """Writes a new bag; a context manager.
+
+    Args:
+        path: The folder, which must not exist. Its files are named after it.
+        max_bag_size: Bytes after which the next file begins; 0: never.
+        max_bag_duration_sec: Seconds of log time after which the next file begins; 0: never.
+        max_splits: The most files that are kept; for one more, the oldest is deleted; 0: all are kept.
+        compression: Of chunks: "none", "zstd" or "lz4".
+        chunk_size: Bytes after which a chunk is written; None: rosbag2's default.
+        fsync: Whether what is written is on the disk at once, and so survives a loss of power.
+        custom_data: Texts for metadata.yaml.
+
+    Attributes:
+        path: The folder.
+        reordered: Messages whose log time was before that of an earlier one. They have its time in the bag,
+            since readers disagree about files in which time goes back.
+        files: Files that have been finished; more if `max_splits` has removed some.
+
+    Raises:
+        BagExistsError: There is something at `path`.
+        BagWriteError: The folder cannot be made.
+        MissingExtraError: The extra `bags` is not installed.
+        ValueError: A limit or the compression is not allowed.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        max_bag_size: int = 0,
+        max_bag_duration_sec: float = 0,
+        max_splits: int = 0,
+        compression: str = "none",
+        chunk_size: int | None = None,
+        fsync: bool = False,
+        custom_data: Mapping[str, str] | None = None,
+    ) -> None:
+        require_extra()
+        if max_bag_size < 0 or 0 < max_bag_size < MIN_BAG_SIZE:
+            raise ValueError(f"max_bag_size is 0 or at least {MIN_BAG_SIZE} bytes, not {max_bag_size}")
+        if max_bag_duration_sec < 0 or max_splits < 0:
+            raise ValueError("max_bag_duration_sec and max_splits cannot be negative")
+        self.path = Path(path)
+        self._max_bytes = max_bag_size
+        self._max_ns = round(max_bag_duration_sec * _NS)
+        self._max_splits = max_splits
+        self._options: dict[str, Any] = {"compression": compression, "fsync": fsync}
+        if chunk_size is not None:
+            self._options["chunk_size"] = chunk_size
+        self._custom_data = dict(custom_data or {})
+        self._losses: dict[str, int] = {}
+        self._topics: list[_Topic] = []
+        self._numbers: dict[tuple[str, str, str], int] = {}
+        self._latched = _Latched()
+        self._closed: list[_ClosedFile] = []
+        self.files = 0
+        self.reordered = 0
+        self._last_ns = 0
+        self._file_start_ns: int | None = None
+        self._is_closed = False
+        try:
+            self.path.mkdir(parents=True)
+        except FileExistsError:
+            raise BagExistsError(f"{self.path} exists; choose another path, or remove it") from None
+        except OSError as error:
+            raise write_error(self.path, error) from error
+        self._file = self._open_file()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def topics(self) -> list[BagTopic]:
+        """The topics in the order of their numbers; the first has the number 0."""
+        return [each.topic for each in self._topics]
+
+    def _open_file(self) -> McapFileWriter:
+        from actors.bags.mcap_writer import McapFileWriter  # noqa: PLC0415 - needs the extra
+
+        return McapFileWriter(self.path / f"{self.path.name}_{self.files}.mcap", **self._options)
+
+    def add_topic(self, topic: BagTopic) -> int:
+        """Add a topic, and return its number.
+
+        Args:
+            topic: The topic. One with the same name, type and definition has the same number.
+
+        Raises:
+            BagError: There are too many topics.
+        """
+        number = self._numbers.get(topic.key)
+        if number is None:
+            number = self._numbers[topic.key] = len(self._topics)
+            latched = any(each.durability is DurabilityPolicy.TRANSIENT_LOCAL for each in topic.qos_profiles)
+            self._topics.append(_Topic(topic, latched, self._file.add_topic(topic)))
+        return number
+
+    def write(
+        self,
+        number: int,
+        data: bytes,
+        log_time_ns: int,
+        publish_time_ns: int,
+        sequence: int = 0,
+        *,
+        latched_key: Hashable = None,
+    ) -> None:
+        """Write a message.
+
+        Args:
+            number: The topic's number.
+            data: The message, CDR with its header. It is kept until its chunk is written.
+            log_time_ns: When it was received, in nanoseconds since 1970.
+            publish_time_ns: When it was published.
+            sequence: Its number.
+            latched_key: Names its publisher, such as by its gid, so that the newest value of each publisher
+                of a TRANSIENT_LOCAL topic is repeated at the start of each file; None: it is not repeated.
+
+        Raises:
+            BagWriteError: A file cannot be written. The bag should be closed then.
+        """
+        if log_time_ns < self._last_ns:
+            self.reordered += 1
+            log_time_ns = self._last_ns
+        self._last_ns = log_time_ns
+        if self._file_start_ns is None:
+            self._file_start_ns = log_time_ns
+        elif (self._max_bytes and self._file.size >= self._max_bytes) or (
+            self._max_ns and log_time_ns - self._file_start_ns >= self._max_ns
+        ):
+            self.split()
+            self._file_start_ns = log_time_ns
+        topic = self._topics[number]
+        if latched_key is not None and topic.is_latched:
+            self._latched.keep((number, latched_key), (bytes(data), publish_time_ns, sequence))
+        self._file.write(topic.channel, data, log_time_ns, publish_time_ns, sequence)
+
+    def flush(self) -> None:
+        """Write the chunk so far, and hand it to the operating system.
+
+        Raises:
+            BagWriteError: It cannot be written.
+        """
+        self._file.flush()
+
+    def split(self) -> None:
+        """Finish the file, and begin the next, in which the latched values come first.
+
+        Raises:
+            BagWriteError: A file cannot be written.
+        """
+        self._finish_file()
+        self._write_metadata()
+        if self._max_splits and len(self._closed) >= self._max_splits:
+            oldest = self._closed.pop(0)
+            (self.path / oldest.summary.path).unlink(missing_ok=True)
+        self._file = self._open_file()
+        self._file_start_ns = None
+        for each in self._topics:
+            each.channel = self._file.add_topic(each.topic)
+        for number, (data, publish_time_ns, sequence) in self._latched.items():
+            self._file.write(self._topics[number].channel, data, self._last_ns, publish_time_ns, sequence)
+            self._file_start_ns = self._last_ns
+
+    def set_losses(self, losses: Mapping[str, int]) -> None:
+        """Set what the bag says of lost messages; `callboard bag info` shows it.
+
+        Args:
+            losses: The number of messages that were not recorded, by topic.
+        """
+        self._losses = dict(losses)
+
+    def lost(self) -> dict[str, int]:
+        """Return the messages that were given to `write` and are in no file, by topic: the disk was full."""
+        numbers = {each.channel: each.topic.name for each in self._topics}
+        found: defaultdict[str, int] = defaultdict(int)
+        for channel, count in self._file.lost.items():
+            found[numbers[channel]] += count
+        return dict(found)
+
+    def close(self) -> None:
+        """Finish the bag; a second call does nothing.
+
+        Raises:
+            BagWriteError: Not everything could be written. What was written is a bag nevertheless.
+        """
+        if self._is_closed:
+            return
+        self._is_closed = True
+        try:
+            self._finish_file()
+        finally:
+            self._write_metadata()
+
+    def _finish_file(self) -> None:
+        """Close the file, and remember what it has."""
+        file = self._file
+        try:
+            file.flush()
+            # Readers of single files have it from here; topics without messages are in no other record.
+            text = block_text(metadata_fields(self._metadata([self._summary_of(file)])))
+            file.add_metadata("rosbag2", {"serialized_metadata": text})
+            if self._all_losses():
+                file.add_metadata(
+                    DROPPED_KEY, {name: str(count) for name, count in self._all_losses().items()}
+                )
+        finally:
+            try:
+                file.close()
+            finally:
+                self._closed.append(self._summary_of(file))
+                self.files += 1
+
+    def _summary_of(self, file: McapFileWriter) -> _ClosedFile:
+        numbers = {each.channel: number for number, each in enumerate(self._topics)}
+        counts = {numbers[channel]: count for channel, count in file.counts.items() if count}
+        count = sum(counts.values())
+        duration = file.end_ns - file.start_ns
+        return _ClosedFile(FileSummary(file.path.name, file.start_ns, duration, count), counts)
+
+    def _all_losses(self) -> dict[str, int]:
+        losses = defaultdict(int, self._losses)
+        for name, count in self.lost().items():
+            losses[name] += count
+        return {name: count for name, count in losses.items() if count}
+
+    def _metadata(self, files: list[_ClosedFile]) -> BagMetadata:
+        counts: defaultdict[int, int] = defaultdict(int)
+        for each in files:
+            for number, count in each.counts.items():
+                counts[number] += count
+        filled = [each.summary for each in files if each.summary.message_count]
+        start = min((each.start_ns for each in filled), default=0)
+        end = max((each.start_ns + each.duration_ns for each in filled), default=0)
+        custom_data = dict(self._custom_data)
+        if losses := self._all_losses():
+            custom_data[DROPPED_KEY] = json.dumps(losses)
+        return BagMetadata(
+            version=VERSION,
+            storage_identifier="mcap",
+            files=tuple(each.summary for each in files),
+            topics=tuple(TopicCount(each.topic, counts[number]) for number, each in enumerate(self._topics)),
+            start_ns=start,
+            duration_ns=end - start,
+            message_count=sum(counts.values()),
+            custom_data=custom_data,
+        )
+
+    def _write_metadata(self) -> None:
+        write_metadata(self.path, self._metadata(self._closed))
+
+
+def write_metadata(folder: Path, metadata: BagMetadata) -> None:
+    """Write metadata.yaml into the folder of a bag, in place of one that is there.
+
+    Args:
+        folder: The folder.
+        metadata: What it says.
+
+    Raises:
+        BagWriteError: It cannot be written; one that was there is unchanged.
+    """
+    path = folder / FILE_NAME
+    part = path.with_name(f"{FILE_NAME}.part")
+    try:
+        part.write_text(metadata_text(metadata), encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise write_error(path, error) from error

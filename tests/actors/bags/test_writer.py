@@ -1,0 +1,230 @@
+"""Bags that are written: splits, latched values, losses, a full disk; read back by the library `mcap`."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import pytest
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+
+from actors.bags import BagExistsError, BagFullError, BagTopic, Writer
+from actors.bags.metadata import parse_metadata
+from actors.interfaces import cdr
+from actors.interfaces.std_msgs.msg import Int32, String
+from actors.qos.profile import DurabilityPolicy, QoSProfile
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from mcap.records import Message
+
+    from actors.bags.records import BagMetadata
+
+START_NS = 1_700_000_000_000_000_000
+CHATTER = BagTopic.of_class("/chatter", String, [QoSProfile(depth=10)])
+MAP = BagTopic.of_class("/map", Int32, [QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)])
+
+
+def text(value: str) -> bytes:
+    return cdr.encode(String(data=value))
+
+
+def number(value: int) -> bytes:
+    return cdr.encode(Int32(data=value))
+
+
+def messages_of(path: Path) -> list[tuple[str, Message]]:
+    with path.open("rb") as file:
+        return [(channel.topic, message) for _, channel, message in make_reader(file).iter_messages()]
+
+
+def metadata_of(folder: Path) -> BagMetadata:
+    path = folder / "metadata.yaml"
+    return parse_metadata(path.read_bytes(), str(path))
+
+
+def test_messages_keep_their_bytes_times_and_numbers(tmp_path: Path) -> None:
+    """A message has the data, times and sequence number with which it was written."""
+    with Writer(tmp_path / "bag") as bag:
+        chatter = bag.add_topic(CHATTER)
+        assert bag.add_topic(CHATTER) == chatter
+        bag.write(chatter, text("a"), START_NS + 1, START_NS, 7)
+    [(topic, message)] = messages_of(tmp_path / "bag" / "bag_0.mcap")
+    assert topic == "/chatter"
+    assert message.data == text("a")
+    assert (message.log_time, message.publish_time, message.sequence) == (START_NS + 1, START_NS, 7)
+
+
+def test_log_time_never_goes_back(tmp_path: Path) -> None:
+    """A message with an earlier log time than the one before has the time of that one, and is counted."""
+    with Writer(tmp_path / "bag") as bag:
+        chatter = bag.add_topic(CHATTER)
+        for log_time in (5, 3, 6):
+            bag.write(chatter, text("a"), START_NS + log_time, START_NS)
+        assert bag.reordered == 1
+    times = [message.log_time - START_NS for _, message in messages_of(tmp_path / "bag" / "bag_0.mcap")]
+    assert times == [5, 5, 6]
+
+
+def test_flushed_messages_can_be_read_before_the_bag_is_closed(tmp_path: Path) -> None:
+    """What was flushed is in the file, with its schemas and channels, without any summary."""
+    bag = Writer(tmp_path / "bag")
+    chatter = bag.add_topic(CHATTER)
+    bag.write(chatter, text("a"), START_NS, START_NS)
+    bag.flush()
+    bag.write(chatter, text("b"), START_NS, START_NS)
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        records = StreamReader(file).records
+        names = [type(next(records)).__name__ for _ in range(4)]
+    assert names == ["Header", "Schema", "Channel", "Message"]
+    bag.close()
+
+
+def test_same_topic_of_two_types_is_two_channels(tmp_path: Path) -> None:
+    """A name with a second type gets a channel and a schema of its own."""
+    with Writer(tmp_path / "bag") as bag:
+        first, second = bag.add_topic(CHATTER), bag.add_topic(BagTopic.of_class("/chatter", Int32))
+        bag.write(first, text("a"), START_NS, START_NS)
+        bag.write(second, number(1), START_NS, START_NS)
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        found = [
+            (schema and schema.name, message.data) for schema, _, message in make_reader(file).iter_messages()
+        ]
+    assert found == [("std_msgs/msg/String", text("a")), ("std_msgs/msg/Int32", number(1))]
+
+
+def test_split_repeats_the_newest_latched_value_of_each_publisher(tmp_path: Path) -> None:
+    """Each file begins with the latched values, with their publish times; others are not repeated."""
+    with Writer(tmp_path / "bag") as bag:
+        chatter, chart = bag.add_topic(CHATTER), bag.add_topic(MAP)
+        bag.write(chart, number(1), START_NS, START_NS, latched_key="a")
+        bag.write(chart, number(2), START_NS + 1, START_NS + 1, latched_key="a")
+        bag.write(chart, number(3), START_NS + 2, START_NS + 2, latched_key="b")
+        bag.write(chatter, text("x"), START_NS + 3, START_NS + 3, latched_key="c")
+        bag.split()
+        bag.write(chatter, text("y"), START_NS + 9, START_NS + 9)
+    found = messages_of(tmp_path / "bag" / "bag_1.mcap")
+    assert [(topic, message.data, message.publish_time - START_NS) for topic, message in found] == [
+        ("/map", number(2), 1),
+        ("/map", number(3), 2),
+        ("/chatter", text("y"), 9),
+    ]
+    assert found[0][1].log_time == START_NS + 3
+
+
+def test_split_by_size_and_by_duration(tmp_path: Path) -> None:
+    """A file ends when it has the size, or spans the time; metadata.yaml has all files and counts."""
+    with Writer(tmp_path / "size", max_bag_size=5000) as bag:
+        chatter = bag.add_topic(CHATTER)
+        for index in range(12):
+            bag.write(chatter, text("x" * 1000), START_NS + index, START_NS)
+    assert [each.message_count for each in metadata_of(tmp_path / "size").files] == [5, 5, 2]
+    with Writer(tmp_path / "time", max_bag_duration_sec=2) as bag:
+        chatter = bag.add_topic(CHATTER)
+        for index in range(5):
+            bag.write(chatter, text("x"), START_NS + index * 10**9, START_NS)
+    metadata = metadata_of(tmp_path / "time")
+    assert [(each.path, each.message_count) for each in metadata.files] == [
+        ("time_0.mcap", 2),
+        ("time_1.mcap", 2),
+        ("time_2.mcap", 1),
+    ]
+    assert metadata.message_count == metadata.topics[0].message_count == 5
+    assert (metadata.start_ns, metadata.duration_ns) == (START_NS, 4 * 10**9)
+
+
+def test_oldest_file_is_deleted_beyond_max_splits(tmp_path: Path) -> None:
+    """Of more files than `max_splits`, the newest remain, and metadata.yaml counts what remains."""
+    with Writer(tmp_path / "bag", max_splits=2) as bag:
+        chatter = bag.add_topic(CHATTER)
+        for index in range(4):
+            bag.write(chatter, text("x"), START_NS + index, START_NS)
+            if index < 3:
+                bag.split()
+    names = ["bag_2.mcap", "bag_3.mcap"]
+    assert sorted(each.name for each in (tmp_path / "bag").glob("*.mcap")) == names
+    metadata = metadata_of(tmp_path / "bag")
+    assert [each.path for each in metadata.files] == names
+    assert metadata.message_count == 2
+    assert metadata.start_ns == START_NS + 2
+
+
+def test_losses_and_custom_data_are_in_the_metadata(tmp_path: Path) -> None:
+    """metadata.yaml has custom data as they are, and the losses; the file has them as well."""
+    with Writer(tmp_path / "bag", custom_data={"robot": "1e3", "note": ""}) as bag:
+        bag.add_topic(CHATTER)
+        bag.set_losses({"/chatter": 3, "/map": 0})
+    custom_data = metadata_of(tmp_path / "bag").custom_data
+    assert json.loads(custom_data["callboard.dropped"]) == {"/chatter": 3}
+    assert (custom_data["robot"], custom_data["note"]) == ("1e3", "")
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        records = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
+    assert records["callboard.dropped"] == {"/chatter": "3"}
+    assert "name: /chatter" in records["rosbag2"]["serialized_metadata"]
+
+
+@pytest.mark.parametrize("compression", ["none", "zstd", "lz4"])
+def test_chunks_can_be_compressed(tmp_path: Path, compression: str) -> None:
+    """Chunks of each compression are read with their checksums verified."""
+    with Writer(tmp_path / "bag", compression=compression) as bag:
+        chatter = bag.add_topic(CHATTER)
+        for index in range(100):
+            bag.write(chatter, text("x" * 100), START_NS + index, START_NS)
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert sum(1 for _ in reader.iter_messages()) == 100
+        summary = reader.get_summary()
+    assert summary is not None
+    assert [each.compression for each in summary.chunk_indexes] == [
+        "" if compression == "none" else compression
+    ]
+
+
+def test_existing_path_is_refused(tmp_path: Path) -> None:
+    """A bag never replaces anything."""
+    with pytest.raises(BagExistsError, match="choose another path"):
+        Writer(tmp_path)
+
+
+def test_wrong_limits_are_refused(tmp_path: Path) -> None:
+    """A size below the least one, a negative limit and an unknown compression are ValueErrors."""
+    with pytest.raises(ValueError, match="at least 1024"):
+        Writer(tmp_path / "bag", max_bag_size=10)
+    with pytest.raises(ValueError, match="negative"):
+        Writer(tmp_path / "bag", max_splits=-1)
+    with pytest.raises(ValueError, match="none, zstd, lz4"):
+        Writer(tmp_path / "bag", compression="gzip")
+
+
+@pytest.mark.parametrize("limit", range(40_000, 45_000, 600))
+def test_full_disk_leaves_a_bag_with_what_fitted(tmp_path: Path, limit: int) -> None:
+    """Case 42: a full disk is a BagFullError; the bag has a summary, and says what was lost."""
+    resource = pytest.importorskip("resource")
+    signal = pytest.importorskip("signal")
+    bag = Writer(tmp_path / "bag", chunk_size=4096)
+    chatter = bag.add_topic(CHATTER)
+    old_handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    written, refusal = 0, ""
+    try:
+        # The limit on the size of files is the disk that is full.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+        try:
+            for written in range(1, 1000):
+                bag.write(chatter, text("x" * 500), START_NS + written, START_NS)
+        except BagFullError as error:
+            refusal = str(error)
+        with suppress(BagFullError):  # if the summary takes the space of the last chunks
+            bag.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, old_handler)
+    assert "bag_0.mcap: the disk is full" in refusal
+    kept = len(messages_of(tmp_path / "bag" / "bag_0.mcap"))
+    assert 50 < kept < written
+    metadata = metadata_of(tmp_path / "bag")
+    assert metadata.message_count == kept
+    assert json.loads(metadata.custom_data["callboard.dropped"]) == {"/chatter": written - kept}

@@ -1,0 +1,6 @@
+# The part of lz4 that callboard uses: the package ships no types.
+
+def compress(data: bytes) -> bytes: ...
+
+class LZ4FrameDecompressor:
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
